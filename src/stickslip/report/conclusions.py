@@ -25,10 +25,10 @@ from stickslip.results.view import (
     highest_peak,
     is_listed,
     level_text,
-    levels_in_newtons,
     linear_peak,
     measure_in,
     peak_unit,
+    per_force_unit,
     size_text,
 )
 
@@ -52,7 +52,7 @@ def bounds_headline(bounds: xr.Dataset) -> str:
     if not np.isfinite(high / low).any():
         return "No bounds of the response were found."
     case, k = np.unravel_index(int(np.nanargmax(high / low)), low.shape)
-    ends = [size_text(float(values[case, k]), bounds["amplitude"].attrs["units"]) for values in (low, high)]
+    ends = [size_text(float(values[case, k]), bounds["amplitude"].attrs["units"], bounds) for values in (low, high)]
     what = "peak" if bounds.attrs["objective"] == "peak" else "response"
     at = bounds["resonance"].values[case, :, k]
     where = f"{hertz(at[0])} and {hertz(at[1])} Hz" if what == "peak" else f"{hertz(float(bounds['frequency'].values[k]))} Hz"
@@ -70,15 +70,16 @@ def level_sentence(dataset: xr.Dataset, case: int, output: int = 0) -> str:
 
 def _unbroken(sentence: str) -> str:
     """Numbers stay on one line with their units."""
-    return re.sub(r"(?<=\d) (?=Hz|%|µm|N\b)|(?<=×) (?=\d)", "\u00a0", sentence)
+    return re.sub(r"(?<=\d) (?=Hz|%|µm|mm|N\b)|(?<=×) (?=\d)", "\u00a0", sentence)
 
 
 def _headline(dataset: xr.Dataset, output: int) -> str:
     """What the sweeps show, and the highest of the other curves."""
-    return " ".join(filter(None, (_of_sweeps(dataset, output), _of_further_curves(dataset, output))))
+    return " ".join(filter(None, (_of_sweeps(dataset, output), further_curves_sentence(dataset, output))))
 
 
-def _of_further_curves(dataset: xr.Dataset, output: int) -> str:
+def further_curves_sentence(dataset: xr.Dataset, output: int = 0) -> str:
+    """The highest of the curves that no sweep meets; empty without such curves."""
     kinds = kinds_in(dataset)
     found = {case: highest_peak(dataset, case, output) for case, kind in enumerate(kinds) if kind != CurveKind.SWEEP}
     sizes = {case: peak.amplitude for case, peak in found.items() if peak is not None}
@@ -111,7 +112,7 @@ def _comparison(dataset: xr.Dataset, peaks: dict[int, Peak], output: int, which:
     normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
     best, first, last = min(normalised, key=lambda case: normalised[case]), *_extreme_levels(dataset, peaks)
     unit = peak_unit(dataset)
-    per_force = "/N" if levels_in_newtons(dataset) else " per unit level"
+    factor, per_force = per_force_unit(dataset, " per unit level")
     several = "curves" if "start" in dataset.coords else "force levels"
     response = _size_of(dataset) or "response"
     lowest = (
@@ -120,7 +121,7 @@ def _comparison(dataset: xr.Dataset, peaks: dict[int, Peak], output: int, which:
     reductions = "" if best in ends else _reductions(dataset, best, peaks[best], output)
     sentence = (
         f"Of {which} {len(peaks)} {several}, {level_text(dataset, best)} has {lowest}: "
-        f"{number(normalised[best] / unit.metres)} {unit.name}{per_force}{reductions}."
+        f"{number(normalised[best] / unit.metres * factor)} {unit.name}{per_force}{reductions}."
     )
     if not (peaks[first].local and peaks[last].local):
         return sentence
@@ -134,15 +135,17 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
     peak = highest_peak(dataset, case, output)
     name, unit, size = dataset.output.values[output], peak_unit(dataset), _size_of(dataset)
     if peak is None:
-        return f"{level_text(dataset, case)}: no point converged."
+        none = "not computed" if _stopped(dataset, case) else "no point converged"
+        return f"{level_text(dataset, case)}: {none}."
     where = "of the listed frequencies the" if is_listed(dataset) else "no peak inside the band; the"
     what = f"{name} peaks at" if peak.local else f"{where} largest computed {size or 'amplitude'} of {name} is"
     what = what.replace("peaks", f"peaks in {size}") if size else what
     if _incomplete(dataset, case) and not peak.local and not is_listed(dataset):
         last = hertz(float(dataset["frequency"].values[case, converged_points(dataset, case)[-1]]))
         largest = f"{number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
+        ended = "run was stopped" if _stopped(dataset, case) else "curve broke off"
         return (
-            f"{level_text(dataset, case)}: the curve broke off at {last} Hz before a peak; the largest computed "
+            f"{level_text(dataset, case)}: the {ended} at {last} Hz before a peak was found; the largest computed "
             f"{size or 'amplitude'} of {name} is {largest}."
         )
     unjudged = peak_unjudged(dataset, case, output)
@@ -158,6 +161,10 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
 def _incomplete(dataset: xr.Dataset, case: int) -> bool:
     """Whether a curve ends before its band does, or lacks points that were asked for."""
     return int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED
+
+
+def _stopped(dataset: xr.Dataset, case: int) -> bool:
+    return int(dataset["case_outcome"].values[case]) == Outcome.STOPPED
 
 
 def _end_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
@@ -198,7 +205,7 @@ def _extreme_levels(dataset: xr.Dataset, peaks: dict[int, Peak]) -> tuple[int, i
     return min(levels, key=lambda case: levels[case]), max(levels, key=lambda case: levels[case])
 
 
-def _limits(dataset: xr.Dataset) -> dict[str, str]:
+def linear_limits(dataset: xr.Dataset) -> dict[str, str]:
     """The linear responses to compare with, in words; one where stuck contacts add no stiffness, as cubic springs do."""
     free, stuck = (dataset[f"natural_frequency_{which}"].values for which in ("free", "stuck"))
     same = free.shape == stuck.shape and np.allclose(free, stuck, rtol=1e-9, atol=0.0, equal_nan=True)
@@ -207,7 +214,7 @@ def _limits(dataset: xr.Dataset) -> dict[str, str]:
 
 def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     words = []
-    for which, absent in _limits(dataset).items():
+    for which, absent in linear_limits(dataset).items():
         linear = reference(dataset, which, case, peak, output)
         if linear is not None:
             shift = peak.frequency - linear[0]
@@ -220,7 +227,7 @@ def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
 
 def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     words = []
-    for which, absent in _limits(dataset).items():
+    for which, absent in linear_limits(dataset).items():
         linear = reference(dataset, which, case, peak, output)
         if linear is not None:
             change = peak.amplitude / linear[1] - 1.0
