@@ -28,7 +28,7 @@ SAME = 1e-2
 """Relative difference of two motions at one frequency up to which they are one."""
 
 HIGHER = 1.1
-"""How many times as high as the curve another one must rise inside the band to be told."""
+"""How many times as high as the curve another one must rise inside the band for a warning."""
 
 LEAST_SPENT, SHARE = 3e9, 0.1
 """(Rows of the Newton matrix)³ times steps that may be taken, a fifth of a second or so, or this share of what the curve took."""

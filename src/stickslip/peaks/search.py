@@ -49,7 +49,7 @@ DEPTH = 3
 """How often an interval that could not be divided is searched as a curve of its own."""
 
 MATTERS = 1e-3
-"""Share by which a peak may be higher where Newton's method failed beside it, or divisions ran out, from which on that is told:
+"""Share by which a peak may be higher where Newton's method failed beside it, or divisions ran out, from which on curves say so:
 in less, rounding and the corners that samples make end the search."""
 
 NEIGHBOURS = 2
