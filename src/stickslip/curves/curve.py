@@ -235,7 +235,7 @@ def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:
 
 
 def held_by_friction_alone(problem: Problem) -> bool:
-    """Whether structure, mean springs and normal directions of contacts leave a motion free; of a tuned disk in all sectors alike.
+    """Whether structure, mean springs and normal directions of contacts leave a motion free (of tuned disks in all sectors).
 
     Not asked of whole disks, whose matrices are large.
     """

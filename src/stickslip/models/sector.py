@@ -185,9 +185,8 @@ def disks_of(
 
 def _key(models: Sequence[Model], faces: Faces, kept: Mapping[str, int], modes: int) -> str:
     """Identifies a reduction."""
-    nodes = [
-        [*models[0].sets[face], *(models[0].nodes[node] for node in models[0].sets[face])] for face in (faces.low, faces.high)
-    ]
+    members = [models[0].sets[face] for face in (faces.low, faces.high)]
+    nodes = [(node, models[0].nodes[node]) for face in members for node in face]
     key = repr((stickslip.__version__, [model.fingerprint for model in models], faces, nodes, list(kept.values()), modes))
     return sha256(key.encode()).hexdigest()[:32]
 
@@ -195,7 +194,7 @@ def _key(models: Sequence[Model], faces: Faces, kept: Mapping[str, int], modes: 
 def _reduced(
     sector: Sector, stiffnesses: Sequence[Sparse], kept: Mapping[str, int], modes: int, progress: Progress
 ) -> tuple[Waves, NDArray[np.complex128]]:
-    """M of all nodal diameters and K of each model (models, N//2 + 1, m, m), on the shapes of the mean of the first and the last K.
+    """M of all nodal diameters (N//2 + 1, m, m) and K of each model (models, N//2 + 1, m, m), on the shapes of the mean K.
 
     Frequencies at both ends then err by the square of what the speed changes of the shapes.
     """

@@ -34,6 +34,9 @@ def paired(solid: Solid, faces: Faces, low: Index, high: Index) -> Sector:
         if not nodes.size or away.min() <= ON_AXIS * away.max():
             what = "on the axis" if nodes.size else "empty"
             raise fault(f"The face {name}", "must have nodes, all of them off the axis", what, "Cut a hole at the axis.")
+    common = np.intersect1d(low, high)
+    if common.size:
+        raise fault(f"The faces {faces.low} and {faces.high}", "must have no node in common", counted(common.size, "node"))
     if faces.interpolated:
         return _interpolated(solid, faces, low, high)
     if low.size != high.size:
@@ -66,10 +69,11 @@ def _reason(points: Array, faces: Faces, low: Index, high: Index) -> InputError 
         exchanged = "" if angle > 0.0 else ", with low and high exchanged"
         return InputError(f"{what}, but they match for sectors = {fits}{exchanged}.")
     distances = partners(points, low, high, faces.axis, faces.sectors)[0]
+    lonely = int(np.sum(distances > limit))
     return InputError(
-        f"{what}, to {1e3 * limit:.2g} mm, but {counted(int(np.sum(distances > limit)), 'node')} of {low.size} have no partner, "
-        f"the farthest {1e3 * distances.max():.3g} mm away. The middles of the faces are {np.degrees(angle):.4g}° apart. Check the "
-        'axis, mesh both faces alike, or write faces = "interpolated" (in Python: interpolated=True).'
+        f"{what}, to {1e3 * limit:.2g} mm, but {counted(lonely, 'node')} of {low.size} have no partner, the farthest "
+        f"{1e3 * distances.max():.3g} mm away. The middles of the faces are {np.degrees(angle):.4g}° apart. Check the axis, mesh "
+        'both faces alike, or write faces = "interpolated" (in Python: interpolated=True).'
     )
 
 
@@ -95,14 +99,20 @@ def _interpolated(solid: Solid, faces: Faces, low: Index, high: Index) -> Sector
     turned = faces.axis.turned(solid.points[left], faces.sectors, -1 if mirrored else 1)
     weights, apart = _weights(turned, solid.points[right])
     distance = float(np.median(np.asarray(KDTree(turned).query(turned, k=2)[0])[:, 1]))
-    if apart > OFF * distance:
+    away = float(np.max(KDTree(turned).query(solid.points[right])[0]))
+    if apart > OFF * distance or away > _widest(turned):
         raise fault(
             f"The face {faces.high}",
             f"must lie on {faces.low} turned by 360°/{faces.sectors} about the axis",
-            f"up to {1e3 * apart:.3g} mm off it, where its nodes are {1e3 * distance:.3g} mm apart",
+            f"up to {1e3 * max(apart, away):.3g} mm away, where its nodes are {1e3 * distance:.3g} mm apart",
             "Check N, the axis, and which face is low.",
         )
     return Sector(solid, faces.sectors, left, right, faces.axis, weights, mirrored, apart)
+
+
+def _widest(nodes: Array) -> float:
+    """The largest distance of a node from the third of its neighbours, m: a point between nodes is nearer to one of them."""
+    return float(np.max(np.asarray(KDTree(nodes).query(nodes, k=min(4, len(nodes)))[0])[:, -1]))
 
 
 def _weights(nodes: Array, points: Array) -> tuple[sparse.csr_array, float]:

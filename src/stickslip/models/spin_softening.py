@@ -17,14 +17,16 @@ UNEXPLAINED = 0.05
 def spin_softening(model: Model, axis: RotationAxis) -> float:
     """Ω in rad/s of the spin softening −Ω² M (1 − d dᵀ) in K, d the axis of rotation; 0 where K has none.
 
-    A rigid translation meets neither elastic nor stress stiffness, at rows that no fixed node or spring holds: those that do not
-    resist a translation along d. There K r = −Ω² M r for r across d.
+    A rigid translation meets neither elastic nor stress stiffness, at nodes that no fixed node or spring holds: those that do
+    not resist a translation along d. There K r = −Ω² M r for r across d.
     """
     d = np.array(axis.direction)
     resisted, size = _along(model, d)
     first = np.cross(d, np.eye(3)[np.argmin(np.abs(d))])
     across = [first / np.linalg.norm(first), np.cross(d, first / np.linalg.norm(first))]
-    free = np.abs(resisted) <= UNRESISTED * size
+    _, node = np.unique([dof.rpartition(".")[0] for dof in model.dofs], return_inverse=True)
+    held = np.bincount(node, np.abs(resisted) > UNRESISTED * size) > 0.0
+    free = ~held[node]  # of a node with some held rows, others may be free of K r by the symmetry of the mesh alone
     force, inertia = (
         np.concatenate([(matrix @ _translation(model, direction))[free] for direction in across]) for matrix in (model.K, model.M)
     )
