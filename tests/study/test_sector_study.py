@@ -7,6 +7,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.checks import InputError
+from stickslip.cli import main
 from stickslip.study import job, read
 from stickslip.study.model_summary import model_summary
 from stickslip.study.templates import write_new
@@ -94,6 +95,20 @@ def test_the_soft_spring_that_a_wedge_needs_is_proposed(folder):
     assert '[[mean_spring]]: direction = { "wedge/centre.z" = 1 }, k of about' in "\n".join(model_summary(loose.sweep))
 
 
+@pytest.mark.slow
+def test_a_study_runs_to_its_report(folder, tmp_path):
+    """From the command line: peaks of both force levels are those of the problem in Python, and the report names the disk."""
+    text = (folder / "wheel.toml").read_text().replace("harmonics = 3", "harmonics = 1")
+    (folder / "short.toml").write_text(text)
+    with pytest.raises(SystemExit) as end:
+        main(["run", str(folder / "short.toml"), "--out", str(tmp_path / "out"), "--workers", "1"])
+    assert not end.value.code
+    found = ss.ForcedResponse(ss.open_results(tmp_path / "out" / "results.nc"), ss.read_problem(folder / "short.toml")).peaks()
+    python = ss.forced_response(in_python(folder), ss.hertz(1030.0, 1130.0), force=[1.0, 5.0], harmonics=1, samples=96).peaks()
+    np.testing.assert_allclose(found["amplitude"], python["amplitude"], rtol=1e-12)
+    assert "engine order 3" in (tmp_path / "out" / "report.html").read_text()
+
+
 def test_several_engine_orders(folder):
     problem = changed(folder, ("engine_order = 3 ", "orders = { 3 = 1.0, 6 = [0.0, 0.3] } ")).sweep.problem
     assert problem.excited_orders == (3, 6)
@@ -133,6 +148,29 @@ def test_what_does_not_fit_is_refused(folder, old, new, words):
         return
     with pytest.raises(InputError, match=re.escape(words)):
         changed(folder, (old, new))
+
+
+def test_a_speed_sweep_goes_between_models_at_two_speeds(folder):
+    """K₁ of the study is that between the disks of Python, at every nodal diameter; mass and contacts are the same."""
+    with np.load(folder / "wheel_sector.npz") as arrays:
+        np.savez(folder / "fast.npz", **{**arrays, "K": 1.02 * arrays["K"]})
+    text = (folder / "wheel.toml").read_text()
+    text = text.replace(SECTOR, f'{SECTOR}speed = 0.0\nat_speeds = [{{ speed = 6000.0, model = "fast.npz" }}]\n')
+    text = text.replace('analysis = "forced_response"', 'analysis = "speed_sweep"')
+    text = re.sub(r"\[excitation\]\n.*\n|frequency = .*\n", "", text)
+    sweep = "[speed_sweep]\nspeed = [5000.0, 7000.0]\nengine_orders = [9]\nreference_speed = 6000.0\n"
+    with pytest.raises(InputError, match="reference_speed must be the speed of the sector's model, 0 rev/min"):
+        job(text + sweep, folder, "wheel")
+    text = text.replace(
+        'speed = 0.0\nat_speeds = [{ speed = 6000.0, model = "fast.npz" }]',
+        'speed = 6000.0\nat_speeds = [{ speed = 0.0, model = "wheel_sector.npz" }]',
+    ).replace('model = "wheel_sector.npz"  ', 'model = "fast.npz"  ')
+    plan = job(text + sweep, folder, "wheel").plan
+    at_rest, fast = (plan.problem.at_speed(speed).structure for speed in (0.0, 200.0 * np.pi))
+    for n in range(7):
+        np.testing.assert_allclose(fast.at(n).K, 1.02 * at_rest.at(n).K, rtol=1e-9, atol=1e-9 * np.abs(fast.at(n).K).max())
+    with pytest.raises(InputError, match="must stay away from a speed sweep"):
+        job(f"{text}{sweep}[excitation]\nengine_order = 3\n", folder, "wheel")
 
 
 def test_engine_orders_of_other_models_are_refused(tmp_path):

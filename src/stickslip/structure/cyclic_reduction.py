@@ -67,10 +67,10 @@ class Sector:
         free = self.solid.numbers[self.right][:, 0] >= 0
         weights = sparse.csr_array(sparse.eye_array(self.right.size)) if self.weights is None else self.weights
         shares = sparse.coo_array(weights[np.flatnonzero(free)])
-        follower, leader = shares.coords
-        leaders = self.solid.numbers[self.left][leader]
+        to, source = shares.coords
+        leaders = self.solid.numbers[self.left][source]
         values = shares.data[:, None, None] * self.joint(nodal_diameter)
-        rows = np.broadcast_to(dependent.reshape(-1, 3)[follower][:, :, None], values.shape)
+        rows = np.broadcast_to(dependent.reshape(-1, 3)[to][:, :, None], values.shape)
         columns = np.broadcast_to(leaders[:, None, :], values.shape)
         moving = columns >= 0  # a leader that is clamped moves nothing
         independent = np.setdiff1d(np.arange(size), dependent)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -73,7 +74,9 @@ def _lowest(K: sparse.csc_array, M: sparse.csc_array, factor: HermitianFactor, n
     if size <= DENSE_SIZE or 2 * number > size:
         squares, shapes = linalg.eigh(K.toarray(), M.toarray(), subset_by_index=[0, number - 1])
     else:
-        inverse = sparse_linalg.LinearOperator(K.shape, matvec=factor.solve, dtype=K.dtype)
+        # SciPy's objects for ARPACK refer to themselves; through a proxy they do not keep the factor until garbage is collected.
+        held = weakref.proxy(factor)
+        inverse = sparse_linalg.LinearOperator(K.shape, matvec=lambda load: held.solve(load), dtype=K.dtype)
         start = np.random.default_rng(1).standard_normal(size).astype(K.dtype)
         rows = sparse.csr_array(M)
         squares, shapes = sparse_linalg.eigsh(K, number, rows, sigma=0.0, OPinv=inverse, v0=start, tol=LANCZOS_TOLERANCE)

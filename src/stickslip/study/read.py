@@ -332,7 +332,10 @@ def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any],
 
 
 def acted_upon(problem: Problem | None, tables: Tables, found: Found) -> Problem | None:
-    """A disk under its engine orders and gas forces."""
+    """A disk under its engine orders and gas forces; of a speed sweep under the first of its orders."""
+    orders = getattr(tables.own.get("speed_sweep"), "engine_orders", None)
+    if orders and isinstance(problem, TunedDisk):
+        problem = problem.with_engine_order(orders[0] % problem.sectors)
     if problem is not None and tables.excitation is not None:
         problem = found.attempt("[excitation]", build.excited, problem, tables.excitation)
     if problem is not None and tables.aerodynamics is not None:
