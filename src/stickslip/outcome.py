@@ -16,6 +16,7 @@ class Outcome(IntEnum):
     MOST_STARTS_UNSOLVED = 5
     NO_PEAK = 6
     STATIC_NOT_FOUND = 7
+    STOPPED = 8
 
     @property
     def sentence(self) -> str:
@@ -44,5 +45,6 @@ _SENTENCES = {
         "Newton's method found no equilibrium under the static loads alone, though there may be one. Check static loads, "
         "preloads and gaps, and what holds each body; softer contacts help."
     ),
+    Outcome.STOPPED: "The run was stopped before this was computed.",
     Outcome.NO_PEAK: "No peak was found: the response is largest at an end of the band, or the curve broke off.",
 }

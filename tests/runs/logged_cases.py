@@ -11,6 +11,7 @@ from threading import Timer
 import numpy as np
 
 from stickslip.checks import Faults
+from stickslip.runs.work import CaseStopped
 
 
 @dataclass(frozen=True)
@@ -124,3 +125,19 @@ class Broken(LoggedCases):
         for _ in range(6000):
             time.sleep(0.01)
         return super().solve(case, report)
+
+
+@dataclass(frozen=True)
+class Stoppable(LoggedCases):
+    """Cases of many short steps, which give the steps done where they are stopped."""
+
+    def solve(self, case, report):
+        self._write("began", case)
+        done = 0
+        try:
+            while done < 1000:
+                time.sleep(0.01)
+                done += 1
+        except KeyboardInterrupt as stop:
+            raise CaseStopped({"done": np.array(done)}) from stop
+        return {"done": np.array(done)}

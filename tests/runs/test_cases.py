@@ -9,12 +9,13 @@ from multiprocessing import active_children
 
 import numpy as np
 import pytest
-from runs.logged_cases import Broken, KilledWhileItAnswers, LoggedCases, SlowToArrive, Unprepared
+from runs.logged_cases import Broken, KilledWhileItAnswers, LoggedCases, SlowToArrive, Stoppable, Unprepared
 
 import stickslip as ss
 from stickslip.checks import Faults
 from stickslip.runs.cases import all_cases
 from stickslip.runs.checkpoint import ABOUT, CheckpointFolder
+from stickslip.runs.work import Stopped
 
 LEVELS = [0.4, 0.5, 0.7, 1.0, 1.4, 2.0]
 BAND = ss.radians_per_second(0.5, 2.0)
@@ -190,3 +191,19 @@ def test_a_folder_of_something_else_is_refused(tmp_path):
     CheckpointFolder.remove(tmp_path / "none")
     CheckpointFolder.remove(tmp_path)
     assert not tmp_path.exists()
+
+
+def test_stopped_cases_give_what_they_have(tmp_path):
+    """Ctrl-C while this process and another compute, each in the middle of a case."""
+    work = Stoppable(str(tmp_path / "log"), 3, 0.0)
+
+    def stop(fraction, text):
+        if "2 at once" in text and len(work.lines("began")) == 2:
+            time.sleep(0.2)
+            raise KeyboardInterrupt
+
+    with pytest.raises(Stopped) as stopped:
+        all_cases(work, workers=2, progress=stop)
+    assert len(stopped.value.results) == 2
+    assert all(1 <= int(arrays["done"]) < 1000 for arrays in stopped.value.results.values())
+    assert not active_children()

@@ -6,7 +6,7 @@ import pytest
 import stickslip as ss
 from stickslip.cli import main
 from stickslip.study import read
-from stickslip.study.run_time import estimated_seconds
+from stickslip.study.run_time import _with_harmonics, estimated_seconds
 from stickslip.study.run_time import run_time as sentence
 from stickslip.study.templates import write_new
 
@@ -50,3 +50,14 @@ def test_listed_frequencies_and_other_analyses_have_no_estimate(tmp_path):
 def test_without_compiled_kernels_a_check_compiles_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "empty"))
     assert "compiles for about a minute" in run_time(read(study(tmp_path)))
+
+
+def test_chosen_harmonics_count(tmp_path):
+    """With "auto" the estimate is of the harmonics and samples that were chosen, not of a usual number."""
+    job = read(study(tmp_path))
+    automatic = read(study(tmp_path / "auto", "lumped", ("harmonics = 5", 'harmonics = "auto"')))
+    work = automatic.plan.works[""]
+    assert work.harmonics != job.plan.works[""].harmonics
+    chosen = _with_harmonics(automatic.sweep, automatic.plan)
+    assert (chosen.harmonics, chosen.samples) == (work.harmonics, work.samples)
+    assert _with_harmonics(job.sweep, job.plan) is job.sweep

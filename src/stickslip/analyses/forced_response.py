@@ -51,7 +51,7 @@ from stickslip.analyses.truncation import (
 from stickslip.analyses.work_parts import OneBalance
 from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique
 from stickslip.checks import whole as whole_number
-from stickslip.curves.curve import Curve, solve_curve
+from stickslip.curves.curve import Curve, CurveStopped, solve_curve, stopped_curve
 from stickslip.curves.refine import refined
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
@@ -72,7 +72,7 @@ from stickslip.results.stability import has_stability, words
 from stickslip.results.view import measure_in, nearest_point, periods_of
 from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
+from stickslip.runs.work import Arrays, CaseStopped, Checkpoint, Progress, Report, Workers
 from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.units import Band, followed
 
@@ -489,8 +489,31 @@ class ForcedResponseWork(OneBalance):
         started = time.process_time()
         omegas = [2.0 * np.pi * frequency / self.periods for frequency in self.frequencies]
         level, tolerance, measure = self.levels[case], self.peak_tolerance, self.measure.over(self.periods)
-        curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
-        return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
+        curve = None
+        try:
+            curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
+            return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
+        except KeyboardInterrupt as stop:
+            if isinstance(stop, CurveStopped):
+                curve = stop.curve
+            elif curve is not None:
+                curve = replace(
+                    curve, message=f"{curve.message} The run was stopped before the errors of its peaks were estimated."
+                )
+            if curve is None or not curve.points:
+                raise
+            raise CaseStopped(self._plain_arrays(curve)) from stop
+
+    def so_far(self, results: Mapping[int, Arrays]) -> xr.Dataset:
+        """The response of some force levels; the others are curves without points."""
+        none = [stopped_curve(self.balance, level, (), self.measure.over(self.periods)) for level in self.levels]
+        curves = [results[case] if case in results else self._plain_arrays(curve) for case, curve in enumerate(none)]
+        return self.gathered(curves).dataset
+
+    def _plain_arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
+        """The arrays of a curve as it is."""
+        arrays = curve_arrays(self.balance, curve)
+        return arrays | {"frequency": as_given(arrays["frequency"], self.frequencies, self.periods)}
 
     @cached_property
     def negative_damping(self) -> str:
@@ -528,8 +551,7 @@ class ForcedResponseWork(OneBalance):
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
         if not self.exactly:
             curve = refined(self.balance, curve)
-        arrays = curve_arrays(self.balance, curve)
-        arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
+        arrays = self._plain_arrays(curve)
         stability = judged(self.balance, curve, self.measure.over(self.periods))
         by_harmonics, by_samples, of_work = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
         names = self.problem.output_names

@@ -109,8 +109,7 @@ def check(
     from stickslip.study.model_summary import model_summary
     from stickslip.study.run_time import estimated_seconds, run_time
 
-    job = read_job(study)
-    _ = job.plan.works  # reads the files that the study names
+    job = prepared(read_job(study))
     say(f"{study} is valid: {job.plan.summary}.")
     for sentence in model_summary(job.sweep, job.plan.condition) if job.sweep else []:
         say(sentence)
@@ -143,7 +142,7 @@ def run(
     from stickslip.study.run import Run
     from stickslip.study.run_time import BRIEF, WORTH_SAYING, estimated_seconds, run_time
 
-    job = read_job(study)
+    job = prepared(read_job(study))
     seconds = estimated_seconds(job)
     alone = workers or (1 if seconds is not None and seconds < BRIEF else cores())
     executor = alone if scheduler is None else cluster(scheduler, workers)
@@ -211,6 +210,14 @@ def read_job(path: Path) -> Job:
     return job
 
 
+def prepared(job: Job) -> Job:
+    """A job whose work is made: it reads the files that the study names, and chooses harmonics where this is left to it."""
+    if job.sweep is not None and job.sweep.harmonics == "auto":
+        say("Choosing the harmonics and samples that the highest peaks need.")
+    _ = job.plan.works
+    return job
+
+
 def carry_out(run: Run, figures: bool = False) -> None:
     """Compute the missing cases and write everything; the checkpoint goes as soon as the results are on the disk."""
     try:
@@ -266,8 +273,13 @@ def hint_at_resuming(kept: CheckpointFolder) -> Iterator[None]:
     try:
         yield
     except (KeyboardInterrupt, OSError, MemoryError, InputError) as error:
-        if isinstance(error, KeyboardInterrupt) and not len(kept):
+        so_far = [
+            file.parent for file in (kept.folder / "results.nc", *sorted(kept.folder.glob("*/results.nc"))) if file.is_file()
+        ]
+        if isinstance(error, KeyboardInterrupt) and not so_far and not len(kept):
             warn("Nothing was kept yet: no part of the work was completed.")
+        for folder in so_far:
+            warn(f"Saved what was computed so far, unfinished curves too: `stickslip report {folder}` shows it.")
         if len(kept):
             curves = counted(len(kept), "completed curve")
             warn(f"Kept {curves} in {kept.folder}; run the same command with --resume to continue.")

@@ -15,7 +15,7 @@ from stickslip.problem import Problem
 from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.steps import StepControl
-from stickslip.solve.sweep import Sweep, from_start, points_at, sweep
+from stickslip.solve.sweep import Sweep, SweepStopped, from_start, points_at, sweep
 from stickslip.structure.cyclic import CyclicStructure
 
 RESTARTS = 3
@@ -58,6 +58,14 @@ class Curve:
     missing: tuple[tuple[int, float], ...] = ()
 
 
+class CurveStopped(KeyboardInterrupt):
+    """Ctrl-C while a curve is computed, with the points that are solved, as a curve without peaks."""
+
+    @property
+    def curve(self) -> Curve:
+        return self.args[0]  # type: ignore[no-any-return]
+
+
 def solve_curve(
     balance: HarmonicBalance,
     frequencies: Sequence[float],
@@ -77,11 +85,28 @@ def solve_curve(
     if exactly:
         return _listed(balance, frequencies, level, progress, control, begin, measure)
     start, end = frequencies[0], frequencies[-1]
-    found = sweep(balance, start, end, level, lambda done: progress(SWEEP * done), control, begin)
-    if isinstance(found, Outcome):
-        message = " ".join((found.sentence, *balance.problem.warnings))
-        return Curve(level, (), found, message, start, measure=measure)
-    return with_peaks(balance, ended(balance, level, found, (start, end), measure), progress, peak_tolerance)
+    points: Sequence[CurvePoint] = ()
+    try:
+        found = sweep(balance, start, end, level, lambda done: progress(SWEEP * done), control, begin)
+        if isinstance(found, Outcome):
+            message = " ".join((found.sentence, *balance.problem.warnings))
+            return Curve(level, (), found, message, start, measure=measure)
+        points = found.points
+        return with_peaks(balance, ended(balance, level, found, (start, end), measure), progress, peak_tolerance)
+    except KeyboardInterrupt as stop:
+        points = stop.points if isinstance(stop, SweepStopped) else points
+        raise CurveStopped(stopped_curve(balance, level, points, measure)) from stop
+
+
+def stopped_curve(
+    balance: HarmonicBalance, level: float, points: Sequence[CurvePoint], measure: Measure = DISPLACEMENT_AMPLITUDE
+) -> Curve:
+    """The points that were solved of a curve over a band before it was stopped; peaks are not sought."""
+    message = Outcome.STOPPED.sentence
+    if points:
+        reached = balance.hertz(points[-1].point.omega)
+        message = f"The run was stopped when this curve had got to {reached:.6g} Hz; its peaks were not searched for."
+    return Curve(level, tuple(points), Outcome.STOPPED, message, None, measure=measure)
 
 
 def _listed(

@@ -134,15 +134,17 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
     peak = highest_peak(dataset, case, output)
     name, unit, size = dataset.output.values[output], peak_unit(dataset), _size_of(dataset)
     if peak is None:
-        return f"{level_text(dataset, case)}: no point converged."
+        none = "not computed" if _stopped(dataset, case) else "no point converged"
+        return f"{level_text(dataset, case)}: {none}."
     where = "of the listed frequencies the" if is_listed(dataset) else "no peak inside the band; the"
     what = f"{name} peaks at" if peak.local else f"{where} largest computed {size or 'amplitude'} of {name} is"
     what = what.replace("peaks", f"peaks in {size}") if size else what
     if _incomplete(dataset, case) and not peak.local and not is_listed(dataset):
         last = hertz(float(dataset["frequency"].values[case, converged_points(dataset, case)[-1]]))
         largest = f"{number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
+        ended = "run was stopped" if _stopped(dataset, case) else "curve broke off"
         return (
-            f"{level_text(dataset, case)}: the curve broke off at {last} Hz before a peak; the largest computed "
+            f"{level_text(dataset, case)}: the {ended} at {last} Hz before a peak was found; the largest computed "
             f"{size or 'amplitude'} of {name} is {largest}."
         )
     return (
@@ -156,6 +158,10 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
 def _incomplete(dataset: xr.Dataset, case: int) -> bool:
     """Whether a curve ends before its band does, or lacks points that were asked for."""
     return int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED
+
+
+def _stopped(dataset: xr.Dataset, case: int) -> bool:
+    return int(dataset["case_outcome"].values[case]) == Outcome.STOPPED
 
 
 def _end_sentence(dataset: xr.Dataset, case: int, output: int) -> str:

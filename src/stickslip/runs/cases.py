@@ -5,12 +5,12 @@ An `Executor` computes them: this process or several of this machine (`processes
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from stickslip.checks import fault
 from stickslip.runs.processes import Processes
-from stickslip.runs.work import Arrays, Checkpoint, Executor, Progress, Report, Work, Workers, checked_progress
+from stickslip.runs.work import Arrays, Checkpoint, Executor, Progress, Report, Stopped, Work, Workers, checked_progress
 
 
 def all_cases(
@@ -19,7 +19,7 @@ def all_cases(
     workers: Workers = 1,
     progress: Progress = lambda fraction, text: None,
 ) -> list[Arrays]:
-    """The results of all cases in order: those kept by `checkpoint`, and the others computed."""
+    """The results of all cases in order: those kept by `checkpoint`, and the others computed. Ctrl-C raises `Stopped`."""
     executor = workers if isinstance(workers, Executor) else Processes(workers)
     if checkpoint is not None and not isinstance(checkpoint, Checkpoint):
         raise fault("checkpoint", "must be a CheckpointFolder, or have its load and save", checkpoint)
@@ -32,7 +32,11 @@ def all_cases(
             checkpoint.save(work.names[case], arrays)
         results[case] = arrays
 
-    executor.compute(work, missing, keep, progress)
+    try:
+        executor.compute(work, missing, keep, progress)
+    except KeyboardInterrupt as stop:
+        unfinished = stop.results if isinstance(stop, Stopped) else {}
+        raise Stopped({**results, **unfinished}) from stop
     return [results[case] for case in range(len(work.names))]
 
 
@@ -69,9 +73,10 @@ class Together:
         label, own = self.places[case]
         return self.works[label].solve(own, report)
 
-    def parted(self, results: Sequence[Arrays]) -> dict[str, list[Arrays]]:
-        """The results of each work."""
-        parts: dict[str, list[Arrays]] = {label: [] for label in self.works}
-        for (label, _), arrays in zip(self.places, results, strict=True):
-            parts[label].append(arrays)
+    def parted(self, results: Mapping[int, Arrays]) -> dict[str, dict[int, Arrays]]:
+        """The results of each work by its cases, of all cases or of some."""
+        parts: dict[str, dict[int, Arrays]] = {label: {} for label in self.works}
+        for number, (label, case) in enumerate(self.places):
+            if number in results:
+                parts[label][case] = results[number]
         return parts

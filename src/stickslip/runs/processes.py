@@ -16,23 +16,28 @@ import threading
 import traceback
 import warnings
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import connection, current_process, get_context, reduction
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
 
 from stickslip.checks import fault
 from stickslip.interrupts import for_this_process_only
-from stickslip.runs.work import Arrays, Keep, Progress, Work
+from stickslip.runs.work import Arrays, CaseStopped, Keep, Progress, Stopped, Work
 
 if TYPE_CHECKING:
     from multiprocessing.context import SpawnProcess
 
 POLL = 0.1
 """Seconds between two looks at the progress of the processes."""
+
+STOP, GRACE = -1, 5.0
+"""What stops a process in the middle of its case, and seconds in which it may then answer with what there is of the result."""
 
 _SAFE_PATH = "PYTHONSAFEPATH"
 """The variable by which a process of Python keeps the folder in which it starts off its import path."""
@@ -71,8 +76,11 @@ def _here(work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> N
             progress((number + _fraction(fraction)) / len(cases), words)
 
         report(0.0)
-        with threadpool_limits(1, user_api="blas"):
-            arrays = work.solve(case, report)
+        try:
+            with threadpool_limits(1, user_api="blas"):
+                arrays = work.solve(case, report)
+        except CaseStopped as stop:
+            raise Stopped({case: stop.arrays}) from stop
         keep(case, arrays)
 
 
@@ -87,46 +95,69 @@ def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, pr
     """
     left, kept = deque(cases), 0
     fractions = get_context("spawn").RawArray("d", len(work.names))
-    with _processes(work, workers - 1, fractions) as started, _thread(work, fractions) as here:
+    with _processes(work, workers - 1, fractions) as started, _thread(work, fractions) as (here, interrupt_here):
         busy: dict[connection.Connection, int | None] = dict.fromkeys(started)
         free = [here]
-        while kept < len(cases):
-            while left and free:
-                pipe, case = free.pop(), left.popleft()
-                busy[pipe] = case
-                with suppress(OSError):
-                    pipe.send(case)
-            ready = connection.wait(list(busy), POLL)
-            for pipe in [pipe for pipe in busy if pipe in ready]:
-                done = busy.pop(pipe)
-                try:
-                    answer = pipe.recv()
-                except (EOFError, OSError):
-                    what = _NOT_STARTED if done is None else _KILLED.format(words=work.words[done])
-                    warnings.warn(what, RuntimeWarning, stacklevel=2)
-                    left.extendleft([] if done is None else [done])
-                    continue
-                if isinstance(answer, Exception):
-                    raise answer
-                free.append(pipe)
-                if done is not None:
-                    keep(done, answer)
-                    kept += 1
-            share = sum(fractions[case] for case in cases) / len(cases)
-            at_once = len(free) + sum(case is not None for case in busy.values())
-            progress(max(share, kept / len(cases)), f"{kept} of {len(cases)} done, {at_once} at once")
+        try:
+            while kept < len(cases):
+                while left and free:
+                    pipe, case = free.pop(), left.popleft()
+                    busy[pipe] = case
+                    with suppress(OSError):
+                        pipe.send(case)
+                ready = connection.wait(list(busy), POLL)
+                for pipe in [pipe for pipe in busy if pipe in ready]:
+                    done = busy.pop(pipe)
+                    try:
+                        answer = pipe.recv()
+                    except (EOFError, OSError):
+                        what = _NOT_STARTED if done is None else _KILLED.format(words=work.words[done])
+                        warnings.warn(what, RuntimeWarning, stacklevel=2)
+                        left.extendleft([] if done is None else [done])
+                        continue
+                    if isinstance(answer, Exception):
+                        raise answer
+                    free.append(pipe)
+                    if done is not None:
+                        keep(done, answer)
+                        kept += 1
+                share = sum(fractions[case] for case in cases) / len(cases)
+                at_once = len(free) + sum(case is not None for case in busy.values())
+                progress(max(share, kept / len(cases)), f"{kept} of {len(cases)} done, {at_once} at once")
+        except KeyboardInterrupt as stop:
+            for pipe in busy:
+                if pipe is here:
+                    interrupt_here(KeyboardInterrupt)
+                else:
+                    with suppress(OSError):
+                        pipe.send(STOP)
+            raise Stopped(_unfinished(busy)) from stop
+
+
+def _unfinished(busy: Mapping[connection.Connection, int | None]) -> dict[int, Arrays]:
+    """What the places have of the cases in whose middle they were interrupted."""
+    results: dict[int, Arrays] = {}
+    waiting, until = {pipe: case for pipe, case in busy.items() if case is not None}, monotonic() + GRACE
+    while waiting and (ready := connection.wait(list(waiting), max(until - monotonic(), 0.0))):
+        for pipe in [pipe for pipe in waiting if pipe in ready]:
+            case = waiting.pop(pipe)
+            with suppress(EOFError, OSError):
+                answer = pipe.recv()
+                if isinstance(answer, CaseStopped):
+                    results[case] = answer.arrays
+    return results
 
 
 @contextmanager
-def _thread(work: Work, fractions: Any) -> Iterator[connection.Connection]:
-    """A thread of this process that solves the cases sent to it, as the pipe to it.
+def _thread(work: Work, fractions: Any) -> Iterator[tuple[connection.Connection, Callable[[type[BaseException]], None]]]:
+    """A thread of this process that solves the cases sent to it, as the pipe to it and what raises an exception in it.
 
     An error in the block ends it in the middle of a case: between two instructions of Python, where Ctrl-C acts as well.
     """
     here, there = get_context("spawn").Pipe()
 
     def serve() -> None:
-        with suppress(EOFError, OSError, SystemExit):
+        with suppress(EOFError, OSError, SystemExit, KeyboardInterrupt):
             while True:
                 there.send(_answer(work, there.recv(), fractions))
 
@@ -134,14 +165,19 @@ def _thread(work: Work, fractions: Any) -> Iterator[connection.Connection]:
     with threadpool_limits(1, user_api="blas"):
         thread.start()
         try:
-            yield here
+            yield here, partial(_raise_in, thread)
         except BaseException:
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(SystemExit))
+            _raise_in(thread, SystemExit)
             raise
         finally:
             here.close()
             thread.join()
             there.close()
+
+
+def _raise_in(thread: threading.Thread, error: type[BaseException]) -> None:
+    """Raise an exception in a thread, between two of its instructions of Python."""
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(error))
 
 
 @contextmanager
@@ -211,7 +247,7 @@ def _serve(fractions: Any, pipe: connection.Connection) -> None:
         return
     cases: queue.Queue[int] = queue.Queue()
     threading.Thread(target=_receive, args=(pipe, cases), daemon=True).start()
-    with threadpool_limits(1, user_api="blas"), suppress(OSError):
+    with threadpool_limits(1, user_api="blas"), suppress(OSError, KeyboardInterrupt):
         pipe.send(None)
         while True:
             pipe.send(_answer(work, cases.get(), fractions))
@@ -221,18 +257,24 @@ def _receive(pipe: connection.Connection, cases: queue.Queue[int]) -> None:
     """Pass on what comes through the pipe; when it closes, the process ends in the middle of whatever it does."""
     with suppress(EOFError, OSError):
         while True:
-            cases.put(pipe.recv())
+            case = pipe.recv()
+            if case == STOP:
+                _raise_in(threading.main_thread(), KeyboardInterrupt)
+            else:
+                cases.put(case)
     os._exit(1)
 
 
-def _answer(work: Work, case: int, fractions: Any) -> Arrays | Exception:
-    """The result of a case, or the error it ended with and where."""
+def _answer(work: Work, case: int, fractions: Any) -> Arrays | Exception | CaseStopped:
+    """The result of a case, or what there is of it after Ctrl-C, or the error it ended with and where."""
 
     def report(fraction: float) -> None:
         fractions[case] = _fraction(fraction)
 
     try:
         arrays = work.solve(case, report)
+    except CaseStopped as stop:
+        return CaseStopped(stop.arrays)
     except Exception as error:
         error.add_note("Where it was computed:\n" + "".join(traceback.format_exception(error)))
         return error

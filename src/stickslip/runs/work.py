@@ -6,11 +6,14 @@ What a case gives are plain arrays, which travel between machines and to disk.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from numpy.typing import NDArray
 
 from stickslip.checks import fault
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Arrays = Mapping[str, NDArray[Any]]
 Progress = Callable[[float, str], None]
@@ -18,6 +21,22 @@ Report = Callable[[float], None]
 """Called with the fraction of a case that is done."""
 Keep = Callable[[int, Arrays], None]
 """Called with a case and its result as soon as it is solved."""
+
+
+class CaseStopped(KeyboardInterrupt):
+    """Ctrl-C in the middle of a case, with what there is of its result."""
+
+    @property
+    def arrays(self) -> Arrays:
+        return self.args[0]  # type: ignore[no-any-return]
+
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C while cases are computed, with the results there are, by case: also those of unfinished cases that are of use."""
+
+    @property
+    def results(self) -> Mapping[int, Arrays]:
+        return self.args[0]  # type: ignore[no-any-return]
 
 
 class Work(Protocol):
@@ -36,6 +55,14 @@ class Work(Protocol):
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The result of a case."""
+
+
+@runtime_checkable
+class StoppableWork(Work, Protocol):
+    """Work whose results are of use although some cases are missing or, after `CaseStopped`, unfinished."""
+
+    def so_far(self, results: Mapping[int, Arrays]) -> xr.Dataset:
+        """The labelled results of some cases."""
 
 
 @runtime_checkable

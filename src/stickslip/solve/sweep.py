@@ -40,6 +40,14 @@ class Sweep:
     from_the_end: str | None = None
 
 
+class SweepStopped(KeyboardInterrupt):
+    """Ctrl-C in a sweep, with the points that are solved."""
+
+    @property
+    def points(self) -> tuple[CurvePoint, ...]:
+        return self.args[0]  # type: ignore[no-any-return]
+
+
 def sweep(
     balance: HarmonicBalance,
     start: float,
@@ -143,6 +151,8 @@ def _traced(
                 points.append(point)
                 progress(abs(omega - start) / max(abs(end - start), np.finfo(float).tiny))
             before = point
+    except KeyboardInterrupt as stop:
+        raise SweepStopped(tuple(points)) from stop
     except LostCurveError as reason:
         passed_by = not points and str(reason) == TURNED_BACK
         return Sweep(points, PASSED_BY if passed_by else str(reason))

@@ -17,7 +17,7 @@ from stickslip.files import sweep
 from stickslip.results.files import open_results, save, stamped
 from stickslip.runs.cases import Together, all_cases
 from stickslip.runs.checkpoint import CheckpointFolder
-from stickslip.runs.work import Progress, Workers
+from stickslip.runs.work import Arrays, Progress, StoppableWork, Stopped, Work, Workers
 from stickslip.study.analysis import SearchingPlan
 from stickslip.study.read import Job
 
@@ -89,11 +89,15 @@ class Run:
         works = {name: job.plan.works for name, job in self.jobs.items()}
         together = Together({f"{name} {kind}".strip(): work for name, kinds in works.items() for kind, work in kinds.items()})
         checkpoint = kept if self.resume else _Anew(kept)
-        results = all_cases(together, checkpoint, self.workers, progress)
+        try:
+            results = all_cases(together, checkpoint, self.workers, progress)
+        except Stopped as stop:
+            self._save_so_far(together.parted(stop.results), works)
+            raise
         progress(1.0, "linear curves and results.nc")
-        parts, datasets = together.parted(results), {}
+        parts, datasets = together.parted(dict(enumerate(results))), {}
         for name, job in self.jobs.items():
-            own = {kind: parts[f"{name} {kind}".strip()] for kind in works[name]}
+            own = {kind: list(parts[f"{name} {kind}".strip()].values()) for kind in works[name]}
             attributes = {"title": job.title, "study": job.text, "analysis": job.analysis, "input_key": self.key}
             plan = job.plan
             search = (checkpoint, self.workers, progress)
@@ -102,6 +106,16 @@ class Run:
             (self.folder / "report.html").unlink(missing_ok=True)  # an interrupted run leaves no report of other results
             save(datasets[name], self.folder / name / "results.nc")
         return datasets
+
+    def _save_so_far(self, parts: Mapping[str, Mapping[int, Arrays]], works: Mapping[str, Mapping[str, Work]]) -> None:
+        """Save what a stopped run has, beside the checkpoint, where it is of use without the rest."""
+        for name, job in self.jobs.items():
+            own = {kind: parts[f"{name} {kind}".strip()] for kind in works[name]}
+            work = works[name].get("")
+            if not isinstance(work, StoppableWork) or not own[""]:
+                continue
+            attributes = {"title": f"{job.title} (stopped)", "study": job.text, "analysis": job.analysis}
+            save(stamped(work.so_far(own[""])).assign_attrs(attributes), self.folder / UNFINISHED / name / "results.nc")
 
 
 class _Anew:

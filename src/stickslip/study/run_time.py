@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 from typing import TYPE_CHECKING
@@ -10,12 +11,13 @@ from typing import TYPE_CHECKING
 import numba
 import numpy as np
 
+from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.checks import counted
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem.truncation import on_few_coordinates
 from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import LostCurveError
-from stickslip.study.analysis import Sweep
+from stickslip.study.analysis import Plan, Sweep
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -28,7 +30,7 @@ TRIED, LONGEST = 15, 1.0
 """Points that are traced to see how long one takes, and CPU seconds after which it is enough."""
 
 AUTOMATIC = 7
-"""Harmonics that stand for those which are chosen during the run."""
+"""Harmonics that stand for those which an analysis other than the forced response chooses during the run."""
 
 STEPS = ((10.0, "seconds"), (90.0, "about a minute"), (1200.0, "minutes"), (5400.0, "about an hour"), (40000.0, "hours"))
 """CPU seconds up to which computing takes so long: what is estimated is right to a factor of five."""
@@ -75,8 +77,14 @@ def estimated_seconds(job: Job) -> float | None:
     still to be compiled."""
     if job.sweep is None or not _has_curves(job) or not isinstance(job.sweep.frequencies, Band) or not _compiled():
         return None
-    a_point = _seconds_a_point(job.sweep, job.sweep.frequencies)
+    a_point = _seconds_a_point(_with_harmonics(job.sweep, job.plan), job.sweep.frequencies)
     return None if a_point is None else POINTS * _curves(job) * a_point
+
+
+def _with_harmonics(sweep: Sweep, plan: Plan) -> Sweep:
+    """The sweep with the harmonics and samples that were chosen for it, which is done where its work is made."""
+    work = plan.works.get("") if sweep.harmonics == "auto" else None
+    return replace(sweep, harmonics=work.harmonics, samples=work.samples) if isinstance(work, ForcedResponseWork) else sweep
 
 
 def _seconds_a_point(sweep: Sweep, band: Band) -> float | None:
