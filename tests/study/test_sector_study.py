@@ -95,6 +95,22 @@ def test_the_soft_spring_that_a_wedge_needs_is_proposed(folder):
     assert '[[mean_spring]]: direction = { "wedge/centre.z" = 1 }, k of about' in "\n".join(model_summary(loose.sweep))
 
 
+def test_a_surface_of_the_next_sector_stands_in_its_place(folder):
+    """A platform turned by 30° does not lie on itself: nothing of it touches. Two sectors on there is no name."""
+    text = re.sub(
+        r"(?s)\[\[body\]\].*?(?=\[\[force\]\])|\[\[mean_spring\]\].*?(?=\[sweep\])", "", (folder / "wheel.toml").read_text()
+    )
+    shroud = '[[contact]]\nlaw = "gap"\nkn = 1e3\nsurface = "PLATFORM_RIGHT"\nagainst = "next/PLATFORM_RIGHT"\n'
+    assert "does not exist" in fault_of(folder, text + shroud.replace("next/", "next/next/"))
+    assert "must touch what lies opposite" in fault_of(folder, f"{text}{shroud}facing = [-0.97, 0.26, 0.0]\n")
+
+
+def fault_of(folder, text):
+    with pytest.raises(InputError) as error:
+        job(text, folder, "wheel")
+    return str(error.value)
+
+
 @pytest.mark.slow
 def test_a_study_runs_to_its_report(folder, tmp_path):
     """From the command line: peaks of both force levels are those of the problem in Python, and the report names the disk."""

@@ -39,8 +39,8 @@ SAME_SPEED = 0.01
 """Relative difference up to which two speeds are one."""
 SAME_MASS = 1e-6
 """Difference of two mass matrices, relative to their largest entry, that is rounding of printed numbers."""
-RESISTED = 1e-9
-"""Resistance to a rigid translation, relative to the sum of the sizes of what acts on a row, that is more than rounding."""
+COUPLING = 1e-6
+"""Mass between different directions, relative to the largest, that is more than rounding."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ def disks_of(
     ]
     speed_of: Sequence[float | None] = speeds or [None] * len(models)
     prestress = [prestress_note(each, faces.axis, speed) for each, speed in zip(models, speed_of, strict=True)]
-    change = f"The lowest frequencies change by {float(arrays['error']):.1g} of themselves if the other face follows"
+    change = f"The lowest frequencies change by up to {100.0 * float(arrays['error']):.1g} % if the other face follows instead"
     error_note = (change,) if faces.interpolated else ()
     return disks, (*map(str, places), *read.notes, *error_note, *filter(None, prestress))
 
@@ -302,15 +302,17 @@ def _side(model: Model, names: Sequence[str], face: str) -> Index:
 
 
 def _refuse_local_axes(model: Model, numbers: Index, nodes: Index) -> None:
-    """Rows of face nodes along axes of their own do not join: K then resists the translation of all nodes in their rows."""
+    """Rows of face nodes along axes of their own do not join. The mass of solids then couples different directions of two nodes,
+    which it does not along the axes of the model; only where the reader has noted such axes at all.
+    """
     if not any(OWN_AXES in note for note in model.notes):
         return
-    moved = np.zeros(model.size)
-    moved[[row for name, row in model.rows.items() if name.endswith(".z")]] = 1.0
+    direction = np.array(["xyz".find(name.rpartition(".")[2]) for name in model.dofs])
     own = numbers[nodes].ravel()
-    own = own[own >= 0]
-    resisted = np.abs(model.K @ moved)[own] > RESISTED * (abs(model.K) @ moved)[own]
-    if own.size and resisted.mean() > 0.5:
+    mass = sparse.coo_array(model.M[own[own >= 0]])
+    ours, others = direction[own[own >= 0]][mass.coords[0]], direction[mass.coords[1]]
+    coupling = np.abs(mass.data[(others >= 0) & (ours != others)]).max(initial=0.0)
+    if coupling > COUPLING * np.abs(mass.data).max(initial=0.0):
         raise fault(
             "Nodes on the faces of a sector",
             "must have rows along x, y and z of the model",
