@@ -1,5 +1,7 @@
 """The picture of a deformed shape: its factor, its frames, its size in a page, and steps of moving pictures."""
 
+import base64
+import gzip
 import json
 import re
 
@@ -97,7 +99,7 @@ def test_a_film_shows_every_frame_of_the_surface_and_a_page_can_be_saved(shape, 
 
 def test_reports_hold_the_shapes(response, tmp_path):
     page = write({"blade": response.with_motion().dataset}, tmp_path / "report.html").read_text()
-    data = json.loads(re.search(r'<script[^>]*id="data"[^>]*>(.*?)</script>', page, re.S).group(1))
+    data = json.loads(gzip.decompress(base64.b64decode(re.search(r'id="data">(.*?)</script>', page).group(1))))
     (place,) = data["places"]["chart-shape"]
     assert place["choices"] == [{"name": "Force level", "options": ["20 N", "80 N"]}]
     assert "largest" in place["charts"][1]["note"]

@@ -1,6 +1,7 @@
 """A page as a browser would read it: elements, table cells, and the charts with their numbers written out."""
 
 import base64
+import gzip
 import itertools
 import json
 from html.parser import HTMLParser
@@ -50,7 +51,12 @@ class Page(HTMLParser):
         return [row for row in found if row]
 
     def data(self):
-        return json.loads(next(text for attrs, text in self.scripts if attrs.get("id") == "data"))
+        return json.loads(self.unpacked("data"))
+
+    def unpacked(self, identifier):
+        """The text of an element that holds it gzipped."""
+        packed = next(text for attrs, text in self.scripts if attrs.get("id") == identifier)
+        return gzip.decompress(base64.b64decode(packed)).decode()
 
     def charts(self, place, result=0):
         """Charts of a place with their numbers written out, by the choices that show them."""

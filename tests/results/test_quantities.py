@@ -162,3 +162,16 @@ def test_a_formula_behind_what_ends_a_cell_elsewhere(end):
     """Where commas are decimal, spreadsheets take semicolons as the ends of cells, and know no quotes in the midst of one."""
     table = without_formulas(pd.DataFrame({"a": [f"1.x{end}=cmd|' /C calc'!A0{end}2"]}))
     assert table.iloc[0, 0] == f"1.x{end}'=cmd|' /C calc'!A0{end}2"
+
+
+def test_exported_peaks_carry_the_errors_that_the_console_prints(response):
+    """At the highest peak of each level and output, as the result holds them: the others have none."""
+    dataset = ss.forced_response(response.problem, ss.hertz(0.5, 1.2), force=[1.0, 4.0], harmonics=3).dataset
+    errors = {"truncation_error": [[0.01], [0.02]], "modal_error": [[-0.03], [np.nan]], "patch_error": [[0.05], [0.06]]}
+    dataset = dataset.assign({name: (("case", "output"), np.array(values)) for name, values in errors.items()})
+    table = ss.peak_table(dataset)
+    assert table["peak"].tolist() == [0, 0]
+    for name, values in errors.items():
+        np.testing.assert_array_equal(table[name], np.ravel(values))
+    assert {"sampling_error", "work_error"} <= set(table)
+    assert not {"modal_error", "patch_error"} & set(ss.peak_table(dataset.drop_vars(["modal_error", "patch_error"])))

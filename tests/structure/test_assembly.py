@@ -65,3 +65,21 @@ def test_damping_that_feeds_energy_in_is_refused():
         Structure(np.eye(2), np.eye(2), ("1.x", "2.x"), C=-0.02 * np.eye(2))
     gyroscopic = np.array([[0.02, 1.0], [-1.0, 0.02]])
     assert Structure(np.eye(2), np.eye(2), ("1.x", "2.x"), C=gyroscopic).C is not None
+
+
+def test_a_set_of_one_node_may_be_called_by_its_name():
+    """left/tip.x is left/tip/1430.x where tip has no other node; a name that exists keeps its meaning."""
+    dofs = ("left/tip/1430.x", "left/tip/1430.y", "left/pad/1.x", "left/pad/2.x", "left/root/7.x", "left/root.x")
+    whole = Structure(np.eye(6), np.eye(6), dofs)
+    assert [whole.index(dof) for dof in ("left/tip.x", "left/tip.y", "left/tip/1430.x", "left/root.x")] == [0, 1, 0, 5]
+    with pytest.raises(InputError, match=r"'left/pad\.x' does not exist"):
+        whole.index("left/pad.x")
+
+
+def test_a_misspelt_name_is_compared_with_those_of_its_structure():
+    """right/tpi.x is as near to left/tip.x, which is of the other blade."""
+    whole = Structure(np.eye(3), np.eye(3), ("left/tpj.x", "left/tip.x", "right/tip.x"))
+    with pytest.raises(InputError, match=r"Did you mean 'right/tip\.x'"):
+        whole.index("right/tpj.x")
+    with pytest.raises(InputError, match=r"Did you mean 'left/tip\.x'"):
+        whole.index("lft/tip.x")

@@ -347,3 +347,16 @@ def test_a_force_has_a_direction_as_outputs_have(folder):
     assert found.forces[0].coefficients == {"1.x": 0.6, "1.y": 0.8}
     with pytest.raises(InputError, match=r"^\[\[force\]\] 1: at is called direction now. Write direction instead.$"):
         made(folder, tail=TAIL.replace('direction = "1.x"', 'at = "1.x"'))
+
+
+def test_a_set_of_one_node_in_a_study(folder):
+    """tip.x is tip/14.x: forces, outputs and contacts take it, and the rotation keeps its lever, 1 mm."""
+    structure = FOUR.replace('["1.x", "1.y", "2.x", "2.rz"]', '["tip/14.x", "tip/14.y", "2.x", "tip/14.rz"]')
+    tail = TAIL.replace('"1.x"', '"tip.x"').replace('"2.rz"', '"tip.rz"')
+    contacts = SPRING.replace('"1.x"', '"tip.x"')
+    problem = made(folder, contacts, 'units = "mm-t-s"' + HEAD, tail, structure).sweep.problem
+    assert problem.output_names == ("tip.x", "rim")
+    assert problem.output_rows.tolist() == [[1, 0, 0, 0], [0, 0, 1, 0.5e-3]]
+    assert problem.load(1, 2.0)[0].tolist() == [3.0, 2.0, 4.0]
+    with pytest.raises(InputError, match=r"'tip\.z' does not exist"):
+        made(folder, contacts, HEAD, tail.replace('"tip.rz"', '"tip.z"'), structure)

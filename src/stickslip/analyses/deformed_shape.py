@@ -4,7 +4,7 @@ dataset keeps of it, so that a report shows it without the problem.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -19,10 +19,12 @@ from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.loads import excited_harmonics
 from stickslip.problem import Problem
 from stickslip.results.representative import spread
+from stickslip.results.shown_units import system_of
 from stickslip.results.view import highest_peak, level_text, periods_of
 from stickslip.structure.cyclic_reduction import rotation
 from stickslip.structure.mesh_surface import thinned, triangulated
 from stickslip.structure.sector_surface import SectorSurface
+from stickslip.units import UnitSystem
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +42,7 @@ REMEDY = (
 @dataclass(frozen=True, eq=False)
 class SurfaceMotion:
     """u(t) = Re displacement exp(i h ω t): points (p, 3) at rest [m], triangles (t, 3), places among the points, displacement
-    (p, 3) complex [m].
+    (p, 3) complex [m]. system: the units to show.
     """
 
     title: str
@@ -48,6 +50,7 @@ class SurfaceMotion:
     triangles: Index
     displacement: NDArray[np.complex128]
     note: str = field(default="", kw_only=True)
+    system: UnitSystem | None = field(default=None, kw_only=True)
 
     @cached_property
     def amplitude(self) -> Array:
@@ -83,9 +86,9 @@ def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int,
     title = f"{problem.heading}, {level_text(dataset, case)}, {hertz:.6g} Hz"
     title += f", harmonic {harmonic}" if harmonic > 1 or excited_harmonics(problem.forces) != {1} else ""
     if isinstance(problem, TunedDisk) and problem.surface is not None:
-        return _of_a_tuned_disk(problem, problem.surface, q, harmonic, title)
+        return replace(_of_a_tuned_disk(problem, problem.surface, q, harmonic, title), system=system_of(dataset))
     if isinstance(problem, FullDisk) and problem.surface is not None:
-        return _of_a_full_disk(problem, problem.surface, q, title)
+        return replace(_of_a_full_disk(problem, problem.surface, q, title), system=system_of(dataset))
     rows = {dof: row for row, dof in enumerate(problem.structure.dofs)}
     surfaces = problem.structure.surfaces
     first = np.cumsum([0, *(len(surface.points) for surface in surfaces)])
@@ -94,6 +97,7 @@ def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int,
         np.concatenate([surface.points for surface in surfaces]),
         np.concatenate([surface.triangles + start for surface, start in zip(surfaces, first[:-1], strict=True)]),
         np.concatenate([surface.motion(q[[rows[dof] for dof in surface.dofs]]) for surface in surfaces]),
+        system=system_of(dataset),
     )
 
 
@@ -171,6 +175,8 @@ def kept_shapes(dataset: xr.Dataset) -> dict[str, SurfaceMotion]:
     titles = np.atleast_1d(dataset.attrs["shape_titles"])
     notes = np.broadcast_to(np.atleast_1d(dataset.attrs["shape_note"]), titles.shape)
     return {
-        level_text(dataset, int(case)): SurfaceMotion(str(title), points, triangles, u[..., 0] + 1j * u[..., 1], note=str(note))
+        level_text(dataset, int(case)): SurfaceMotion(
+            str(title), points, triangles, u[..., 0] + 1j * u[..., 1], note=str(note), system=system_of(dataset)
+        )
         for case, title, note, u in zip(dataset["shape_case"].values, titles, notes, parts, strict=True)
     }

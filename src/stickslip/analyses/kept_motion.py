@@ -10,6 +10,7 @@ from stickslip.analyses.motion import BodyMotion, FaceMotion, LoopMotion, Period
 from stickslip.analyses.response_motion import response_motion
 from stickslip.checks import Array
 from stickslip.problem import Problem
+from stickslip.results.shown_units import system_of
 from stickslip.results.view import highest_peak, level_text
 
 if TYPE_CHECKING:
@@ -134,4 +135,4 @@ def kept_motion(dataset: xr.Dataset, case: int) -> PeriodOfMotion:
     values = [here[f"motion_loop_{name}"].values for name in ("displacement", "force", "state")]
     names = map(str, np.atleast_1d(dataset.attrs["loops_in_motion"]))
     loops = tuple(LoopMotion(name, u, force, state.astype(int)) for name, u, force, state in zip(names, *values, strict=True))
-    return PeriodOfMotion(title, loops, tuple(bodies), faces, points)
+    return PeriodOfMotion(title, loops, tuple(bodies), faces, points, system=system_of(dataset))

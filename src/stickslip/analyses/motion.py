@@ -17,6 +17,7 @@ from stickslip.contact.point import Contact
 from stickslip.harmonic.cycle import ContactCycle
 from stickslip.problem import Problem
 from stickslip.structure.rigid_body import arm_of
+from stickslip.units import UnitSystem
 
 FRAMES = 48
 """Pictures of a period."""
@@ -81,7 +82,7 @@ class Wheel:
 
 @dataclass(frozen=True, eq=False)
 class PeriodOfMotion:
-    """Everything that moves in one period; without sections of bodies only its loops and states."""
+    """Everything that moves in one period; without sections of bodies only its loops and states. system: the units to show."""
 
     title: str
     loops: tuple[LoopMotion, ...]
@@ -90,6 +91,7 @@ class PeriodOfMotion:
     points: tuple[PointMotion, ...] = ()
     wheel: Wheel | None = None
     note: str = field(default="", kw_only=True)
+    system: UnitSystem | None = field(default=None, kw_only=True)
 
 
 def frames_of(samples: int) -> Index:

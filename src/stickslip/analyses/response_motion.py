@@ -13,6 +13,7 @@ from stickslip.disks.full import FullDisk
 from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.problem import Problem
+from stickslip.results.shown_units import system_of
 from stickslip.results.view import level_text, periods_of
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def response_motion(dataset: xr.Dataset, problem: Problem, case: int, point: int
     hertz, periods = float(dataset["frequency"].values[case, point]), periods_of(dataset)
     title = f"{problem.heading}, {level_text(dataset, case)}, {hertz:.6g} Hz"
     note = f"one period of the motion is {periods} of the excitation" if periods > 1 else ""
-    return PeriodOfMotion(title, loops, *parts, wheel_of(problem, outputs), note=note)
+    return PeriodOfMotion(title, loops, *parts, wheel_of(problem, outputs), note=note, system=system_of(dataset))
 
 
 def wheel_of(problem: Problem, outputs: Array) -> Wheel | None:

@@ -87,12 +87,13 @@ def export(
     per_force: Annotated[bool, typer.Option("--per-force", help="The quantity per force: of a velocity the mobility.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")] = False,
 ) -> None:
-    """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force."""
+    """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force, in
+    the units of the study."""
     from stickslip.files import write_text
     from stickslip.report.presentation import presentation_of
-    from stickslip.report.responses import further_tables
     from stickslip.results.files import open_results
     from stickslip.results.quantities import other_peaks, peak_table, quantity_table
+    from stickslip.results.shown_units import shown_table
 
     if out.suffix not in (".csv", ".mat"):
         raise fault("--out", "must end in .csv or .mat", str(out))
@@ -109,10 +110,10 @@ def export(
         return
     if all(presentation_of(dataset).responses for dataset in datasets.values()):
         files = {
-            path: table_of({name: make(dataset, quantity, per_force) for name, dataset in datasets.items()})
+            path: table_of({name: shown_table(make(dataset, quantity, per_force), dataset) for name, dataset in datasets.items()})
             for path, make in ((out, quantity_table), (out.with_name(f"{out.stem}_peaks.csv"), peak_table))
         }
-        files |= captioned({name: further_tables(dataset) for name, dataset in datasets.items()}, out)
+        files |= captioned({name: _further(dataset) for name, dataset in datasets.items()}, out)
         notes = dict.fromkeys(filter(None, (other_peaks(dataset, quantity) for dataset in datasets.values())))
     else:
         files, notes = captioned({name: presentation_of(dataset).tables(dataset) for name, dataset in datasets.items()}, out), {}
@@ -122,6 +123,14 @@ def export(
         say(f"Wrote {path}")
     for sentence in notes:
         say(sentence)
+
+
+def _further(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
+    """The tables that only some responses have, in the units of the study."""
+    from stickslip.report.responses import further_tables
+    from stickslip.results.shown_units import shown_table
+
+    return {caption: shown_table(table, dataset) for caption, table in further_tables(dataset).items()}
 
 
 def refuse_quantity(presentation: Presentation, dataset: xr.Dataset, quantity: str | None) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from stickslip.analyses.deformed_shape import has_surface
 from stickslip.analyses.forced_response import ForcedResponse
@@ -17,6 +18,8 @@ from stickslip.plots.interactive import plotly_figure
 from stickslip.plots.look import FREE, STUCK, Style, contact
 from stickslip.plots.performance_curve import performance_curves
 from stickslip.plots.response_curves import HERTZ, response_axis
+from stickslip.plots.shown_chart import shown_chart
+from stickslip.results.shown_units import system_of
 from stickslip.results.view import (
     Length,
     along_curve_as,
@@ -58,7 +61,7 @@ def curve_figure(answer: Answer, pinned: Answer | None, output: str, log: bool, 
     limits = (0.5 * low, 2.0 * high) if log else (0.0, 1.3 * high)
     axis = Axis(axis.quantity, axis.unit, log=log, limits=limits)
     panel = Panel(HERTZ, axis, layers, height=4.4)
-    return _figure(Chart(output, [panel]), dark)
+    return _figure(Chart(output, [panel]), dataset, dark)
 
 
 def _linear(answer: Answer, output: int, metres: float) -> list[Layer]:
@@ -79,7 +82,7 @@ def peak_words(answer: Answer, output: str) -> tuple[str, str]:
         return "–", "–"
     measure, units = measure_in(dataset), str(dataset["peak_amplitude"].attrs["units"])
     per = measure.per(float(dataset.force_level[0]))
-    return f"{peak.frequency:.6g} Hz", size_text(peak.amplitude / per, units)
+    return f"{peak.frequency:.6g} Hz", size_text(peak.amplitude / per, units, dataset)
 
 
 def change_words(answer: Answer, pinned: Answer | None, output: str) -> tuple[str, str]:
@@ -117,7 +120,7 @@ def detail_figures(answer: Answer, point: int, output: str, dark: bool, narrow: 
         found.append(response.animate(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
     if has_surface(response.problem):
         found.append(response.deformed_shape(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
-    return [*found, _figure(_energy_and_harmonics(response, point, answer.place(output)), dark)]
+    return [*found, _figure(_energy_and_harmonics(response, point, answer.place(output)), dataset, dark)]
 
 
 def _energy_and_harmonics(response: ForcedResponse, point: int, output: int) -> Chart:
@@ -147,11 +150,14 @@ def performance_figure(curve: PerformanceCurve, ratio: float, dark: bool) -> dic
     """The performance curve with the present ratio of pull and excitation."""
     chart = performance_curves(curve.dataset)
     rule = Rule(ratio, Style("contact 5", "dash", 2.0), THIS)
-    return _figure(replace(chart, panels=[replace(panel, layers=[*panel.layers, rule]) for panel in chart.panels]), dark)
+    marked = replace(chart, panels=[replace(panel, layers=[*panel.layers, rule]) for panel in chart.panels])
+    return _figure(marked, curve.dataset, dark)
 
 
-def _figure(chart: Chart, dark: bool) -> dict[str, Any]:
-    found: dict[str, Any] = plotly_figure(chart, dark).update_layout(uirevision="kept", autosize=True).to_dict()
+def _figure(chart: Chart, dataset: xr.Dataset, dark: bool) -> dict[str, Any]:
+    """A chart in the units of the study."""
+    shown = shown_chart(chart, system_of(dataset))
+    found: dict[str, Any] = plotly_figure(shown, dark).update_layout(uirevision="kept", autosize=True).to_dict()
     return found
 
 

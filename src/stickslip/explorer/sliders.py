@@ -5,12 +5,14 @@ from __future__ import annotations
 import inspect
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from stickslip import rigs
+from stickslip.results.shown_units import in_system
+from stickslip.units import UnitSystem
 
 FACTOR = 4.0
 """A slider reaches from the value of the study divided by this to the value times this, on a logarithmic scale."""
@@ -34,7 +36,9 @@ UNITS = {
     "kn": "N/m",
 }
 UNITS |= {"stiffness": "N/m", "ktx": "N/m", "kty": "N/m"}
-"""Of arguments of rigs, which are in SI, by the last word of their names; others are numbers, or have none here."""
+"""Of arguments of rigs, by the last word of their names; others are numbers, or have none here."""
+OWN_UNITS = {"kt": "N/m", "kn": "N/m", "normal_load": "N", "preload": "N", "static": "N", "pull": "N"}
+"""Of numbers of a study's own tables, in SI, by their key."""
 
 Path = tuple[str | int, ...]
 """Keys and places in a list that lead to a value of the document."""
@@ -51,17 +55,24 @@ class Slider:
     high: float
     logarithmic: bool
     paths: tuple[Path, ...]
-
-    @property
-    def unit(self) -> str:
-        """Of an argument of a rig; that of the study else, which its file says."""
-        return UNITS.get(self.name.rpartition("_")[2], "") if self.paths[0][0] == "structure" else ""
+    unit: str = ""
 
 
-def sliders_of(document: Mapping[str, Any]) -> tuple[Slider, ...]:
-    """The sliders of a study with [sweep]: force level first, then the parameters of its rig, or damping, contacts and forces."""
+def sliders_of(document: Mapping[str, Any], units: UnitSystem | None = None) -> tuple[Slider, ...]:
+    """The sliders of a study with [sweep]: force level first, then the parameters of its rig, or damping, contacts and forces.
+    units: those of the study's numbers, SI unless given.
+    """
     found = [_force_level(document), *_rig(document), *_damping(document), *_contacts(document), *_forces(document)]
-    return tuple(found)[:MOST]
+    return tuple(replace(slider, unit=_unit_of(slider, units)) for slider in found[:MOST])
+
+
+def _unit_of(slider: Slider, units: UnitSystem | None) -> str:
+    """The unit of a slider's number: of rigs, which are in SI, and of the study's own tables."""
+    first = slider.paths[0]
+    if first[0] == "structure":
+        return UNITS.get(slider.name.rpartition("_")[2], "")
+    key = next((str(part) for part in reversed(first) if isinstance(part, str)), "")
+    return in_system(OWN_UNITS.get(key, ""), units)[1]
 
 
 def varied(document: Mapping[str, Any], sliders: Sequence[Slider], values: Mapping[str, float]) -> dict[str, Any]:

@@ -22,13 +22,14 @@ from stickslip.explorer.sliders import Slider, sliders_of, varied
 from stickslip.harmonic.orders import in_words
 from stickslip.problem import Problem
 from stickslip.report.failures import failures_of, warnings_of
+from stickslip.results.shown_units import attributes_of
 from stickslip.study.analyses.performance import PerformanceTable
 from stickslip.study.analysis import Sweep
 from stickslip.study.faults import parsed
 from stickslip.study.kinds import COMMON_KEYS
-from stickslip.study.read import Job, job, text_of, toml
+from stickslip.study.read import Job, job, text_of, toml, units_of
 from stickslip.study.toml_text import toml_text
-from stickslip.units import Band
+from stickslip.units import Band, UnitSystem
 
 KEPT = 24
 """Responses that are kept."""
@@ -109,9 +110,14 @@ class Solver:
         return str(toml(self.text)["study"]["analysis"])
 
     @cached_property
+    def units(self) -> UnitSystem:
+        """The units of the study, in which its numbers vary and answers are shown."""
+        return units_of(self.document.get("units", "SI")).system
+
+    @cached_property
     def sliders(self) -> tuple[Slider, ...]:
         """What can vary."""
-        return sliders_of(self.document)
+        return sliders_of(self.document, self.units)
 
     def study(self, values: Values) -> str:
         """The study with the values of sliders, as a file."""
@@ -168,6 +174,7 @@ class Solver:
 
         with self.performing:
             curve = performance_curve(problem, ratios, progress=report, check_every=len(ratios), **given)
+        curve = replace(curve, dataset=curve.dataset.assign_attrs(attributes_of(self.units)))
         said = f"Coarse settings for {output}: {in_words(few)}, {samples} samples, no sweeps for new peaks between the points."
         if not isinstance(where, Band):
             said += " The study lists frequencies, so peaks are searched around the linear resonances."
@@ -189,6 +196,7 @@ class Solver:
         work = sweep.forced_response() if output is None else _coarse(sweep, output)
         curve = work.solve(0, lambda fraction: self._refuse_outdated(tab, version))
         response = work.gathered([curve])
+        response = replace(response, dataset=response.dataset.assign_attrs(attributes_of(self.units)))
         sentences = failures_of(response.dataset)
         if fine:
             sentences += [*warnings_of(response.dataset), *filter(None, [self.not_computed])]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.checks import Array, counted, fault, nearest
-from stickslip.measurement.records import UNITS
+from stickslip.measurement.records import UNITS, number_or_gap
 from stickslip.measurement.response_units import response_unit
 from stickslip.models.process import arrays_of
 
@@ -74,10 +74,7 @@ def _split(line: str, separator: str | None) -> list[str]:
 
 
 def _number(cell: str, separator: str | None) -> float | None:
-    try:
-        return float(cell if separator == "," else cell.replace(",", "."))
-    except ValueError:
-        return None
+    return number_or_gap(cell if separator == "," else cell.replace(",", ".")) if cell else None
 
 
 def _all_numbers(line: str, separator: str | None) -> bool:
@@ -90,7 +87,7 @@ def _numbers(name: str, lines: Sequence[tuple[int, str]], separator: str | None,
     texts = [text if separator == "," else text.replace(",", ".") for _, text in lines]
     try:
         found = np.loadtxt([text.strip().rstrip(separator) for text in texts], delimiter=separator, ndmin=2)
-        if found.shape[1] == count:
+        if found.shape[1] == count and not np.isinf(found).any():
             return np.asarray(found)
     except ValueError:
         pass

@@ -19,6 +19,7 @@ import numpy as np
 
 from stickslip.checks import Array, InputError, fault, nearest
 from stickslip.files import write_text
+from stickslip.models.numbers import number_of
 
 UNITS: dict[str, tuple[str, float]] = {
     "s": ("s", 1.0),
@@ -221,10 +222,15 @@ def _table(path: Path) -> tuple[list[str], Array]:
 
 
 def _number(what: str, cell: str) -> float:
-    try:
-        return float(cell) if cell else float("nan")
-    except ValueError:
-        raise fault(what, "must be a number", cell) from None
+    value = number_or_gap(cell)
+    if value is None:
+        raise fault(what, "must be a number", cell)
+    return value
+
+
+def number_or_gap(cell: str) -> float | None:
+    """The number of a cell, NaN where it is empty or says so, None where it is something else."""
+    return float("nan") if cell.lower() in ("", "nan") else number_of(cell)
 
 
 def _bare(title: str) -> str:

@@ -17,9 +17,10 @@ from pathlib import Path
 
 from stickslip.checks import fault
 from stickslip.models.cells import FoundCells
-from stickslip.models.content import located_once
+from stickslip.models.content import given_twice, located_once
 from stickslip.models.deck import MOST_GENERATED, CardList, CardsMet, Deck, own_axes
-from stickslip.models.limits import within_memory
+from stickslip.models.limits import refuse_utf_16, within_memory
+from stickslip.models.numbers import coordinate, integer
 from stickslip.structure.matrices import Point
 
 ELEMENTS = {
@@ -82,23 +83,36 @@ ARCHIVE_COMMANDS = CardList(
         "CMGR": "assemblies of components become no sets of nodes",
     },
 )
+TEXT = re.compile(r"\s*(/COM|/TIT|/STI|C\*\*\*|\*ABB|/SYP)", re.IGNORECASE)
+"""How a line begins whose text is not commands."""
 COLUMNS = re.compile(r"\(((?:\d+i\d+,?)+)(?:\d+[ea](\d+)(?:\.\d+)?(?:e\d+)?)?\)", re.IGNORECASE)
 
 
 def read_archive(path: Path) -> Deck:
     """Nodes, node components and elements of an archive."""
     within_memory(path.name, 10 * path.stat().st_size)
+    refuse_utf_16(path)
     archive, met = _Archive(), CardsMet(ARCHIVE_COMMANDS)
     with path.open(encoding="ascii", errors="replace") as file:
         lines = enumerate(file, start=1)
         for number, line in lines:
-            words = [word.strip().upper() for word in line.partition("!")[0].split(",")]
-            command = words[0].partition(" ")[0][:SIGNIFICANT]
-            if re.match(r"[A-Z/*][^=]*$", words[0]) and met.obeys(command, f"{path.name}, line {number}"):
-                archive.take(command, words, (more for _, more in lines))
+            for text in _several(line):
+                words = [word.strip().upper() for word in text.split(",")]
+                command = words[0].partition(" ")[0][:SIGNIFICANT]
+                if re.match(r"[A-Z/*][^=]*$", words[0]) and met.obeys(command, f"{path.name}, line {number}"):
+                    archive.take(command, words, (more for _, more in lines))
     deck = archive.deck(path.name)
     deck.notes = (*deck.notes, *met.notes(path.name))
     return deck
+
+
+def _several(line: str) -> list[str]:
+    """The commands of a line without its comment, between which $ stands; in titles and comments it is a letter.
+
+    (Mechanical APDL Command Reference: Condensed Data Input.)
+    """
+    text = line.partition("!")[0]
+    return [text] if TEXT.match(text) else text.split("$")
 
 
 class _Archive:
@@ -112,6 +126,7 @@ class _Archive:
         self.cells = FoundCells()
         self.turned: set[str] = set()
         self.active = False
+        self.repeated = 0
 
     def take(self, command: str, words: list[str], lines: Iterator[str]) -> None:
         """A command with its arguments; `lines` are those after it."""
@@ -127,33 +142,37 @@ class _Archive:
         elif command == "EBLO" and words[2:3] == ["SOLID"]:
             _elements(lines, self.types, self.cells)
         elif command == "CMBL" and len(words) > 3 and words[2].startswith("NODE"):
-            self.sets[words[1]] = tuple(map(str, _members(lines, int(words[3]))))
+            self.sets[words[1]] = tuple(map(str, _members(lines, integer(words[3]))))
         elif command in ("CSYS", *SYSTEMS):
             self.active = command != "CSYS" or words[1:2] not in ([], ["0"], [""])
 
     def _node(self, words: list[str]) -> None:
-        """N, R5.3, LOC or ANG, node, three numbers, of an archive without blocks; or N, node, x, y, z, three angles."""
+        """N, R5.3, LOC or ANG, node, three numbers, of an archive without blocks; or N, node, x, y, z, three angles,
+        of which a node left out is the next one."""
         if words[1:2] and words[1].startswith("R5"):
-            kind, node, numbers = words[2], words[3], [float(word or 0.0) for word in (*words[4:7], *[""] * 3)[:3]]
-            if int(node) > 0 and kind == "LOC":
+            kind, node, numbers = words[2], words[3], [coordinate(word) for word in (*words[4:7], *[""] * 3)[:3]]
+            if integer(node) > 0 and kind == "LOC":
                 self._add(node, numbers, False)
-            elif int(node) > 0 and any(numbers):
+            elif integer(node) > 0 and any(numbers):
                 self.turned.add(node)
             return
         if self.active:
             raise fault("A command N", "must follow CSYS, 0", ", ".join(words[:5]), "Write the archive with CDWRITE.")
-        numbers = [float(word or 0.0) for word in (*words[2:8], *[""] * 6)[:6]]
-        self._add(words[1], numbers[:3], any(numbers[3:]))
+        numbers = [coordinate(word) for word in (*words[2:8], *[""] * 6)[:6]]
+        node = words[1] if words[1:2] not in ([], [""]) else str(1 + max(map(int, self.nodes), default=0))
+        self._add(node, numbers[:3], any(numbers[3:]))
 
     def _add(self, node: str, point: Sequence[float], angles: bool) -> None:
         x, y, z = point
-        located_once(self.nodes, str(int(node)), (x, y, z))
+        name = str(integer(node))
+        self.repeated += located_once(self.nodes, name, (x, y, z))
         if angles:
-            self.turned.add(str(int(node)))
+            self.turned.add(name)
 
     def deck(self, file: str) -> Deck:
         turned = own_axes(len(self.turned), file, "angles of NBLOCK or N")
-        return Deck(self.nodes, self.sets, self.cells.notes(file), self.cells.cells, turned)
+        notes = (*given_twice(self.repeated, file), *self.cells.notes(file))
+        return Deck(self.nodes, self.sets, notes, self.cells.cells, turned)
 
 
 def _columns(line: str) -> tuple[list[int], int]:
@@ -176,7 +195,7 @@ def _nodes(lines: Iterator[str]) -> Iterator[tuple[str, list[float], bool]]:
             return
         start = sum(widths)
         angles = bool(text[start + 3 * wide :].strip(" 0.E+-"))
-        yield text[: widths[0]], [float(text[start + k * wide : start + (k + 1) * wide].strip() or 0.0) for k in range(3)], angles
+        yield text[: widths[0]], [coordinate(text[start + k * wide : start + (k + 1) * wide]) for k in range(3)], angles
 
 
 def _types(lines: Iterator[str]) -> Iterator[tuple[str, str]]:
@@ -196,7 +215,7 @@ def _elements(lines: Iterator[str], types: Mapping[str, str], found: FoundCells)
         numbers = _cut(line, len(widths), widths[0])
         if numbers[:1] == ["-1"] or not numbers:
             return
-        count = int(numbers[8]) if len(numbers) > FIRST_NODE else 0
+        count = integer(numbers[8]) if len(numbers) > FIRST_NODE else 0
         nodes = numbers[FIRST_NODE:]
         while len(nodes) < count:
             more = _cut(next(lines, ""), len(widths), widths[0])
@@ -213,7 +232,7 @@ def _members(lines: Iterator[str], count: int) -> Iterator[int]:
     each, width = len(widths), widths[0]
     total = last = left = 0
     for text in chain.from_iterable(_cut(line, each, width) for line in _first(lines, -(-count // each))):
-        number, left = int(text), left + 1
+        number, left = integer(text), left + 1
         span = range(last + 1, -number + 1) if number < 0 else range(number, number + 1)
         total += len(span)
         if total > MOST_GENERATED:

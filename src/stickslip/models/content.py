@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from stickslip.checks import Faults, fault, nearest
+from stickslip.checks import Faults, counted, fault, nearest
 from stickslip.structure.matrices import Point
 from stickslip.structure.mesh_surface import Cells
 
@@ -69,10 +69,18 @@ def located(pairs: Iterable[tuple[str, Point]]) -> dict[str, Point]:
     return found
 
 
-def located_once(found: dict[str, Point], node: str, point: Point) -> None:
-    """Add the coordinates of a node."""
+def located_once(found: dict[str, Point], node: str, point: Point) -> bool:
+    """Add the coordinates of a node; whether they were there already."""
+    known = node in found
     if found.setdefault(node, point) != point:
         raise fault(f"The coordinates of node {node}", "must be given once", [found[node], point], "Delete the wrong ones.")
+    return known
+
+
+def given_twice(count: int, file: str) -> tuple[str, ...]:
+    """A note on nodes that a deck defines again at the same place; none without such nodes."""
+    what = counted(count, "node is", "nodes are")
+    return (f"{what} defined more than once in {file}, each time at the same place.",) if count else ()
 
 
 def dof(node: object, direction: int) -> str:

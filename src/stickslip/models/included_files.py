@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stickslip.checks import fault, similar_file
-from stickslip.models.limits import within_memory
+from stickslip.models.limits import refuse_utf_16, within_memory
 
 MOST_FILES = 1000
 DEEPEST = 20
@@ -59,6 +59,7 @@ class Lines:
             limit = f"must include at most {MOST_FILES} files, {DEEPEST} deep"
             raise fault(self.deck.name, limit, f"more with {path.name}", "Does a file include itself?")
         within_memory(self.deck.name, self.memory * self.size)
+        refuse_utf_16(path)
         with path.open(encoding="utf-8-sig", errors="replace") as file:
             numbered = enumerate(file, start=1)
             for number, text in numbered:

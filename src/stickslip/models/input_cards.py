@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from stickslip.models.deck import CardList
 from stickslip.models.included_files import Line
 
+COMMA = re.compile(r',(?=(?:[^"]*"[^"]*")*[^"]*$)')
+"""A comma outside of quotation marks."""
 PARAMETER = re.compile(r"[A-Za-z]")
 """How a parameter begins."""
 
@@ -27,8 +29,8 @@ class Card:
     line: Line
 
     def name(self, option: str) -> str:
-        """A name that an option gives, in capitals, without quotation marks."""
-        return self.options.get(option, "").strip('"').upper()
+        """A name that an option gives, as `label` has it."""
+        return label(self.options.get(option, ""))
 
 
 def cards(lines: Iterable[Line]) -> Iterator[Card]:
@@ -71,7 +73,7 @@ def _joined(lines: Iterable[Line]) -> Iterator[Line]:
 
 
 def _card(line: Line) -> Card:
-    keyword, *words = line.text[1:].split(",")
+    keyword, *words = _split(line.text[1:])
     pairs = (word.partition("=") for word in words)
     options = {"".join(name.upper().split()): value.strip() for name, _, value in pairs}
     compact = "".join(keyword.upper().split())
@@ -89,7 +91,20 @@ def included(text: str, more: Iterator[str]) -> str | None:
 
 def fields(line: str) -> list[str]:
     """The entries of a data line."""
-    return [word.strip() for word in line.rstrip(",").split(",")]
+    return [word.strip() for word in _split(line.rstrip(","))]
+
+
+def label(word: str) -> str:
+    """A label in capitals and without quotation marks, which also stand round one part of "Part 1-1".tip alone.
+
+    Labels in quotation marks may hold blanks, commas and dots. Abaqus keeps their small letters; here these count as capitals.
+    """
+    return word.strip().replace('"', "").upper()
+
+
+def _split(text: str) -> list[str]:
+    """A line at its commas, but not at those within quotation marks."""
+    return COMMA.split(text) if '"' in text else text.split(",")
 
 
 def _names(text: str) -> frozenset[str]:

@@ -18,11 +18,12 @@ import numpy as np
 
 from stickslip.checks import InputError, fault, nearest
 from stickslip.models.cells import PLATES, SOLIDS, FoundCells
-from stickslip.models.content import located_once
+from stickslip.models.content import given_twice, located_once
 from stickslip.models.deck import MOST_GENERATED, MOST_MADE, CardsMet, Deck, own_axes
 from stickslip.models.included_files import Lines
-from stickslip.models.input_cards import MODEL_CARDS, Card, cards, fields, included
+from stickslip.models.input_cards import MODEL_CARDS, Card, cards, fields, included, label
 from stickslip.models.input_points import GLOBAL, Frame, between, cartesian, frame, on_line, turned_about
+from stickslip.models.numbers import coordinate, integer
 from stickslip.structure.matrices import Point
 
 ELEMENT = re.compile(r"[DA]?(C3D|SC|S|STRI|M3D)(\d{1,2})(?!V)[A-Z]*\d?[A-Z]*")
@@ -76,7 +77,7 @@ def read_deck(path: Path) -> Deck:
                 raise _with_line(error, card) from None
     deck = reader.deck(path.name)
     none = () if deck.nodes else (f"{path.name} holds no nodes.",)
-    deck.notes = (*none, *deck.notes, *met.notes(path.name))
+    deck.notes = (*none, *given_twice(reader.repeated, path.name), *deck.notes, *met.notes(path.name))
     return deck
 
 
@@ -94,13 +95,13 @@ class _Reader:
         self.whole = self.mesh = Mesh()
         self.parts: dict[str, Mesh] = {}
         self.instances: dict[str, Mesh] = {}
-        self.made = self.listed = 0
+        self.made = self.listed = self.repeated = 0
 
     def node(self, card: Card) -> None:
         kind = card.name("SYSTEM") or "R"
         numbered = [_node(line) for line in self._data(card)]
         for node, point in numbered:
-            self._add(node, self.mesh.frame.place(cartesian(kind, point)))
+            self.repeated += located_once(self.mesh.nodes, node, self.mesh.frame.place(cartesian(kind, point)))
         self._into_set(card, (node for node, _ in numbered))
 
     def ngen(self, card: Card) -> None:
@@ -110,10 +111,10 @@ class _Reader:
         for line in card.data:
             words = [*fields(line), *[""] * 10][:10]
             first, last = (self._known(word) for word in words[:2])
-            numbers = _span(int(first), int(last), int(words[2] or 1), line)
+            numbers = _span(integer(first), integer(last), integer(words[2] or "1"), line)
             self._make(len(numbers))
             extra = self._extra(words) if card.name("LINE") else None
-            normal = tuple(float(word or 0.0) for word in words[7:10])
+            normal = tuple(coordinate(word) for word in words[7:10])
             if self.mesh.frame is not GLOBAL and (any(normal) or (extra is not None and not words[3])):
                 raise fault("An arc of *NGEN", "must have a node as its centre where *SYSTEM is in force", line[:60])
             ends = self.mesh.nodes[first], self.mesh.nodes[last]
@@ -127,7 +128,7 @@ class _Reader:
         """The point that an arc needs: a node, or coordinates."""
         if words[3]:
             return self.mesh.nodes[self._known(words[3])]
-        x, y, z = (float(word or 0.0) for word in words[4:7])
+        x, y, z = (coordinate(word) for word in words[4:7])
         return x, y, z
 
     def nfill(self, card: Card) -> None:
@@ -140,7 +141,7 @@ class _Reader:
             ends = [self._in_order(name) for name in (one, other)]
             if len(ends[0]) != len(ends[1]):
                 raise fault("The sets of *NFILL", "must have the same number of nodes", [len(ends[0]), len(ends[1])])
-            intervals, step = (int(word or 1) for word in counts)
+            intervals, step = (integer(word or "1") for word in counts)
             self._make(intervals * len(ends[0]))
             for first, last in zip(*ends, strict=True):
                 points = between(self.mesh.nodes[self._known(first)], self.mesh.nodes[self._known(last)], intervals)
@@ -151,7 +152,7 @@ class _Reader:
         self._into_set(card, made)
 
     def system(self, card: Card) -> None:
-        self.mesh.frame = frame([float(word or 0.0) for line in card.data for word in fields(line)])
+        self.mesh.frame = frame([coordinate(word) for line in card.data for word in fields(line)])
 
     def nset(self, card: Card) -> None:
         if elsets := card.name("ELSET"):
@@ -261,7 +262,7 @@ class _Reader:
     def _in_order(self, word: str) -> list[str]:
         """The nodes of a set in the order in which *NFILL takes them: ascending, unless the set is UNSORTED."""
         members = list(self._members_of(word))
-        return members if word.strip('"').upper() in self.mesh.unsorted else sorted(members, key=int)
+        return members if label(word) in self.mesh.unsorted else sorted(members, key=int)
 
     def _add(self, node: str, point: Point) -> None:
         located_once(self.mesh.nodes, node, point)
@@ -299,7 +300,7 @@ class _Reader:
 
     def _members_of(self, word: str) -> Iterator[str]:
         """The nodes that a word of a data line means: one or those of a set."""
-        return self._meant(word.strip('"').upper(), self.mesh, "", "sets")
+        return self._meant(label(word), self.mesh, "", "sets")
 
     def _meant(self, word: str, mesh: Mesh, prefix: str, kind: str) -> Iterator[str]:
         instance, _, number = word.rpartition(".")
@@ -319,7 +320,7 @@ class _Reader:
             raise fault(f"A parameter of *{card.keyword}", f"must be one of {known}", strange, "Is it a member of the set?")
         mesh, prefix = self._scope(card)
         for line in self._data(card):
-            words = [word.strip('"').upper() for word in fields(line) if word]
+            words = [label(word) for word in fields(line) if word]
             if "GENERATE" in card.options:
                 span = _generated(words, line)
                 self._list(len(span))
@@ -362,9 +363,9 @@ READ: Mapping[str, Callable[[_Reader, Card], None]] = {
 def _node(line: str) -> tuple[str, Point]:
     words = [*fields(line), "", "", ""]
     try:
-        x, y, z = (float(word.upper().replace("D", "E") or 0.0) for word in words[1:4])
-        return str(int(words[0])), (x, y, z)
-    except ValueError:
+        x, y, z = map(coordinate, words[1:4])
+        return str(integer(words[0])), (x, y, z)
+    except InputError:
         raise fault("A line of *NODE", "must hold a number and coordinates", line[:60]) from None
 
 
@@ -383,7 +384,7 @@ def _elements(data: Iterable[str], size: int | None) -> Iterator[tuple[list[str]
 
 def _placement(data: list[str]) -> Callable[[Point], Point]:
     """The motion of an instance: a translation, then a turn by degrees about the axis from one point to another."""
-    rows = [[float(word or 0.0) for word in fields(line)] for line in data]
+    rows = [[coordinate(word) for word in fields(line)] for line in data]
     shift = np.array([*(rows[0] if rows else []), 0.0, 0.0, 0.0][:3])
     turn = rows[1] if len(rows) > 1 else []
     if len(rows) > 2 or len(turn) not in (0, 7) or (rows and len(rows[0]) > 3):
@@ -400,8 +401,8 @@ def _span(first: int, last: int, step: int, line: str) -> range:
 
 def _generated(words: list[str], line: str) -> range:
     try:
-        first, last, step = (int(word) for word in (*words, "1")[:3])
+        first, last, step = (integer(word) for word in (*words, "1")[:3])
         span = range(first, last + 1, step)
-    except ValueError:
+    except (InputError, ValueError):
         raise fault("A line of *NSET, GENERATE", "must hold first, last and step", line[:60]) from None
     return span

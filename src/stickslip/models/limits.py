@@ -19,8 +19,17 @@ def memory() -> int:
     return machine.memory() // 2
 
 
+def refuse_utf_16(path: Path) -> None:
+    """Refuse a text in UTF-16, as some editors of Windows save it: every other byte of it is zero."""
+    with path.open("rb") as file:
+        start = file.read(64)
+    if start.startswith((b"\xff\xfe", b"\xfe\xff")) or (len(start) > 8 and not any(start[1::2]) and start[::2].isascii()):
+        raise fault(path.name, "must be a text in ASCII or UTF-8", "UTF-16", "Save it again in that encoding.")
+
+
 def refuse_cut(path: Path, remedy: str = CUT_SHORT) -> None:
     """Refuse a file of lines, not empty, whose last one has no end: a number there may have lost digits."""
+    refuse_utf_16(path)
     with path.open("rb") as file:
         file.seek(-1, 2)
         if file.read() != b"\n":

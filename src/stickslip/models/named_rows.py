@@ -8,7 +8,6 @@ A file of names is a deck of the program (coordinates and sets of nodes), or a t
 from __future__ import annotations
 
 import csv
-import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -23,7 +22,7 @@ from stickslip.models.content import DIRECTIONS, Content, located
 from stickslip.models.deck import Deck
 from stickslip.models.input_deck import read_deck
 from stickslip.models.nastran_grid import read_grid
-from stickslip.models.numbers import whole
+from stickslip.models.numbers import number_of, whole
 from stickslip.structure.matrices import Point
 
 COLUMNS = ("node", "direction", "x", "y", "z", "set")
@@ -173,10 +172,7 @@ def _direction(text: str) -> str:
 
 
 def _point(row: Mapping[str, str]) -> Point:
-    try:
-        x, y, z = (float(row[axis]) if axis in row else 0.0 for axis in "xyz")
-    except ValueError:
-        x = math.nan
-    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
+    x, y, z = (number_of(row[axis]) if axis in row else 0.0 for axis in "xyz")
+    if x is None or y is None or z is None:
         raise fault(f"The coordinates of node {row['node']}", "must be finite numbers", [row.get(axis) for axis in "xyz"])
     return x, y, z

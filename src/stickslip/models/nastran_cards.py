@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 from stickslip.checks import fault
 from stickslip.models.included_files import Line, Lines
-from stickslip.models.limits import within_memory
+from stickslip.models.limits import refuse_utf_16, within_memory
+from stickslip.models.numbers import number_of
 
 EXPONENT = re.compile(r"([0-9.])([+-]\d+)$")
 REPEAT = re.compile(r"=\(?(\d{1,9})\)?")
@@ -50,6 +51,7 @@ def included(text: str, more: Iterator[str]) -> str | None:
 def bulk_lines(path: Path, memory: int) -> Iterator[Line]:
     """The lines of the bulk data of a deck, after Executive and Case Control where it has them; memory: as `Lines` has it."""
     within_memory(path.name, memory * path.stat().st_size)
+    refuse_utf_16(path)
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         started = not any(SECTION.match(text) for text in file)
 
@@ -64,6 +66,7 @@ def bulk_lines(path: Path, memory: int) -> Iterator[Line]:
 def entries(lines: Iterable[Line]) -> Iterator[Entry]:
     """Each bulk data entry with its continuations, replicated ones written out; up to ENDDATA."""
     entry: Entry | None = None
+    mark = ""
     pattern: list[str] = []
     made = 0
     for line in lines:
@@ -87,14 +90,35 @@ def entries(lines: Iterable[Line]) -> Iterator[Entry]:
                 if number < times - 1:
                     yield entry
         elif first in ("", "*") or first[0] in "+*":
+            _refuse_out_of_order(entry, mark, first, line)
             if entry is not None:
                 entry.fields.extend(rest)
+            mark = _mark(text)
         else:
+            mark = _mark(text)
             if entry is not None:
                 yield entry
             entry = Entry([first.partition(" ")[0].rstrip("*").upper(), *rest], line)
     if entry is not None:
         yield entry
+
+
+def _refuse_out_of_order(entry: Entry | None, mark: str, first: str, line: Line) -> None:
+    """Refuse a continuation that does not stand behind the line it continues, whose last field has the same mark."""
+    own = first.lstrip("+*").strip().upper()
+    alone = entry is None or entry.fields[0] == BEGIN
+    if alone or (own and mark and own != mark):
+        remedy = "Sort the file, so that each entry is whole."
+        behind = "behind no entry" if alone else f"behind a line that ends in {mark!r}"
+        raise fault(f"{line.place}, the continuation {first!r}", "must follow the line it continues", behind, remedy)
+
+
+def _mark(text: str) -> str:
+    """The mark of the continuation, the last field of a line."""
+    words = text.split(",")
+    count = LARGE if "*" in words[0][:8] else SMALL
+    last = words[count + 1] if len(words) > count + 1 else "" if len(words) > 1 else text[72:80]
+    return last.strip().lstrip("+*").strip().upper()
 
 
 SMALL, LARGE = 8, 4
@@ -149,8 +173,8 @@ def positive_integer(word: str) -> int:
 
 def number(word: str) -> float:
     """A number as Nastran writes it: 1.0+5 and 1.0D+5 are 1e5, a blank is 0."""
-    text = EXPONENT.sub(r"\1E\2", word.upper().replace("D", "E"))
-    try:
-        return float(text or 0.0)
-    except ValueError:
-        raise fault("A field of an entry", "must be a number", word[:20]) from None
+    text = EXPONENT.sub(r"\1E\2", word)
+    value = number_of(text) if text else 0.0
+    if value is None:
+        raise fault("A field of an entry", "must be a number", word[:20])
+    return value

@@ -17,7 +17,7 @@ import numpy as np
 from stickslip.checks import Array, InputError, fault
 from stickslip.models.bulk_cards import BULK_CARDS
 from stickslip.models.cells import FoundCells
-from stickslip.models.content import dof, located
+from stickslip.models.content import dof, given_twice, located
 from stickslip.models.deck import CardsMet, Deck, own_axes
 from stickslip.models.nastran_cards import BEGIN, Entry, bulk_lines, entries, integer, number, positive_integer
 from stickslip.structure.matrices import Point
@@ -125,7 +125,9 @@ class Grid:
             for grid, components in self.external
             for component in components or "0"
         )
-        return Deck(located(found), {}, (*notes, *self.elements.notes(file)), self.elements.cells, turned, rows)
+        nodes = located(found)
+        notes += given_twice(len(found) - len(nodes), file)
+        return Deck(nodes, {}, (*notes, *self.elements.notes(file)), self.elements.cells, turned, rows)
 
     def _places(self, points: list[tuple[int, int, Point]]) -> list[Point | None]:
         """Where each grid point is; None in a system that is not known."""

@@ -11,10 +11,13 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.checks import Array, Index, fault
-from stickslip.models.limits import rows_with_entries, within_memory
+from stickslip.models.limits import refuse_utf_16, rows_with_entries, within_memory
 
 WITHOUT_LETTER = re.compile(r"((?:\d+\.\d*|\.\d+))([+-]\d+)(?=\s|$)", re.MULTILINE)
 """A number whose exponent has a sign alone, as Fortran writes 1.5-103 where three digits leave no place for the letter."""
+
+NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?", re.ASCII)
+"""A number as a whole word; Python's float takes more, such as 1_0, infinity and digits of other scripts."""
 
 COMMENT = re.compile(rb"^[ \t]*[*#].*$", re.MULTILINE)
 
@@ -25,6 +28,7 @@ def table(path: Path, columns: int | None) -> Array:
     Lines that begin with * or # are comments.
     """
     within_memory(path.name, 12 * path.stat().st_size)
+    refuse_utf_16(path)
     content = COMMENT.sub(b"", path.read_bytes()).replace(b",", b" ")
     found = number_lines(path.name, content)
     if found.size == 0 or (columns is not None and found.shape[1] != columns):
@@ -52,6 +56,27 @@ def number_lines(what: str, content: bytes) -> Array:
             return np.loadtxt(WITHOUT_LETTER.sub(r"\1E\2", text).split("\n"), dtype=float, ndmin=2, comments=None)
     except ValueError as error:
         raise fault(f"Each line of {what}", "must hold as many numbers as the first", str(error).partition(";")[0]) from None
+
+
+def number_of(word: str) -> float | None:
+    """The number that a word is, None where it is none; exponents as `number_lines` takes them."""
+    text = WITHOUT_LETTER.sub(r"\1E\2", word.strip())
+    return float(text.upper().replace("D", "E")) if NUMBER.fullmatch(text) else None
+
+
+def coordinate(word: str) -> float:
+    """The number of a field of a deck, of which an empty one is 0."""
+    value = number_of(word) if word.strip() else 0.0
+    if value is None:
+        raise fault("A field", "must be a number", word[:20])
+    return value
+
+
+def integer(word: str) -> int:
+    """The whole number of a field."""
+    if not re.fullmatch(r"[+-]?\d{1,18}", word.strip(), re.ASCII):
+        raise fault("A field", "must be a whole number", word[:20])
+    return int(word)
 
 
 def numbers_in(text: str) -> Array:

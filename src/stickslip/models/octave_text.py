@@ -14,7 +14,8 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.checks import Array, fault
-from stickslip.models.limits import rows_with_entries, within_file, within_memory
+from stickslip.models.limits import refuse_utf_16, rows_with_entries, within_file, within_memory
+from stickslip.models.numbers import number_lines, triplets, whole
 
 HEADER = re.compile(r"#\s*([a-z]+)\s*:\s*(.*)")
 
@@ -22,6 +23,7 @@ HEADER = re.compile(r"#\s*([a-z]+)\s*:\s*(.*)")
 def arrays(path: Path) -> dict[str, Any]:
     """Arrays by name."""
     within_memory(path.name, 20 * path.stat().st_size)
+    refuse_utf_16(path)
     return _Reader(path.read_text(encoding="utf-8", errors="replace").split("\n")).values()
 
 
@@ -38,8 +40,10 @@ class _Reader:
         found: dict[str, Any] = {}
         inside: list[tuple[str, int]] = []
         while (name := self._until("name")) is not None:
-            kind = self._header("type")
+            kind = self._header("type").removeprefix("float ")
             full = ".".join((*(struct for struct, _ in inside), name))
+            if full in found:
+                raise fault(f"The variable {full}", "must stand in the file once", "twice", "Was the file put together?")
             inside = [(struct, left - (depth == len(inside) - 1)) for depth, (struct, left) in enumerate(inside)]
             if kind == "scalar struct":
                 inside.append((name, self._count("length")))
@@ -54,18 +58,19 @@ class _Reader:
 
     def _value(self, name: str, kind: str) -> Any:
         if kind == "scalar":
-            return np.array([[float(self._line())]])
+            return self._numbers(name, 1, 1)
         if kind == "matrix":
             return self._matrix(name)
         if kind == "diagonal matrix":
             size = self._count("rows"), self._count("columns")
-            values = [float(line) for line in self._block()]
-            return sparse.diags_array(np.array(values), shape=size).tocsc()
+            values = self._numbers(name, min(size), 1)[:, 0]
+            return sparse.diags_array(values, shape=size).tocsc()
         if kind == "sparse matrix":
             entries, shape = self._count("nnz"), (self._count("rows"), self._count("columns"))
             rows_with_entries(name, max(shape), entries)
             table = self._numbers(name, entries, 3)
-            return sparse.csc_array((table[:, 2], (table[:, 0].astype(int) - 1, table[:, 1].astype(int) - 1)), shape)
+            rows, columns = (whole(f"Rows and columns of {name}", table[:, k], 1, shape[k]) - 1 for k in (0, 1))
+            return triplets(name, rows, columns, table[:, 2], max(shape))[: shape[0], : shape[1]]
         return list(self._text()) if kind in ("string", "sq_string") else None
 
     def _matrix(self, name: str) -> Array | None:
@@ -74,10 +79,17 @@ class _Reader:
         return self._numbers(name, self._count("rows"), self._count("columns"))
 
     def _numbers(self, name: str, rows: int, columns: int) -> Array:
-        lines = [self._line().split() for _ in range(rows)]
-        if any(len(line) != columns for line in lines):
-            raise fault(name, f"must have {columns} numbers in each of {rows} lines", "others", "The file is damaged.")
-        return np.array(lines, dtype=float).reshape(rows, columns)
+        """Lines of numbers, and none behind them."""
+        lines = [self._line() for _ in range(rows)]
+        rule = f"must have {columns} numbers in each of {rows} lines"
+        if self.place < len(self.lines) and self.lines[self.place].strip().strip("#") and self.lines[self.place][0] != "#":
+            raise fault(name, rule, "more", "The file is damaged.")
+        if not rows * columns:
+            return np.zeros((rows, columns))
+        found = number_lines(name, "\n".join(lines).encode("ascii", "replace"))
+        if found.shape != (rows, columns):
+            raise fault(name, rule, "others", "The file is damaged.")
+        return found
 
     def _cells(self, count: int) -> Iterator[str]:
         """The text of each cell, which has a name and a type of its own."""
@@ -89,10 +101,6 @@ class _Reader:
         """The rows of a text, each after its length."""
         for _ in range(self._count("elements")):
             self._count("length")
-            yield self._line()
-
-    def _block(self) -> Iterator[str]:
-        while self.place < len(self.lines) and self.lines[self.place].strip():
             yield self._line()
 
     def _line(self) -> str:

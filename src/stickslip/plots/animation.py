@@ -18,7 +18,9 @@ from stickslip.checks import Array
 from stickslip.plots.interactive import BASE, escaped
 from stickslip.plots.look import colour, house_style, plain
 from stickslip.plots.moving_picture import MovingPicture, magnification, played
-from stickslip.results.view import unit_for
+from stickslip.results.shown_units import in_system
+from stickslip.results.view import unit_in
+from stickslip.units import UnitSystem
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -104,9 +106,8 @@ class Animation(MovingPicture):
         if self.motion.bodies:
             words.append(f"Displacements about their means, magnified {self.magnification:g} times")
         if self.motion.wheel is not None:
-            words.append(
-                f"blades: the largest of {_length(self.motion.wheel.amplitude.max())} drawn as {0.25 * BLADE:.2g} of the radius"
-            )
+            largest = _length(self.motion.wheel.amplitude.max(), self.motion.system)
+            words.append(f"blades: the largest of {largest} drawn as {0.25 * BLADE:.2g} of the radius")
         return "; ".join((*words, *filter(None, (self.motion.note,))))
 
     @cached_property
@@ -116,7 +117,7 @@ class Animation(MovingPicture):
         if self.motion.bodies:
             found += self._section()
         if self.motion.wheel is not None:
-            found += _wheel(self.motion.wheel)
+            found += _wheel(self.motion.wheel, self.motion.system)
         return (*found, *self._loops())
 
     @cached_property
@@ -141,7 +142,8 @@ class Animation(MovingPicture):
             largest = float(np.linalg.norm(force, axis=2).max())
             tip = foot + DRAWN_FORCE * self._extent / (largest or 1.0) * force
             x, y = _arrows(foot, tip, 0.035 * self._extent)
-            found.append(Polyline("section", 1e3 * x, 1e3 * y, "ink", f"force, largest {largest:.3g} N"))
+            newtons, unit = self._force_unit
+            found.append(Polyline("section", 1e3 * x, 1e3 * y, "ink", f"force, largest {largest / newtons:.3g} {unit}"))
         for state, words in enumerate(STATES):
             places = [np.where((p.state == state)[:, None], p.place + m * p.motion, np.nan) for p in motion.points]
             if places and (state != 2 or any(np.any(p.state == state) for p in motion.points)):
@@ -157,7 +159,7 @@ class Animation(MovingPicture):
         found = []
         for k, number in enumerate(shown):
             loop = self.motion.loops[number]
-            u, force = loop.displacement / unit[0], loop.force
+            u, force = loop.displacement / unit[0], loop.force / self._force_unit[0]
             shade = f"contact {k}"
             found.append(Polyline("loops", _closed(u[None]), _closed(force[None]), shade, loop.label))
             found.append(Polyline("loops", u[frames, None], force[frames, None], shade, marker=10.0))
@@ -165,10 +167,14 @@ class Animation(MovingPicture):
 
     @cached_property
     def _length_unit(self) -> tuple[float, str]:
-        unit = unit_for(
-            max(float(np.abs(self.motion.loops[k].displacement).max()) for k in largest_loops(self.motion, MOST_LOOPS))
-        )
+        shown = largest_loops(self.motion, MOST_LOOPS)
+        unit = unit_in(self.motion.system, "m", max(float(np.abs(self.motion.loops[k].displacement).max()) for k in shown))
         return unit.metres, unit.name
+
+    @property
+    def _force_unit(self) -> tuple[float, str]:
+        factor, name = in_system("N", self.motion.system)
+        return 1.0 / factor, name
 
     @cached_property
     def strips(self) -> tuple[list[str], Array]:
@@ -255,7 +261,7 @@ class Animation(MovingPicture):
             )
         words = {
             "section": {"x": "x in mm", "y": "y in mm"},
-            "loops": {"x": f"relative displacement in {self._length_unit[1]}", "y": "contact force in N"},
+            "loops": {"x": f"relative displacement in {self._length_unit[1]}", "y": f"contact force in {self._force_unit[1]}"},
             "wheel": {"x": "", "y": ""},
         }[name][key]
         found = plainly | {"title": {"text": words}, "range": self._range(name, key)}
@@ -316,8 +322,8 @@ class Animation(MovingPicture):
         return axes.axvline(0.0, color=colour("ink"), linewidth=1.5)
 
 
-def _length(value: float) -> str:
-    unit = unit_for(abs(value))
+def _length(value: float, system: UnitSystem | None) -> str:
+    unit = unit_in(system, "m", abs(value))
     return f"{value / unit.metres:.3g} {unit.name}"
 
 
@@ -344,7 +350,7 @@ def _arrows(foot: Array, tip: Array, head: float) -> tuple[Array, Array]:
     return points[..., 0], points[..., 1]
 
 
-def _wheel(wheel: Wheel) -> list[Polyline]:
+def _wheel(wheel: Wheel, system: UnitSystem | None) -> list[Polyline]:
     """The hub and the blades, in as many colours as there are steps of the amplitude; tips go round by their displacement."""
     count, largest = len(wheel.amplitude), float(wheel.amplitude.max()) or 1.0
     angle = 2.0 * np.pi * np.arange(count) / count
@@ -363,9 +369,9 @@ def _wheel(wheel: Wheel) -> list[Polyline]:
             x.append(np.full(len(bend), np.nan))
             y.append(np.full(len(bend), np.nan))
         words = (
-            f"amplitude up to {_length((step + 1) / BINS * largest)}"
+            f"amplitude up to {_length((step + 1) / BINS * largest, system)}"
             if len(np.unique(steps)) > 1
-            else f"amplitude {_length(largest)}"
+            else f"amplitude {_length(largest, system)}"
         )
         found.append(Polyline("wheel", np.stack(x, axis=1), np.stack(y, axis=1), f"level {step}/{BINS}", words, filled=True))
     return found

@@ -76,21 +76,32 @@ def loops_of(dataset: xr.Dataset, most: int, step: int = 1) -> Callable[[Contact
     return drawn
 
 
-def loops_at(dataset: xr.Dataset, case: int, point: int, rows: list[ContactRow], samples: int) -> Chart:
-    """The loops at a point of a curve, from the harmonics that the result keeps: corners are rounded, the force may overshoot."""
+def loops_at(dataset: xr.Dataset, rows: list[ContactRow], samples: int) -> Callable[[int, int], Chart]:
+    """The loops at a point of a curve, from the harmonics that the result keeps: corners are rounded, the force may overshoot.
+
+    What is returned draws them for a case and a point.
+    """
     angle = 2.0 * np.pi * np.arange(samples + 1) / samples
     waves = np.exp(1j * np.outer(np.arange(dataset.sizes["harmonic"]), angle))
-    layers: list[Layer] = []
-    for k, row in enumerate(rows):
-        at = (case, point, row.contact, row.direction)
-        motion, force = (_series(dataset[name].values[at], waves) for name in ("contact_motion", "contact_force"))
-        shares = {state: float(dataset[f"share_{state}"].values[at]) for state in ("stick", "slip", "open")}
-        words = ", ".join(f"{100.0 * share:.0f} % {state}" for state, share in shares.items() if share > 0.0)
-        if np.all(np.isfinite(motion + force)):
-            layers.append(Line(motion / length_unit(dataset).metres, force, contact(k), f"{row.label}: {words}"))
-    hertz = float(dataset.frequency.values[case, point])
-    title = f"{level_text(dataset, case)}, {hertz:.7g} Hz (truncated to {dataset['harmonic'].values[-1]:g} harmonics)"
-    return Chart(title, [Panel(*loop_axes(dataset), layers, height=3.4)])
+    motions, forces, hertz = (dataset[name].values for name in ("contact_motion", "contact_force", "frequency"))
+    states = {state: dataset[f"share_{state}"].values for state in ("stick", "slip", "open")}
+    metres, axes = length_unit(dataset).metres, loop_axes(dataset)
+    levels = [level_text(dataset, case) for case in range(dataset.sizes["case"])]
+    truncated = f"Hz (truncated to {dataset['harmonic'].values[-1]:g} harmonics)"
+
+    def drawn(case: int, point: int) -> Chart:
+        layers: list[Layer] = []
+        for k, row in enumerate(rows):
+            at = (case, point, row.contact, row.direction)
+            motion, force = _series(motions[at], waves), _series(forces[at], waves)
+            shares = {state: float(share[at]) for state, share in states.items()}
+            words = ", ".join(f"{100.0 * share:.0f} % {state}" for state, share in shares.items() if share > 0.0)
+            if np.all(np.isfinite(motion + force)):
+                layers.append(Line(motion / metres, force, contact(k), f"{row.label}: {words}"))
+        title = f"{levels[case]}, {hertz[case, point]:.7g} {truncated}"
+        return Chart(title, [Panel(*axes, layers, height=3.4)])
+
+    return drawn
 
 
 def loop_axes(dataset: xr.Dataset) -> tuple[Axis, Axis]:

@@ -51,7 +51,7 @@ def phase_resonance(dataset: xr.Dataset) -> Chart:
 def case_looks(dataset: xr.Dataset) -> list[dict[str, Any]]:
     """Style, label and whether a legend lists it, of each held amplitude."""
     count, units = dataset.sizes["case"], dataset["held_amplitude"].attrs["units"]
-    labels = [size_text(float(value), units) for value in dataset["held_amplitude"].values]
+    labels = [size_text(float(value), units, dataset) for value in dataset["held_amplitude"].values]
     listed = entries(labels)
     return [{"style": level(k, count), "label": label, "listed": label in listed} for k, label in enumerate(labels)]
 

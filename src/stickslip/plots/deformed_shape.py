@@ -19,7 +19,7 @@ from stickslip.plots.interactive import BASE, Combination
 from stickslip.plots.look import colour, house_style, plain
 from stickslip.plots.model_view import axes_upright, in_space, scene
 from stickslip.plots.moving_picture import MovingPicture, magnification, played
-from stickslip.results.view import length_text, unit_for
+from stickslip.results.view import Length, unit_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,9 +67,15 @@ class DeformedShape(MovingPicture):
     @property
     def note(self) -> str:
         """What is magnified, and by how much, and the largest amplitude."""
-        largest = f"colours: amplitude, largest {length_text(float(self.motion.amplitude.max()))}"
-        words = (f"Displacements magnified {self.magnification:g} times", largest, self.motion.note)
+        largest, unit = float(self.motion.amplitude.max()), self._unit
+        amplitude = f"colours: amplitude, largest {largest / unit.metres:.4g} {unit.name}"
+        words = (f"Displacements magnified {self.magnification:g} times", amplitude, self.motion.note)
         return "; ".join(filter(None, words))
+
+    @property
+    def _unit(self) -> Length:
+        """The unit of amplitudes."""
+        return unit_in(self.motion.system, "m", float(self.motion.amplitude.max()))
 
     @cached_property
     def _turned(self) -> NDArray[np.complex128]:
@@ -97,7 +103,7 @@ class DeformedShape(MovingPicture):
 
     def description(self) -> dict[str, Any]:
         arrays = [values.astype(np.float32) for values in (self.motion.points, self._turned.real, self._turned.imag)]
-        unit = unit_for(float(self.motion.amplitude.max()))
+        unit = self._unit
         corners = {name: self.motion.triangles[:, k].astype(np.int32) for k, name in enumerate("ijk")}
         rest = {name: arrays[0][:, axis] for axis, name in enumerate("xyz")}
         columns = {name: tuple(array[:, axis] for array in arrays) for axis, name in enumerate("xyz")}
@@ -144,7 +150,7 @@ class DeformedShape(MovingPicture):
 
         from stickslip.plots.notebook import NotebookFigure
 
-        motion, unit = self.motion, unit_for(float(self.motion.amplitude.max()))
+        motion, unit = self.motion, self._unit
         sizes, sides = motion.amplitude / unit.metres, self._limits[1] - self._limits[0]
         order = axes_upright(sides)
         scale = cm.ScalarMappable(colors.Normalize(0.0, float(sizes.max()) or 1.0), colormaps["viridis"])

@@ -56,7 +56,7 @@ def _shares(dataset: xr.Dataset) -> Panel:
         style = contact(-1 if name.endswith(" others") else k)
         hover = {"energy per period in J": energy[:, k]}
         layers.append(Bars(places, percent[:, k], style, name, base=before[:, k], horizontal=True, hover=hover))
-    words = [energy_text(value) if np.isfinite(value) else "not converged" for value in total]
+    words = [energy_text(value, dataset) if np.isfinite(value) else "not converged" for value in total]
     cases = {float(case): f"{level_text(dataset, case)}, {size}" for case, size in enumerate(words)}
     axes = Axis("share of the contacts", "%", limits=(0.0, 100.0)), Axis("", names=cases, upside_down=True)
     return Panel(*axes, layers, "At the highest peak", 3.4)

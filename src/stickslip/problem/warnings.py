@@ -31,7 +31,7 @@ LARGEST_FRICTION = 2.0
 LARGEST_RATIO = 0.1
 """A damping ratio beyond it is more likely a percentage, or damping of other units: bladed structures have 1e-4 to 1e-2."""
 
-SOFTEST_NORMAL, STIFFEST_NORMAL = 1e-2, 1e3
+SOFTEST_NORMAL, STIFFEST_NORMAL = 0.1, 1e3
 """kn over kt of a contact: of bodies of one material 1 to 1.5, of thin layers and strips up to a hundred."""
 
 LEAST_RATIO = 1e-9

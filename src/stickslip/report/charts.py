@@ -20,8 +20,10 @@ from stickslip.plots.chart import Chart
 from stickslip.plots.interactive import Combination, description, escaped
 from stickslip.plots.look import colour
 from stickslip.plots.moving_picture import MovingPicture
+from stickslip.plots.shown_chart import shown_chart
 from stickslip.report.markup import text
 from stickslip.report.pictures import picture
+from stickslip.units import UnitSystem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,9 +60,10 @@ Draw = Callable[..., Chart | MovingPicture]
 
 @dataclass(eq=False)
 class Charts:
-    """Gathers the charts of a page while its sections are written."""
+    """Gathers the charts of a page while its sections are written; system: the units that they are shown in."""
 
     results: Sequence[str]
+    system: UnitSystem | None = None
     places: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     parts: list[Any] = field(default_factory=list)
     known: dict[str, int] = field(default_factory=dict)
@@ -74,11 +77,11 @@ class Charts:
         result: the result that they show; a place of several results shows the one that is chosen for the whole page.
         """
         shown = [choice for choice in choices if choice.options]
-        drawn = [draw(*options) for options in product(*(choice.options for choice in shown))]
+        drawn = [self._shown(draw(*options)) for options in product(*(choice.options for choice in shown))]
         offered = [{"name": choice.name, "options": list(choice.options)} for choice in shown if len(choice.options) > 1]
         entry: dict[str, Any] = {"result": result, "choices": offered, "charts": [self._encoded(chart) for chart in drawn]}
         if opening is not None:
-            charts = [self._encoded(chart) for chart in opening.charts]
+            charts = [self._encoded(self._shown(chart)) for chart in opening.charts]
             entry["opening"] = {"charts": charts, "points": {escaped(label): list(at) for label, at in opening.points.items()}}
         first = name not in self.places
         self.places.setdefault(name, []).append(entry)
@@ -94,6 +97,10 @@ class Charts:
             scheme: {name: colour(name, scheme == "dark") for name in sorted(self.colours)} for scheme in ("light", "dark")
         }
         return {"results": list(self.results), "places": self.places, "parts": self.parts, "colours": schemes}
+
+    def _shown(self, chart: Chart | MovingPicture) -> Chart | MovingPicture:
+        """A chart in the units of the page."""
+        return shown_chart(chart, self.system) if isinstance(chart, Chart) else chart
 
     def _encoded(self, chart: Chart | MovingPicture) -> dict[str, Any]:
         found = chart.description() if isinstance(chart, MovingPicture) else description(chart)

@@ -25,10 +25,10 @@ from stickslip.results.view import (
     highest_peak,
     is_listed,
     level_text,
-    levels_in_newtons,
     linear_peak,
     measure_in,
     peak_unit,
+    per_force_unit,
     size_text,
 )
 
@@ -52,7 +52,7 @@ def bounds_headline(bounds: xr.Dataset) -> str:
     if not np.isfinite(high / low).any():
         return "No bounds of the response were found."
     case, k = np.unravel_index(int(np.nanargmax(high / low)), low.shape)
-    ends = [size_text(float(values[case, k]), bounds["amplitude"].attrs["units"]) for values in (low, high)]
+    ends = [size_text(float(values[case, k]), bounds["amplitude"].attrs["units"], bounds) for values in (low, high)]
     what = "peak" if bounds.attrs["objective"] == "peak" else "response"
     at = bounds["resonance"].values[case, :, k]
     where = f"{hertz(at[0])} and {hertz(at[1])} Hz" if what == "peak" else f"{hertz(float(bounds['frequency'].values[k]))} Hz"
@@ -70,7 +70,7 @@ def level_sentence(dataset: xr.Dataset, case: int, output: int = 0) -> str:
 
 def _unbroken(sentence: str) -> str:
     """Numbers stay on one line with their units."""
-    return re.sub(r"(?<=\d) (?=Hz|%|µm|N\b)|(?<=×) (?=\d)", "\u00a0", sentence)
+    return re.sub(r"(?<=\d) (?=Hz|%|µm|mm|N\b)|(?<=×) (?=\d)", "\u00a0", sentence)
 
 
 def _headline(dataset: xr.Dataset, output: int) -> str:
@@ -111,7 +111,7 @@ def _comparison(dataset: xr.Dataset, peaks: dict[int, Peak], output: int, which:
     normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
     best, first, last = min(normalised, key=lambda case: normalised[case]), *_extreme_levels(dataset, peaks)
     unit = peak_unit(dataset)
-    per_force = "/N" if levels_in_newtons(dataset) else " per unit level"
+    factor, per_force = per_force_unit(dataset, " per unit level")
     several = "curves" if "start" in dataset.coords else "force levels"
     response = _size_of(dataset) or "response"
     lowest = (
@@ -120,7 +120,7 @@ def _comparison(dataset: xr.Dataset, peaks: dict[int, Peak], output: int, which:
     reductions = "" if best in ends else _reductions(dataset, best, peaks[best], output)
     sentence = (
         f"Of {which} {len(peaks)} {several}, {level_text(dataset, best)} has {lowest}: "
-        f"{number(normalised[best] / unit.metres)} {unit.name}{per_force}{reductions}."
+        f"{number(normalised[best] / unit.metres * factor)} {unit.name}{per_force}{reductions}."
     )
     if not (peaks[first].local and peaks[last].local):
         return sentence

@@ -13,6 +13,7 @@ from stickslip.plots.controlled_response import controlled_response, resonances
 from stickslip.plots.files import Figures
 from stickslip.report.numbers import hertz
 from stickslip.report.presentation import Presentation
+from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import size_text
 
 if TYPE_CHECKING:
@@ -24,11 +25,12 @@ MOST = 12
 
 
 def _name(dataset: xr.Dataset, case: int) -> str:
-    return size_text(float(dataset["held_amplitude"].values[case]), dataset["held_amplitude"].attrs["units"])
+    return size_text(float(dataset["held_amplitude"].values[case]), dataset["held_amplitude"].attrs["units"], dataset)
 
 
 def _newtons(dataset: xr.Dataset, level: float) -> str:
-    return f"{level:.4g} N" if dataset["force_level"].attrs["units"] == "N" else f"force level {level:.4g}"
+    factor, unit = in_system("N", system_of(dataset))
+    return f"{factor * level:.4g} {unit}" if dataset["force_level"].attrs["units"] == "N" else f"force level {level:.4g}"
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:

@@ -12,6 +12,7 @@ from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
 from stickslip.checks import Array, rounded
 from stickslip.plots.damper_cycle import damper_cycle
 from stickslip.report.presentation import Presentation
+from stickslip.results.shown_units import in_system, system_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,9 +30,11 @@ FAILED = ("not_steady", "not_converged", "jammed")
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """What came out."""
-    energy, rotation = float(microjoules(dataset, dataset.loop_energy.values)), 1e3 * float(dataset.rotation)
+    factor, unit = in_system("µJ", system_of(dataset))
+    energy, rotation = factor * float(microjoules(dataset, dataset.loop_energy.values)), 1e3 * float(dataset.rotation)
     rotation = 0.0 if rotation < STILL else rotation
-    lines = [f"{rounded(energy, 6)} µJ a cycle, rotation {rounded(rotation, 4)} mrad peak to peak", str(dataset.attrs["message"])]
+    came_out = f"{rounded(energy, 6)} {unit} a cycle, rotation {rounded(rotation, 4)} mrad peak to peak"
+    lines = [came_out, str(dataset.attrs["message"])]
     for contact in dataset.contact.values:
         stick, slip, open_ = 100.0 * dataset.share.sel(contact=contact).values
         lines.append(f"{contact}: stick {stick:.1f} %, slip {slip:.1f} %, open {open_:.1f} % of the cycle")

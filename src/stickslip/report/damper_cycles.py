@@ -13,6 +13,7 @@ from stickslip.checks import counted, rounded
 from stickslip.plots.damper_cycles import cycle_names, damper_cycles
 from stickslip.report.damper_cycle import microjoules
 from stickslip.report.presentation import Presentation
+from stickslip.results.shown_units import in_system, system_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,16 +27,17 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     if "starts" in dataset:
         total = int(dataset.starts.sum()) + int(dataset.attrs["failed"])
         lines.append(f"{counted(dataset.sizes['cycle'], 'steady cycle')} from {counted(total, 'initial state')}")
-    energies, rotations = microjoules(dataset, dataset.loop_energy.values), 1e3 * dataset.rotation.values
+    factor, unit = in_system("µJ", system_of(dataset))
+    energies, rotations = factor * microjoules(dataset, dataset.loop_energy.values), 1e3 * dataset.rotation.values
     if "starts" not in dataset:
         jammed = int(np.count_nonzero(dataset.outcome.values == "jammed"))
         words = f"; {jammed} of them jammed" if jammed else ""
         lines.append(
-            f"{counted(energies.size, 'cycle')} of {rounded(energies.min(), 4)} to {rounded(energies.max(), 4)} µJ{words}"
+            f"{counted(energies.size, 'cycle')} of {rounded(energies.min(), 4)} to {rounded(energies.max(), 4)} {unit}{words}"
         )
     for name, energy, rotation, outcome in zip(cycle_names(dataset), energies, rotations, dataset.outcome.values, strict=True):
         came = str(outcome).replace("_", " ")
-        lines.append(f"{name}: {rounded(energy, 6)} µJ a cycle, rotation {rounded(rotation, 4)} mrad, {came}")
+        lines.append(f"{name}: {rounded(energy, 6)} {unit} a cycle, rotation {rounded(rotation, 4)} mrad, {came}")
     return lines
 
 

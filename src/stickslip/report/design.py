@@ -49,7 +49,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
 
 def _size(dataset: xr.Dataset, name: str) -> str:
     """A peak with its unit, "12.3 µm" or "12.3 µm per unit level"."""
-    return size_text(float(dataset[name]), dataset[name].attrs["units"])
+    return size_text(float(dataset[name]), dataset[name].attrs["units"], dataset)
 
 
 def _peak(design: xr.Dataset) -> str:

@@ -12,6 +12,7 @@ from stickslip.checks import counted
 from stickslip.plots.files import Figures
 from stickslip.plots.identification import loops_and_fit, posterior, residuals
 from stickslip.report.presentation import Presentation
+from stickslip.results.shown_units import in_system, system_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,7 +25,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     for name in dataset["parameter"].values:
         one = dataset.sel(parameter=name)
         units = str(one["parameter_units"].values)
-        factor, shown = (1.0, "") if units == "1" else (1e-6, " N/µm")
+        share, unit = in_system("N/µm", system_of(dataset))
+        factor, shown = (1.0, "") if units == "1" else (1e-6 * share, f" {unit}")
         value, (low, high) = float(one["value"]) * factor, one["interval"].values * factor
         known = f"95 % between {low:.4g} and {high:.4g}{shown}" if np.isfinite(low) else "no interval"
         rows.append(f"{name:<6} {value:.4g}{shown}, {known}")
@@ -47,13 +49,15 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Parameters, and misfits of the loops."""
     import pandas as pd
 
+    system = system_of(dataset)
+    factors, units = zip(*(in_system(str(unit), system) for unit in dataset["parameter_units"].values), strict=True)
     parameters = pd.DataFrame(
         {
             "parameter": dataset["parameter"].values,
-            "value": dataset["value"].values,
-            "low (95 %)": dataset["interval"].values[:, 0],
-            "high (95 %)": dataset["interval"].values[:, 1],
-            "units": dataset["parameter_units"].values,
+            "value": dataset["value"].values * factors,
+            "low (95 %)": dataset["interval"].values[:, 0] * factors,
+            "high (95 %)": dataset["interval"].values[:, 1] * factors,
+            "units": units,
         }
     )
     misfit = pd.DataFrame(dataset["misfit"].values, columns=list(dataset["channel"].values))

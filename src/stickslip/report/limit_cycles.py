@@ -28,7 +28,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         if not np.isfinite(most):
             lines.append(f"{name}: no motion was found")
             continue
-        where = f"{length_text(float(one['held_amplitude'][0]))} of {output} and {hertz(float(one['held_frequency']))} Hz"
+        size = length_text(float(one["held_amplitude"][0]), dataset)
+        where = f"{size} of {output} and {hertz(float(one['held_frequency']))} Hz"
         edge = "" if float(one["held_inside"]) else ", an end of the computed amplitudes"
         if most > 0.0:
             lines.append(f"{name}: holds an aerodynamic damping of down to {number(-100.0 * most, 3)} %, at {where}{edge}")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 import html
-import json
 import re
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 MOST_ROWS = 40
 """Rows of a table that stands open."""
@@ -44,9 +44,7 @@ def section(identifier: str, title: str, *parts: str) -> str:
     return f'<section id="{identifier}" aria-labelledby="{identifier}-h">{heading}{"".join(parts)}</section>'
 
 
-def script_data(identifier: str, data: Any) -> str:
-    """Data for report.js as JSON that cannot leave its element: <, > and & are written as escapes of JSON."""
-    encoded = json.dumps(data, allow_nan=False, separators=(",", ":"), ensure_ascii=True)
-    for character in "<>&":
-        encoded = encoded.replace(character, f"\\u{ord(character):04x}")
-    return f'<script type="application/json" id="{identifier}">{encoded}</script>'
+def packed(identifier: str, content: str) -> str:
+    """A text that report.js unpacks: gzipped and in base64 it takes a third of its size, and cannot leave its element."""
+    encoded = base64.b64encode(gzip.compress(content.encode(), mtime=0)).decode()
+    return f'<script type="text/plain" id="{identifier}">{encoded}</script>'

@@ -12,7 +12,7 @@ from stickslip.checks import Array, counted
 from stickslip.plots.files import Figures
 from stickslip.plots.mistuning import all_blades, amplification, busiest_damper, worst_blade
 from stickslip.report.presentation import Presentation
-from stickslip.results.view import size_text
+from stickslip.results.view import energy_text, size_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +25,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     tuned, place = float(dataset["tuned_peak"]), float(dataset["tuned_peak_frequency"])
     units = dataset["tuned_peak"].attrs["units"]
     edge = _edge(dataset["tuned_frequency"].values, place)
-    disk = f"tuned disk of {dataset.attrs['sectors']} blades: {size_text(tuned, units)} at {place:.5g} Hz{edge}"
+    disk = f"tuned disk of {dataset.attrs['sectors']} blades: {size_text(tuned, units, dataset)} at {place:.5g} Hz{edge}"
     ratio = solved["amplification"].values
     if not np.isfinite(ratio).any():
         return ["no amplification: every sample or the tuned disk failed", disk]
@@ -60,7 +60,7 @@ def _busiest(sample: xr.Dataset) -> str:
     if not damper:
         return ", all dampers stuck"
     work = float(sample["damper_work"].sel(blade=damper))
-    return f", where the damper after blade {damper} works most ({1e6 * work:.4g} µJ a period)"
+    return f", where the damper after blade {damper} works most ({energy_text(work, sample)} a period)"
 
 
 def failures(dataset: xr.Dataset) -> list[str]:

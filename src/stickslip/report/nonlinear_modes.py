@@ -52,7 +52,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         output = str(dataset["output"].values[0])
         lines.append(
             f"{name}: {hertz(ends[0])} Hz at the smallest amplitude, {hertz(ends[1])} Hz at the largest; most damping "
-            f"{percent(ratio)} at {hertz(float(one['frequency'][most]))} Hz, where {output} moves by {length_text(amplitude)}"
+            f"{percent(ratio)} at {hertz(float(one['frequency'][most]))} Hz, where {output} moves by "
+            f"{length_text(amplitude, dataset)}"
         )
         if ratio > ROUGH:
             lines.append(f"  warning, {name}: {VERY_HIGH if ratio > 1.0 else HIGH}")
@@ -74,9 +75,10 @@ def _level_lines(one: xr.Dataset, output: str) -> list[str]:
     for k in shown:
         frequency, size = float(one["level_frequency"][k]), float(one["level_amplitude"][k])
         solved = float(one["level_solved_amplitude"][k]) if "level_solved_amplitude" in one else np.nan
-        checked = f", solved {length_text(solved)}" if np.isfinite(solved) else ""
+        checked = f", solved {length_text(solved, one)}" if np.isfinite(solved) else ""
         lines.append(
-            f"  force {float(one['force_level'][k]):g}: {output} peaks at {length_text(size)}, {hertz(frequency)} Hz{checked}"
+            f"  force {float(one['force_level'][k]):g}: {output} peaks at {length_text(size, one)}, "
+            f"{hertz(frequency)} Hz{checked}"
         )
     more = reached.size - shown.size
     return [*lines, *([f"  {shown.size} of {reached.size} force levels; the report shows all"] if more else [])]

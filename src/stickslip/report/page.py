@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import json
 from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -24,11 +25,12 @@ from stickslip.report import plain, sections
 from stickslip.report.bounds import bounds
 from stickslip.report.charts import Charts
 from stickslip.report.disk import disk
-from stickslip.report.markup import script_data, text
+from stickslip.report.markup import packed, text
 from stickslip.report.motion import motions, moves
 from stickslip.report.percentiles import percentiles
 from stickslip.report.presentation import presentation_of
 from stickslip.report.stress import stress
+from stickslip.results.shown_units import system_of
 
 Section = tuple[str, str, Callable[[Mapping[str, xr.Dataset], Charts], str]]
 
@@ -100,18 +102,19 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
     title = " · ".join(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items()))
     kinds = [kind for d in datasets.values() if (kind := presentation_of(d).title) != title]
     about = f"{' and '.join(dict.fromkeys(kinds))}, computed with stickslip" if kinds else "Computed with stickslip"
-    charts, shown = Charts(list(datasets)), sections_of(datasets)
+    charts, shown = Charts(list(datasets), system_of(*datasets.values())), sections_of(datasets)
     body = "".join(build(datasets, charts) for _, _, build in shown)
-    scripts = (_plotly(), step_script(), _resource("report.js"))
+    library, scripts = _plotly(), (step_script(), _resource("report.js"))
+    data = json.dumps(charts.data(), allow_nan=False, separators=(",", ":"))
     need = "<noscript><p>The charts need JavaScript; the tables below do not.</p></noscript>"
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts)}">'
+        f'<meta http-equiv="Content-Security-Policy" content="{_policy((library, *scripts))}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
         f"<title>{text(title)} – stickslip</title><style>{_resource('report.css')}</style></head>\n<body>"
         f"<header><h1>{text(title)}</h1><p>{text(about)}</p></header>{_navigation(datasets, shown)}"
         f"{need}\n<main>{body}</main>\n"
-        f"{script_data('data', charts.data())}\n"
+        f"{packed('data', data)}\n{packed('library', library)}\n"
         + "\n".join(f"<script>{script}</script>" for script in scripts)
         + "</body></html>\n"
     )

@@ -32,7 +32,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             continue
         ends = [f"{one[key]:.4g}" if np.isfinite(one[key]) else "where the values end" for key in ("plateau_low", "plateau_high")]
         lines.append(
-            f"{name}: lowest {resonance} {size_text(one['optimum_amplitude_per_force'], units)} at "
+            f"{name}: lowest {resonance} {size_text(one['optimum_amplitude_per_force'], units, dataset)} at "
             f"F_C/F_E = {one['optimum_ratio']:.4g} and {one['optimum_frequency']:.5g} Hz; "
             f"within 10 % of it from {ends[0]} to {ends[1]}"
         )
@@ -55,7 +55,7 @@ def _detached(dataset: xr.Dataset, case: int) -> list[str]:
         return []
     where = f"{isolas[0]:.4g}" if isolas.size == 1 else f"{isolas[0]:.4g} to {isolas[-1]:.4g}"
     return [
-        f"F_C/F_E {where}: higher peaks, up to {size_text(np.nanmax(heights), units)}, lie on an isola that "
+        f"F_C/F_E {where}: higher peaks, up to {size_text(np.nanmax(heights), units, dataset)}, lie on an isola that "
         "sweeps miss; they are not counted and may be unstable (a time simulation shows)"
     ]
 

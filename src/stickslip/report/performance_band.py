@@ -26,14 +26,14 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     if not np.isfinite(low).any():
         return ["no bound of the resonance was found"]
     widest, safest = int(np.nanargmax(high / low)), int(np.nanargmin(high))
-    ends = f"{size_text(low[widest], units)} to {size_text(high[widest], units)}"
+    ends = f"{size_text(low[widest], units, dataset)} to {size_text(high[widest], units, dataset)}"
     unsolved = dataset["unsolved_share"].values
     most = int(np.argmax(unsolved))
     fewer = f"{percent(unsolved[most])} of the sampled start states have no solution at F_C/F_E = {ratios[most]:.4g}"
     return [
         f"band widest at F_C/F_E = {ratios[widest]:.4g}: the peak is {ends}, the highest "
         f"{percent(high[widest] / low[widest] - 1.0)} above the lowest, depending on where the contacts start",
-        f"lowest of the highest peaks: {size_text(high[safest], units)} at F_C/F_E = {ratios[safest]:.4g}",
+        f"lowest of the highest peaks: {size_text(high[safest], units, dataset)} at F_C/F_E = {ratios[safest]:.4g}",
         *([fewer] if unsolved[most] else []),
     ]
 

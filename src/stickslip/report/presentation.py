@@ -6,17 +6,22 @@ A module of this folder holds it as PRESENTATION; the `Kind` of an analysis (`st
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 from stickslip.checks import fault
+from stickslip.plots.chart import Chart
+from stickslip.plots.shown_chart import shown_chart
 from stickslip.results.schema import analysis_of
+from stickslip.results.shown_units import shown_table, system_of
 from stickslip.study.kinds import KINDS
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from stickslip.plots.files import Figures
 
@@ -47,8 +52,21 @@ def presentation_of(dataset: xr.Dataset) -> Presentation:
 
 
 def presentation_named(analysis: str) -> Presentation:
-    """The presentation of an analysis by its name."""
+    """The presentation of an analysis by its name, its figures and tables in the units of the study."""
     if analysis not in KINDS:
         raise fault("The analysis of the results", f"must be one of {', '.join(KINDS)}", analysis)
-    presentation: Presentation = import_module(f"stickslip.report.{KINDS[analysis].report}").PRESENTATION
-    return presentation
+    own: Presentation = import_module(f"stickslip.report.{KINDS[analysis].report}").PRESENTATION
+
+    def figures(dataset: xr.Dataset) -> Figures:
+        return {name: partial(_shown, draw) for name, draw in own.figures(dataset).items()}
+
+    def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+        return {caption: shown_table(table, dataset) for caption, table in own.tables(dataset).items()}
+
+    return replace(own, figures=figures, tables=tables)
+
+
+def _shown(draw: Callable[[xr.Dataset], Chart | Figure], dataset: xr.Dataset) -> Chart | Figure:
+    """A figure in the units of the study; a drawing without curves as it is."""
+    figure = draw(dataset)
+    return shown_chart(figure, system_of(dataset)) if isinstance(figure, Chart) else figure

@@ -1,9 +1,9 @@
 "use strict";
 // Draws the charts of the page from the JSON in #data: each place shows the chart that the choices of the reader select.
 // Nothing here knows what a chart is about. Text from the data reaches the page as textContent, or escaped for plotly.js.
-const data = JSON.parse(document.getElementById("data").textContent);
+let data;
 const dark = matchMedia("(prefers-color-scheme: dark)");
-const chosen = { result: data.results[0] };
+const chosen = {};
 let printing = false;
 
 // plotly.js has a button that uploads the chart to a server: neither the button nor the address may be there.
@@ -27,13 +27,12 @@ function decoded(part) {
   return Object.fromEntries(Object.entries(part).map(([key, value]) => [key, decoded(value)]));
 }
 
+const bytesOf = base64 => Uint8Array.from(atob(base64), letter => letter.charCodeAt(0));
+
 // Numbers that stand as bytes, unpacked once.
 const unpacked = new Map();
 function typed(part) {
-  if (!unpacked.has(part)) {
-    const bytes = Uint8Array.from(atob(part.bytes), letter => letter.charCodeAt(0));
-    unpacked.set(part, new { Float32Array, Int32Array }[part.kind](bytes.buffer));
-  }
+  if (!unpacked.has(part)) unpacked.set(part, new { Float32Array, Int32Array }[part.kind](bytesOf(part.bytes).buffer));
   return unpacked.get(part);
 }
 
@@ -123,13 +122,28 @@ function open(place, entry, point) {
   draw(document.getElementById(`${place}-opened`), entry.opening.charts[nearest.chart]);
 }
 
-const results = document.getElementById("result");
-if (results) {
-  results.replaceChildren(...data.results.map(name => new Option(name, name)));
-  results.addEventListener("change", () => { chosen.result = results.value; show(); });
+// The text of an element that stands there gzipped.
+function unzipped(id) {
+  const bytes = new Blob([bytesOf(document.getElementById(id).textContent)]);
+  return new Response(bytes.stream().pipeThrough(new DecompressionStream("gzip"))).text();
 }
-show();
-dark.addEventListener("change", show);
-addEventListener("resize", show);
-addEventListener("beforeprint", () => { printing = true; show(); });
-addEventListener("afterprint", () => { printing = false; show(); });
+
+async function begin() {
+  const [library, json] = await Promise.all(["library", "data"].map(unzipped));
+  document.head.append(Object.assign(document.createElement("script"), { textContent: library }));
+  data = JSON.parse(json);
+  chosen.result = data.results[0];
+  const results = document.getElementById("result");
+  if (results) {
+    results.replaceChildren(...data.results.map(name => new Option(name, name)));
+    results.addEventListener("change", () => { chosen.result = results.value; show(); });
+  }
+  show();
+  dark.addEventListener("change", show);
+  addEventListener("resize", show);
+  addEventListener("beforeprint", () => { printing = true; show(); });
+  addEventListener("afterprint", () => { printing = false; show(); });
+}
+
+if ("DecompressionStream" in window) begin();
+else document.querySelector("main").prepend("This browser is too old to show the charts: take one of 2023 or later. The tables below are complete.");

@@ -25,6 +25,7 @@ from stickslip.report.stress import stress_sentences, stress_table
 from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
+from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.stability import has_stability, peak_is_unstable, stability_sentences
 from stickslip.results.view import higher_end, highest_peak, is_listed, measure_in
 
@@ -121,14 +122,14 @@ def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
 
 
 def bound_sentences(bounds: xr.Dataset) -> list[str]:
-    """Where the bounds of each force level are furthest apart, and the highest one, in SI; of peaks both bounds."""
-    measure, units = measure_in(bounds), bounds["amplitude"].attrs["units"]
+    """Where the bounds of each force level are furthest apart, and the highest one; of peaks both bounds."""
+    measure, (factor, units) = measure_in(bounds), _unit(bounds, "amplitude")
     of = "" if measure == DISPLACEMENT_AMPLITUDE else f" of the {measure.words}"
     lines = [f"bounds{of} over the start states, by {str(bounds.attrs['objective']).replace('_', ' ')}"]
     levels = bounds["force_level"].values
     for case in spread(len(levels), MOST_LINES):
         level = levels[case]
-        low, high = bounds["amplitude"].values[case]
+        low, high = factor * bounds["amplitude"].values[case]
         if not np.any(np.isfinite(high - low)):
             lines.append(f"  force {level:<8g} none found")
             continue
@@ -142,11 +143,8 @@ def bound_sentences(bounds: xr.Dataset) -> list[str]:
 
 def widest_and_highest(bounds: xr.Dataset, case: int, widest: int) -> str:
     """Both bounds where they are furthest apart, and the highest of all."""
-    frequencies, (low, high), units = (
-        bounds["frequency"].values,
-        bounds["amplitude"].values[case],
-        bounds["amplitude"].attrs["units"],
-    )
+    factor, units = _unit(bounds, "amplitude")
+    frequencies, (low, high) = bounds["frequency"].values, factor * bounds["amplitude"].values[case]
     top = int(np.nanargmax(high))
     return (
         f"furthest apart at {frequencies[widest]:.6g} Hz: {low[widest]:.6g} to {high[widest]:.6g} {units}; "
@@ -159,8 +157,8 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
     highest = highest_peak(dataset, case)
     if highest is None:
         return "no point was found"
-    measure, units = measure_in(dataset), dataset["peak_amplitude"].attrs["units"]
-    size = highest.amplitude / measure.per(float(dataset["force_level"][case]))
+    measure, (factor, units) = measure_in(dataset), _unit(dataset, "peak_amplitude")
+    size = factor * highest.amplitude / measure.per(float(dataset["force_level"][case]))
     if not highest.local:
         what = "largest of the listed frequencies, at" if is_listed(dataset) else "no peak; largest at"
         return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
@@ -170,8 +168,13 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
     end = higher_end(dataset, case)
     if end is None:
         return words
-    size = end.amplitude / measure.per(float(dataset["force_level"][case]))
+    size = factor * end.amplitude / measure.per(float(dataset["force_level"][case]))
     return f"{words}; higher at an end of the curve, {end.frequency:.6g} Hz: {size:.6g} {units}"
+
+
+def _unit(dataset: xr.Dataset, variable: str) -> tuple[float, str]:
+    """The factor from SI to the unit that a variable is shown in, and its name."""
+    return in_system(dataset[variable].attrs["units"], system_of(dataset))
 
 
 def failures(dataset: xr.Dataset) -> list[str]:

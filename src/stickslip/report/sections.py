@@ -23,6 +23,7 @@ from stickslip.report.failures import failures_of, warnings_of
 from stickslip.report.markup import cell, section, table, text
 from stickslip.report.numbers import hertz, number
 from stickslip.results.representative import representatives, spread
+from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import (
     ContactRow,
     Length,
@@ -35,9 +36,9 @@ from stickslip.results.view import (
     largest_loops,
     length_unit,
     level_text,
-    levels_in_newtons,
     measure_in,
     peak_unit,
+    per_force_unit,
     points,
 )
 
@@ -106,7 +107,7 @@ def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
     rows = contact_rows(dataset)
     if not rows:
         return None
-    shown = largest_loops(dataset, rows, LOOPS_OF_A_POINT)
+    drawn = loops_at(dataset, largest_loops(dataset, rows, LOOPS_OF_A_POINT), SAMPLES_OF_A_LOOP)
     found: list[Chart] = []
     points_of = {}
     for case in range(dataset.sizes["case"]):
@@ -116,7 +117,7 @@ def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
         places: list[int | None] = [None] * points(dataset, case).size
         for point in some:
             places[int(np.searchsorted(points(dataset, case), point))] = len(found)
-            found.append(loops_at(dataset, case, int(point), shown, SAMPLES_OF_A_LOOP))
+            found.append(drawn(case, int(point)))
         points_of[level_text(dataset, case)] = places
     return Opening(found, points_of, CYCLE_NOTE)
 
@@ -180,7 +181,7 @@ def loops(datasets: Datasets, charts: Charts) -> str:
             first = largest_loops(dataset, [*rows.values()], 1)[0].label
             many = 2 * MOST_SHOWN * len(rows) * dataset.sizes["sample"] > NUMBERS_OF_LOOPS
             step = max(1, dataset.sizes["sample"] // SAMPLES_OF_MANY) if many else 1
-            sizes = f"in N and {length_unit(dataset).name}", "each to its own size"
+            sizes = f"in {in_system('N', system_of(dataset))[1]} and {length_unit(dataset).name}", "each to its own size"
             choices = Choice("Contact", list(dict.fromkeys([first, *rows]))), Choice("Loops", sizes)
             draw = loops_of(dataset, MOST_SHOWN, step)
             html += charts.place("chart-loops", partial(_loops, draw, rows, sizes[1]), choices, label)
@@ -300,7 +301,7 @@ def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: Length) -> 
                 words = f"{rank}" if rank else largest
                 yield (
                     f'<tr data-case="{case}" data-rank="{rank}">{result}{cell(level_text(dataset, case), force)}{cell(str(name))}'
-                    f"<td>{text(words)}</td>{_peak_cells(values, force, unit, levels_in_newtons(dataset))}</tr>"
+                    f"<td>{text(words)}</td>{_peak_cells(values, force, unit, per_force_unit(dataset))}</tr>"
                 )
 
 
@@ -316,10 +317,10 @@ def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, 
         yield 0, np.array([highest.frequency, highest.amplitude, highest.max_abs, highest.loss_factor])
 
 
-def _peak_cells(values: Array, force: float, unit: Length, newtons: bool) -> str:
+def _peak_cells(values: Array, force: float, unit: Length, per_level: tuple[float, str]) -> str:
     frequency, amplitude, largest, loss = (float(value) for value in values)
     normalised = amplitude / abs(force) if force else float("nan")
-    per_force = f"{number(normalised / unit.metres)} {unit.name}{'/N' if newtons else ''}"
+    per_force = f"{number(normalised / unit.metres * per_level[0])} {unit.name}{per_level[1]}"
     return (
         cell(hertz(frequency), frequency)
         + cell(number(amplitude / unit.metres), amplitude)
@@ -337,7 +338,7 @@ def _energy_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str
             yield f'<tr>{result}<td colspan="4">no point converged</td></tr>'
             continue
         total = float(np.sum(dataset.dissipated.values[case, peak.point]))
-        cells = cell(energy_text(total), total)
+        cells = cell(energy_text(total, dataset), total)
         for name, limit in LIMITS.items():
             values = np.abs(dataset[name].values[case, kept])
             worst = float(np.nanmax(values)) if np.any(np.isfinite(values)) else float("nan")

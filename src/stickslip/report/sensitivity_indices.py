@@ -23,7 +23,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     names = [str(name) for name in dataset["parameter"].values]
     lines = []
     measure, units = measure_in(dataset), dataset["middle"].attrs["units"].removesuffix(" and Hz")
-    unit_of_size = shown_unit(units, float(dataset["middle"].values[0]))
+    unit_of_size = shown_unit(units, float(dataset["middle"].values[0]), dataset)
     what = "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
     for q, (quantity, size, unit) in enumerate(((what, unit_of_size.metres, unit_of_size.name), ("frequency", 1.0, "Hz"))):
         middle, spread = (float(dataset[key].values[q]) / size for key in ("middle", "spread"))

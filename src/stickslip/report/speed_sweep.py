@@ -47,11 +47,11 @@ def _highest(dataset: xr.Dataset, e: int, case: int) -> str:
         speed, frequency, size = (
             float(dataset[f"peak_{key}"].values[e, case, 0, 0]) for key in ("speed", "frequency", "amplitude")
         )
-        return f"{name}: {output} {length_text(size)} at {speed:.5g} rev/min ({hertz(frequency)} Hz)"
+        return f"{name}: {output} {length_text(size, dataset)} at {speed:.5g} rev/min ({hertz(frequency)} Hz)"
     sizes = np.where(solved, dataset["amplitude"].values[e, case, :, 0], -np.inf)
     k = int(np.argmax(sizes))
     speed = float(dataset["speed"].values[e, case, k])
-    return f"{name}: no resonance in the range; {output} at most {length_text(float(sizes[k]))}, at {speed:.5g} rev/min"
+    return f"{name}: no resonance in the range; {output} at most {length_text(float(sizes[k]), dataset)}, at {speed:.5g} rev/min"
 
 
 def failures(dataset: xr.Dataset) -> list[str]:

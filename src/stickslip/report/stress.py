@@ -12,6 +12,7 @@ from stickslip.plots.stress import MPa, stress_curves
 from stickslip.report.charts import Charts
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number
+from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import level_text
 
 if TYPE_CHECKING:
@@ -61,13 +62,21 @@ def stress_table(dataset: xr.Dataset) -> pd.DataFrame:
 
 def stress_sentences(dataset: xr.Dataset) -> list[str]:
     """The largest stress of each force level."""
-    lines = ["largest von Mises stress"]
+    lines, (unit, name) = ["largest von Mises stress"], _unit(dataset)
     for case, level in enumerate(dataset["force_level"].values):
         found = [stress for stress in largest_stresses(dataset) if stress.case == case]
         worst = max(found, key=lambda stress: stress.von_mises, default=None)
-        words = f"{worst.von_mises / MPa:.4g} MPa at {worst.frequency:.6g} Hz, {worst.place}" if worst else "no point was found"
+        words = "no point was found"
+        if worst:
+            words = f"{worst.von_mises / unit:.4g} {name} at {worst.frequency:.6g} Hz, {worst.place}"
         lines.append(f"  force {level:<8g} {words}")
     return lines
+
+
+def _unit(dataset: xr.Dataset) -> tuple[float, str]:
+    """The size in Pa of the unit to show stress in, and its name: MPa unless the study states others."""
+    factor, name = in_system("MPa", system_of(dataset))
+    return MPa / factor, name
 
 
 def stress(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
@@ -77,18 +86,21 @@ def stress(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
 
 
 def _part(charts: Charts, k: int, label: str, dataset: xr.Dataset) -> str:
-    heads = ["force level", "place", "frequency in Hz", "von Mises in MPa", "component", "vibrating in MPa", "mean in MPa"]
+    name = _unit(dataset)[1]
+    heads = ["force level", "place", "frequency in Hz", f"von Mises in {name}", "component"]
+    heads += [f"vibrating in {name}", f"mean in {name}"]
     figure = charts.drawn(f"chart-stress-{k}", stress_curves(dataset), "Von Mises stress along the curves")
     return figure + table(f"stress-{k}", f"{label}: largest stress at each place", heads, _rows(dataset))
 
 
 def _rows(dataset: xr.Dataset) -> Iterator[str]:
+    unit, _ = _unit(dataset)
     for found in largest_stresses(dataset):
         cells = [cell(level_text(dataset, found.case), float(dataset["force_level"].values[found.case])), cell(found.place)]
-        cells += [cell(hertz(found.frequency), found.frequency), cell(number(found.von_mises / MPa), found.von_mises)]
+        cells += [cell(hertz(found.frequency), found.frequency), cell(number(found.von_mises / unit), found.von_mises)]
         cells += [
             cell(found.component),
-            cell(number(found.amplitude / MPa), found.amplitude),
-            cell(number(found.mean / MPa), found.mean),
+            cell(number(found.amplitude / unit), found.amplitude),
+            cell(number(found.mean / unit), found.mean),
         ]
         yield f"<tr>{''.join(cells)}</tr>"

@@ -35,7 +35,10 @@ _COMPRESS_FROM = 1024
 
 
 def save(dataset: xr.Dataset, path: str | Path) -> Path:
-    """Write `dataset` as NetCDF-4, whole or not at all; returns the path. Large variables are compressed and checksummed."""
+    """Write `dataset` as NetCDF-4, whole or not at all; returns the path. Large variables are compressed and checksummed.
+
+    A file of that name is replaced, as NumPy and xarray do; the commands refuse it without `--overwrite`.
+    """
     check_results(dataset)
     content = _netcdf(dataset)
     with replacing(path) as temporary:

@@ -1,7 +1,8 @@
 """Export to MATLAB: `save_mat` writes a dataset as a .mat file (version 5).
 
 Variables keep their names and the order of their axes; real and imaginary parts become complex numbers, texts cell arrays. The
-structs `units`, `meaning` and `axes` say of each variable what it is, `about` holds title, study and versions.
+structs `units`, `meaning` and `axes` say of each variable what it is, `about` holds title, study and versions. Numbers
+are in the units of the study.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from scipy import io
 from stickslip.checks import fault
 from stickslip.files import replacing
 from stickslip.results.quantities import as_quantity
+from stickslip.results.shown_units import shown_dataset
 from stickslip.results.view import measure_in
 
 if TYPE_CHECKING:
@@ -40,7 +42,7 @@ def save_all_mat(
     datasets: Mapping[str, xr.Dataset], path: str | Path, quantity: str | None = None, per_force: bool = False
 ) -> Path:
     """Several results in one file, each a struct with the name of the result; one without a name stands by itself."""
-    tables = {_name(name): _table(_converted(dataset, quantity, per_force)) for name, dataset in datasets.items()}
+    tables = {_name(name): _table(shown_dataset(_converted(dataset, quantity, per_force))) for name, dataset in datasets.items()}
     content = tables[""] if set(tables) == {""} else tables
     with replacing(path) as temporary:
         io.savemat(str(temporary), content, appendmat=False, long_field_names=True, do_compression=True, oned_as="column")

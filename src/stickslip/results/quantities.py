@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+ERRORS = ("truncation_error", "sampling_error", "work_error", "modal_error", "patch_error")
+"""Estimates of errors at the highest peak of an output, (case, output), of those that a result holds."""
+
+
 def as_quantity(dataset: xr.Dataset, name: str, per_force: bool = False) -> xr.Dataset:
     """The response of a result as another quantity: `response` (case, point, output, harmonic, part), `amplitude` and `rms`.
 
@@ -85,7 +89,9 @@ def quantity_table(dataset: xr.Dataset, name: str | None = None, per_force: bool
 
 
 def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = False) -> pd.DataFrame:
-    """Every peak as a row: frequency, its size and loss factor. name: the quantity; that of the result's peaks unless given.
+    """Every peak as a row: frequency, its size, loss factor, and at the highest peak of each curve the estimates of its errors:
+    relative changes of the size with more harmonics, with more samples, on all coordinates of the structure and with a contact at
+    each node of a patch, and of the work of the contacts. name: the quantity; that of the result's peaks unless given.
 
     Peaks of another quantity are elsewhere: they are not in the result. The column of the size then says whose peaks these are,
     "acceleration at the displacement peak [m/s2]"; for the others ask the analysis for that quantity,
@@ -117,6 +123,11 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
     if has_stability(dataset):
         names["stability"] = "stability"
         table["stability"] = words_of_flags(dataset["peak_stability"], table["peak_stability"].to_numpy())
+    for key in (each for each in ERRORS if each in dataset):
+        columns = {str(label): k for k, label in enumerate(dataset["output"].values)}
+        at = table["case"].to_numpy(dtype=int), table["output"].astype(str).map(columns).to_numpy(dtype=int)
+        table[key] = np.where(table["peak"] == 0, dataset[key].values[at], np.nan)
+        names[key] = key
     table = table.rename(columns=names)
     curve = ["curve"] if "curve_kind" in dataset else []
     which = ["force_level", *curve, *(["start"] if "start" in dataset.coords else []), "output", "peak"]

@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stickslip.checks import InputError, fault, nearest
+from stickslip.results.shown_units import system_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,4 +53,8 @@ class Result:
         if figure not in self.figures:
             raise fault("figure", "must be a known one", figure, nearest(str(figure), filter(None, self.figures)))
         module, function = self.figures[figure].split(":")
-        return getattr(import_module(f"stickslip.plots.{module}"), function)(getattr(self, "dataset", self), **options)
+        drawn = getattr(import_module(f"stickslip.plots.{module}"), function)(getattr(self, "dataset", self), **options)
+        chart = import_module("stickslip.plots.chart").Chart
+        if not isinstance(drawn, chart) or not hasattr(self, "dataset"):
+            return drawn
+        return import_module("stickslip.plots.shown_chart").shown_chart(drawn, system_of(self.dataset))

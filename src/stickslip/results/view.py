@@ -15,7 +15,8 @@ from stickslip.harmonic.fourier import real_harmonics
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, measure_of
 from stickslip.outcome import Outcome
 from stickslip.results.curve_kind import kind_words
-from stickslip.units import um
+from stickslip.results.shown_units import in_system, system_of
+from stickslip.units import UnitSystem, um
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,21 +54,23 @@ class ContactRow:
 
 @dataclass(frozen=True)
 class Length:
-    """A unit to show numbers in: its size in metres (m/s, m/s²) and its name."""
+    """A unit to show numbers in: its size in metres (m/s, m/s²) and its name; stated: by the study, else chosen by size."""
 
     metres: float
     name: str
+    stated: bool = False
 
 
 def length_unit(*datasets: xr.Dataset) -> Length:
-    """Micrometres, or metres where amplitudes exceed a centimetre: lumped models are often stated without dimensions."""
-    return unit_for(max(float(np.max(np.nan_to_num(dataset.amplitude.values), initial=0.0)) for dataset in datasets))
+    """That of the study; else micrometres, or metres where amplitudes exceed a centimetre: lumped models are often stated without
+    dimensions."""
+    largest = max(float(np.max(np.nan_to_num(dataset.amplitude.values), initial=0.0)) for dataset in datasets)
+    return shown_unit("m", largest, *datasets)
 
 
-def length_text(length: float) -> str:
+def length_text(length: float, *datasets: xr.Dataset) -> str:
     """A length with its unit, "12.3 µm"."""
-    unit = unit_for(abs(length))
-    return f"{length / unit.metres:.4g} {unit.name}"
+    return size_text(length, "m", *datasets)
 
 
 def unit_for(largest: float) -> Length:
@@ -86,9 +89,12 @@ def periods_of(dataset: xr.Dataset) -> int:
 
 
 def quantity_unit(length: Length, quantity: Quantity) -> Length:
-    """The unit of a quantity beside that of lengths: mm/s and m/s² beside µm, m/s and m/s² beside m."""
+    """The unit of a quantity beside that of lengths: mm/s and m/s² beside µm, m/s and m/s² beside m, and mm/s and mm/s² where the
+    study states mm."""
     if quantity.order == 0:
         return length
+    if length.stated:
+        return Length(length.metres, f"{length.name}/{('', 's', 's²')[quantity.order]}", True)
     small = length.metres < 1.0
     return Length(1e-3, "mm/s") if quantity.order == 1 and small else Length(1.0, ("", "m/s", "m/s²")[quantity.order])
 
@@ -98,17 +104,26 @@ def peak_unit(*datasets: xr.Dataset) -> Length:
     return quantity_unit(length_unit(*datasets), measure_in(datasets[0]).quantity)
 
 
-def shown_unit(units: str, largest: float) -> Length:
-    """The unit to show sizes in that are kept in SI units: µm or m, or µm/N or m/N, by the largest; others as they are."""
+def shown_unit(units: str, largest: float, *datasets: xr.Dataset) -> Length:
+    """The unit to show sizes in that are kept in SI units: that of the study; else µm or m, or µm/N or m/N, by the largest, and
+    others as they are."""
+    return unit_in(system_of(*datasets), units, largest)
+
+
+def unit_in(system: UnitSystem | None, units: str, largest: float) -> Length:
+    """`shown_unit` in a system of units, or in SI without one."""
+    if system is not None:
+        factor, name = in_system(units.replace("s2", "s²"), system)
+        return Length(1.0 / factor, name, True)
     if units.startswith(("m/s", "m/(s")):
         return Length(1.0, units.replace("s2", "s²"))
     unit = unit_for(largest)
     return Length(unit.metres, unit.name + units.removeprefix("m"))
 
 
-def size_text(size: float, units: str) -> str:
+def size_text(size: float, units: str, *datasets: xr.Dataset) -> str:
     """A size in SI with its unit, "12.3 µm", "12.3 µm/N" or "4.56 m/s²"."""
-    unit = shown_unit(units, abs(size))
+    unit = shown_unit(units, abs(size), *datasets)
     return f"{size / unit.metres:.4g} {unit.name}"
 
 
@@ -117,11 +132,14 @@ def energy_unit(largest: float) -> tuple[float, str]:
     return next((unit for unit in ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ")) if abs(largest) >= unit[0]), (1e-9, "nJ"))
 
 
-def energy_text(value: float) -> str:
-    """An energy with a prefix."""
+def energy_text(value: float, *datasets: xr.Dataset) -> str:
+    """An energy in the unit of the study, or with a prefix."""
     if not np.isfinite(value):
         return "–"
     factor, unit = energy_unit(value)
+    if system := system_of(*datasets):
+        share, unit = in_system("J", system)
+        factor = 1.0 / share
     return f"{value / factor:.3g} {unit}" if value else "0 J"
 
 
@@ -133,12 +151,22 @@ def level_text(dataset: xr.Dataset, case: int) -> str:
 
 def force_text(dataset: xr.Dataset, case: int) -> str:
     """The force level alone: "20 N" where the dataset says that the levels are newtons, else "force × 20"."""
-    level = f"{float(dataset.force_level[case]):g}"
-    return f"{level} N" if levels_in_newtons(dataset) else f"force × {level}"
+    level = float(dataset.force_level[case])
+    factor, unit = in_system("N", system_of(dataset))
+    return f"{factor * level:g} {unit}" if levels_in_newtons(dataset) else f"force × {level:g}"
 
 
 def levels_in_newtons(dataset: xr.Dataset) -> bool:
     return str(dataset.force_level.attrs.get("units", "1")) == "N"
+
+
+def per_force_unit(dataset: xr.Dataset, otherwise: str = "") -> tuple[float, str]:
+    """What a size per force level is multiplied by, and what its unit adds to that of the size: "/N"; `otherwise` where levels
+    are no forces."""
+    if not levels_in_newtons(dataset):
+        return 1.0, otherwise
+    factor, unit = in_system("1/N", system_of(dataset))
+    return factor, unit.removeprefix("1")
 
 
 def points(dataset: xr.Dataset, case: int) -> np.ndarray:

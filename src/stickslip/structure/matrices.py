@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -96,12 +96,16 @@ class Structure:
     def _places(self) -> dict[str, int]:
         return {dof: place for place, dof in enumerate(self.dofs)}
 
+    @cached_property
+    def _alone(self) -> dict[str, str]:
+        return of_single_nodes(self.dofs)
+
     def index(self, dof: str) -> int:
-        """Position of a degree of freedom."""
+        """Position of a degree of freedom; tip.x stands for tip/1430.x where that is the only node of the set tip."""
         try:
-            return self._places[dof]
+            return self._places[self._alone.get(dof, dof)]
         except KeyError:
-            raise InputError(f"Degree of freedom {dof!r} does not exist. {nearest(dof, self.dofs)}") from None
+            raise InputError(f"Degree of freedom {dof!r} does not exist. {nearest_dof(dof, self.dofs)}") from None
 
     def row(self, direction: Mapping[str, float]) -> Array:
         """The coefficients of a direction as a row vector over the coordinates, (m,)."""
@@ -152,3 +156,21 @@ def _refuse_negative_damping(C: Array) -> None:
     if size > 0.0 and not is_definite(0.5 * (C + C.T), 1e-9 * size):
         lowest = float(np.linalg.eigvalsh(0.5 * (C + C.T))[0])
         raise fault("C", "must not feed energy in (no negative eigenvalue)", lowest, "Check the sign of the damping.")
+
+
+def of_single_nodes(dofs: Iterable[str]) -> dict[str, str]:
+    """Short names of the degrees of freedom of sets of one node: {"tip.x": "tip/1430.x"}; names that exist keep their meaning."""
+    members: dict[str, list[str]] = {}
+    for dof in dofs:
+        node, _, direction = dof.rpartition(".")
+        name, _, number = node.rpartition("/")
+        if name and number.isdecimal():
+            members.setdefault(f"{name}.{direction}", []).append(dof)
+    known = set(dofs)
+    return {short: own[0] for short, own in members.items() if len(own) == 1 and short not in known}
+
+
+def nearest_dof(name: str, dofs: Iterable[str]) -> str:
+    """A remedy that names the nearest degree of freedom, of the same structure where that exists."""
+    own = [dof for dof in dofs if "/" in name and dof.startswith(f"{name.partition('/')[0]}/")]
+    return nearest(name, own or dofs)

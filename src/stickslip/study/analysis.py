@@ -121,6 +121,7 @@ class Kind:
     on_problem: whether the file states a problem with a sweep; an analysis without one has only its own tables.
     repeats: whether the frequencies of `at` may come back to where they were, upwards and downwards.
     band: of the excitation, from the tables of its own, where these say where to compute and [sweep] only how finely.
+    forced: whether the force levels of [sweep] act.
     """
 
     plan: Callable[[Asked], Plan]
@@ -131,3 +132,4 @@ class Kind:
     on_problem: bool = True
     repeats: bool = False
     band: Callable[[Mapping[str, Table]], Band | None] | None = None
+    forced: bool = True

@@ -5,31 +5,33 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from stickslip.checks import nearest
 from stickslip.contact.point import GROUND, between
 from stickslip.models.conversion import levers
+from stickslip.structure.matrices import nearest_dof, of_single_nodes
 from stickslip.study.units import Units
 
 
 class Names:
-    """The degrees of freedom that exist, with the factor of each."""
+    """The degrees of freedom that exist, with the factor of each, and `short` names of those of sets of one node."""
 
     def __init__(self, dofs: Sequence[str], units: Units) -> None:
         self.lever = dict(zip(dofs, levers(dofs, units.system).tolist(), strict=True))
+        self.short = of_single_nodes(dofs)
 
     def coefficients(self, given: Sequence[str] | Mapping[str, float]) -> dict[str, float]:
         """A direction given as a pair of names or as a table, as coefficients in SI."""
         table = given if isinstance(given, Mapping) else between(*given)
-        return {name: coefficient * self.lever.get(name, 1.0) for name, coefficient in table.items()}
+        return {name: coefficient * self.lever.get(self.short.get(name, name), 1.0) for name, coefficient in table.items()}
 
     def faults(self, document: Mapping[str, Any]) -> list[str]:
         """Every name in the document that does not exist."""
-        return [f"{place}: {self._fault(name)}" for place, name in names_in(document) if name not in self.lever]
+        known = {*self.lever, *self.short}
+        return [f"{place}: {self._fault(name)}" for place, name in names_in(document) if name not in known]
 
     def _fault(self, name: str) -> str:
         if name == GROUND:
             return f"must be a degree of freedom, which moves, but is {name!r}."
-        return f"degree of freedom {name!r} does not exist. {nearest(name, [*self.lever, GROUND])}"
+        return f"degree of freedom {name!r} does not exist. {nearest_dof(name, [*self.lever, GROUND])}"
 
 
 def dofs_in(document: Mapping[str, Any]) -> list[str]:

@@ -6,18 +6,22 @@ They look at what results, motions, forces and resonances in the band, whichever
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from stickslip.checks import Array
 from stickslip.contact.point import Contact
 from stickslip.problem import Problem
 from stickslip.problem.at_rest import normal_loads_at_rest
 from stickslip.problem.warnings import LARGEST_FRICTION
+from stickslip.results.shown_units import in_system
 from stickslip.study.analysis import Sweep
-from stickslip.units import Band
+from stickslip.units import Band, UnitSystem
 
 LARGE = 0.1
 """Linear amplitude over the size of the structure from where on a theory of small motions is left."""
@@ -25,7 +29,7 @@ LARGE = 0.1
 LARGE_WITHOUT_SIZE = 1e3
 """The same in m where no coordinates are known: models of a few masses are often stated without dimensions."""
 
-IDLE = 0.1
+IDLE = 0.3
 """Share of its slip limit that the most loaded contact carries at the stuck resonance of the largest force level, below which
 friction never acts."""
 
@@ -35,72 +39,262 @@ UNREACHED = 1e-9
 NEGLIGIBLE = 0.02
 """All slip limits together over the harmonic forces of the smallest level, below which friction changes nothing."""
 
+WEAK = 0.1
+"""The most that friction can dissipate in a free mode over what the smallest level feeds into it, 4 Σ μN |B q| / (π |fᵀ q|),
+below which friction changes nothing: it lowers the peak by no more than this share."""
+
+BESIDE = 1.0 + 1e-4
+"""Times a natural frequency, where the undamped response has the shape of its mode."""
+
+YIELDING = 0.01
+"""Displacement μN/kt at which a contact slips over the size of the structure, above which its stiffness is in other units."""
+
+APART = 0.05
+"""Gap, or interference N0/kn, of a contact over the size of the structure, above which it is in other units."""
+
+SINKING = 0.3
+"""Lowest stuck frequency over the lowest elastic one without contacts, below which a body is too heavy for its contacts."""
+
+FASTEST = 5e6
+"""Static force on a body over its mass, m/s²: ω² r of the fastest blades is below 1e6."""
+
 SHOWN = 6
 """Natural frequencies that a sentence lists."""
 
 
-def plausibility_warnings(sweep: Sweep) -> list[str]:
-    """What is hardly meant: motions as large as the structure, a band without resonance, friction that can never act."""
-    given = sweep.frequencies
-    low, high = (given.low, given.high) if isinstance(given, Band) else (float(np.min(given)), float(np.max(given)))
-    return [*_amplitudes(sweep, low, high), *_band(sweep, low, high), *_friction(sweep, low, high)]
+@dataclass(frozen=True, eq=False)
+class _Study:
+    """A sweep with the ends of its band, Hz, normal loads and slip limits at rest, N, and the units of sentences."""
+
+    sweep: Sweep
+    system: UnitSystem | None
+
+    @property
+    def problem(self) -> Problem:
+        return self.sweep.problem
+
+    @cached_property
+    def band(self) -> tuple[float, float]:
+        given = self.sweep.frequencies
+        return (given.low, given.high) if isinstance(given, Band) else (float(np.min(given)), float(np.max(given)))
+
+    @cached_property
+    def loads(self) -> dict[str, float]:
+        return normal_loads_at_rest(self.problem)
+
+    @cached_property
+    def limits(self) -> dict[str, float]:
+        return slip_limits(self.problem, self.loads)
+
+    @cached_property
+    def met(self) -> dict[bool, Array]:
+        """Natural frequencies that the excitation meets, Hz, by whether contacts are stuck."""
+        return {stuck: self.problem.systems.met(stuck) for stuck in (False, True)}
+
+    def inside(self, stuck: bool) -> list[float]:
+        """The first of them in the band."""
+        low, high = self.band
+        return [float(f) for f in self.met[stuck] if low <= f <= high][:SHOWN]
+
+    def text(self, value: float, unit: str) -> str:
+        """A length or force in SI in the units of the study."""
+        factor, own = in_system(unit, self.system)
+        return f"{factor * value:.3g} {own}"
 
 
-def _amplitudes(sweep: Sweep, low: float, high: float) -> list[str]:
+def plausibility_warnings(sweep: Sweep, system: UnitSystem | None = None, forced: bool = True) -> list[str]:
+    """What is hardly meant: motions as large as the structure, a band without resonance, friction that can never act, contacts
+    that nothing presses, stiffnesses and bodies of other units.
+
+    system: the units of sentences, SI unless given; forced: whether force levels act in the analysis.
+    """
+    study = _Study(sweep, system)
+    levels = (_amplitudes, _friction) if forced else ()
+    return [words for check in (_band, _at_rest, _distances, _bodies, *levels) for words in check(study)]
+
+
+def _size(problem: Problem) -> float:
+    """The longest side of the box round the structure, m; 0 where no coordinates are known."""
+    places = np.concatenate([problem.structure.mesh_points, np.reshape(list(problem.structure.nodes.values()), (-1, 3))])
+    return float(np.ptp(places, axis=0).max()) if len(places) else 0.0
+
+
+def _amplitudes(study: _Study) -> list[str]:
     """A warning where the largest force level moves the structure by a part of its size, even at the ends of the band and with
     all contacts stuck.
     """
-    problem, level = sweep.problem, max(sweep.force_levels)
-    moved = max(float(np.max(np.abs(problem.output_rows @ _stuck_motion(problem, level, hertz)))) for hertz in (low, high))
-    places = np.concatenate([problem.structure.mesh_points, np.reshape(list(problem.structure.nodes.values()), (-1, 3))])
-    size = float(np.ptp(places, axis=0).max()) if len(places) else 0.0
+    problem, level = study.problem, max(study.sweep.force_levels)
+    moved = max(float(np.max(np.abs(problem.output_rows @ _stuck_motion(problem, level, hertz)))) for hertz in study.band)
+    size = _size(problem)
     if moved <= (LARGE * size or LARGE_WITHOUT_SIZE):
         return []
     compared = f", {moved / size:.2g} times the size of the structure" if size else ""
     return [
-        f"Warning: force level {level:g} moves the stuck structure by {moved:.3g} m{compared}. The theory assumes small motions: "
-        "check the units of forces and stiffnesses."
+        f"Warning: force level {level:g} moves the stuck structure by {study.text(moved, 'm')}{compared}. The theory assumes "
+        "small motions: check the units of forces and stiffnesses."
     ]
 
 
-def _band(sweep: Sweep, low: float, high: float) -> list[str]:
+def _band(study: _Study) -> list[str]:
     """A band that holds no natural frequency, free or stuck, at which a harmonic of the excitation meets the structure."""
-    met = np.concatenate([sweep.problem.systems.met(stuck) for stuck in (False, True)])
-    if not isinstance(sweep.frequencies, Band) or np.any((met >= low) & (met <= high)):
+    low, high = study.band
+    met = np.concatenate(list(study.met.values()))
+    if not isinstance(study.sweep.frequencies, Band) or np.any((met >= low) & (met <= high)):
         return []
     nearest = sorted(f"{f:.5g}" for f in sorted(met[met > 0.0], key=lambda f: abs(np.log(f / np.sqrt(low * high))))[:2])
     where = f"; the nearest are at {' and '.join(nearest)} Hz" if nearest else ""
     return [f"Warning: no natural frequency lies between {low:.6g} and {high:.6g} Hz, where the response is computed{where}."]
 
 
-def _friction(sweep: Sweep, low: float, high: float) -> list[str]:
+def _at_rest(study: _Study) -> list[str]:
+    """Rubbing contacts without a gap none of which is pressed at rest: a pull or the normals point the other way."""
+    closed = [contact for contact in study.problem.contacts if contact.law.rubs and _closes(contact)]
+    if not closed or any(study.loads.get(contact.name, 0.0) > 0.0 for contact in closed):
+        return []
+    none = "no state of rest was found in which contacts carry the static loads"
+    what = "no contact is pressed on at rest" if study.loads else none
+    return [f"Warning: {what}. Check the directions of pulls and normals, preloads, and where bodies lie."]
+
+
+def _closes(contact: Contact) -> bool:
+    """Whether a contact has a normal direction, and no gap."""
+    normal = contact.elements.normal
+    return normal is not None and bool(np.any(normal.constant >= 0.0))
+
+
+def _distances(study: _Study) -> list[str]:
+    """Contacts that would yield, or stand off, by a part of the structure before they slip or close."""
+    problem, limits, size = study.problem, study.limits, _size(study.problem)
+    if not size:
+        return []
+    found = []
+    yielding = {
+        contact.name: limits[contact.name] / stiffness
+        for contact in problem.contacts
+        if contact.name in limits
+        if (stiffness := max(float(group.stiffness.sum()) for group in contact.elements.friction))
+    }
+    name, most = max(yielding.items(), key=lambda item: item[1], default=("", 0.0))
+    if most > YIELDING * size:
+        found.append(
+            f"Warning: {name} slips only where its spring has yielded by {study.text(most, 'm')}, the slip limit over kt, "
+            f"{most / size:.2g} times the size of the structure. Check the units of kt and of the normal load."
+        )
+    standing = {contact.name: _standing(contact) for contact in problem.contacts}
+    name, most = max(standing.items(), key=lambda item: item[1], default=("", 0.0))
+    if most > APART * size:
+        found.append(
+            f"Warning: the gap of {name}, or its preload over kn, is {study.text(most, 'm')}, {most / size:.2g} times the "
+            "size of the structure. Check the units of gap, preload and kn."
+        )
+    return found
+
+
+def _standing(contact: Contact) -> float:
+    """The largest gap or interference of a contact, m."""
+    normal = contact.elements.normal
+    if normal is None:
+        return 0.0
+    distances = np.divide(normal.constant, normal.stiffness, out=np.zeros_like(normal.constant), where=normal.stiffness > 0.0)
+    return float(np.abs(distances).max(initial=0.0))
+
+
+def _bodies(study: _Study) -> list[str]:
+    """Bodies so heavy that they sink into their contacts, and static forces that no rotor makes of their mass."""
+    problem = study.problem
+    if not problem.structure.outlines:
+        return []
+    found = []
+    free, stuck = (problem.frequencies(stuck=stuck) for stuck in (False, True))
+    elastic, held = free[free > 0.0], stuck[stuck > 0.0]
+    if elastic.size and held.size and held[0] < SINKING * elastic[0]:
+        found.append(
+            f"Warning: the lowest mode with all contacts stuck, at {held[0]:.4g} Hz, lies far below the lowest elastic one "
+            f"without contacts, at {elastic[0]:.5g} Hz: a body is heavy for its contacts. Check its mass, its dimensions, kt and "
+            "kn."
+        )
+    rows = {dof: row for row, dof in enumerate(problem.structure.dofs)}
+    for node in problem.structure.outlines:
+        at = [rows[f"{node}.{axis}"] for axis in "xyz" if f"{node}.{axis}" in rows]
+        mass = float(np.max(np.diag(np.real(problem.structure.M))[at], initial=0.0))
+        force = float(np.linalg.norm(problem.static_load[at]))
+        if mass and force > FASTEST * mass:
+            found.append(
+                f"Warning: the static force on {node.rpartition('/')[0] or node} over its mass is {force / mass:.2g} m/s², "
+                f"more than {FASTEST:g} m/s². Check the units of the pull, the density and the dimensions."
+            )
+    return found
+
+
+def _friction(study: _Study) -> list[str]:
     """Contacts that stay stuck even at the resonance of the largest force level, or slip limits that are nothing beside the
     forces: pulls, preloads and forces do not fit.
     """
-    problem = sweep.problem
-    limits = slip_limits(problem)
+    problem, limits, levels = study.problem, study.limits, study.sweep.force_levels
     if not limits:
         return []
-    largest, smallest = max(sweep.force_levels), min(sweep.force_levels)
+    largest, smallest = max(levels), min(levels)
     force, total = smallest * _excitation(problem), sum(limits.values())
-    if total < NEGLIGIBLE * force:
+    if total < NEGLIGIBLE * force or _largest_effect(study, smallest) < WEAK:
         return [
-            f"Warning: all contacts together slip at {total:.3g} N, but the smallest excitation is {force:.3g} N, so "
-            "friction has almost no effect. Check the units of pulls, preloads and forces, and the force levels."
+            f"Warning: all contacts together slip at {study.text(total, 'N')}, but the smallest excitation is "
+            f"{study.text(force, 'N')}, so friction has almost no effect. Check the units of pulls, preloads and forces, and "
+            "the force levels."
         ]
-    inside = [float(f) for f in problem.systems.met(True) if low <= f <= high]
-    name, share = _most_loaded(problem, largest, [*inside[:SHOWN], low, high], limits)
+    inside = study.inside(stuck=True)
+    name, share = _most_loaded(study, largest, [*inside, *study.band])
     if share >= IDLE or share < UNREACHED:
-        return []
+        return [] if inside else _flank(study)
     return [
         f"Warning: no contact slips at force level {largest:g}: the most loaded contact, {name}, carries {100.0 * share:.2g} % "
-        f"of its slip limit ({limits[name]:.3g} N) in the stuck response. Check the units of pulls, preloads and forces."
+        f"of its slip limit ({study.text(limits[name], 'N')}) in the stuck response. Check the units of pulls, preloads and "
+        "forces."
     ]
 
 
-def slip_limits(problem: Problem) -> dict[str, float]:
-    """μN of each contact at rest, N, of those that carry load and rub with a coefficient that a measurement may have."""
-    loads: Mapping[str, float] = normal_loads_at_rest(problem)
+def _flank(study: _Study) -> list[str]:
+    """A band that holds resonances without contacts only, at whose smallest force level no contact slips: no peak is in it."""
+    smallest, free, (low, high) = min(study.sweep.force_levels), study.inside(stuck=False), study.band
+    if not free or not isinstance(study.sweep.frequencies, Band):
+        return []
+    stuck = study.met[True]
+    _, share = _most_loaded(study, smallest, [*free, low, high])
+    if share >= 1.0 or share < UNREACHED or not stuck.size:
+        return []
+    nearest = float(stuck[np.argmin(np.abs(np.log(np.maximum(stuck, 1e-300) / np.sqrt(low * high))))])
+    return [
+        f"Warning: at force level {smallest:g} no contact slips between {low:.6g} and {high:.6g} Hz, and the nearest natural "
+        f"frequency with all contacts stuck, {nearest:.5g} Hz, is outside of this band: the response has no peak in it. Widen "
+        "the band, or check the units of kt and kn."
+    ]
+
+
+def _largest_effect(study: _Study, level: float) -> float:
+    """4 Σ μN |B q| / (π |fᵀ q|) of the free mode q in the band in which friction can do most; infinite where there is none.
+
+    Beside its resonance the response without contacts has the shape of the mode, and its size cancels.
+    """
+    problem, limits, largest = study.problem, study.limits, 0.0
+    for hertz in study.inside(stuck=False):
+        moved, load = _linear_motion(problem, level, BESIDE * hertz, stuck=False)
+        along, taken = np.abs(problem.systems.at(1).B @ moved), 0.0
+        for contact, first in _first_rows(problem):
+            if contact.name in limits:
+                taken += 4.0 * limits[contact.name] * float(np.linalg.norm(along[first : first + len(contact.elements.friction)]))
+        fed = np.pi * abs(load @ moved)
+        largest = max(largest, taken / float(fed) if fed else float(np.inf))
+    return largest or float(np.inf)
+
+
+def _first_rows(problem: Problem) -> Iterator[tuple[Contact, int]]:
+    """Every contact with its first row among all contact rows."""
+    starts = np.cumsum([0, *(len(contact.directions) for contact in problem.contacts)])
+    return ((contact, int(start)) for contact, start in zip(problem.contacts, starts[:-1], strict=True))
+
+
+def slip_limits(problem: Problem, loads: Mapping[str, float]) -> dict[str, float]:
+    """μN of each contact at rest from its normal load, N, of those that carry load and rub with a coefficient that a measurement
+    may have."""
     limits = {contact.name: _limit(contact, loads.get(contact.name)) for contact in problem.contacts if _rubs(contact)}
     return {name: limit for name, limit in limits.items() if limit > 0.0}
 
@@ -132,28 +326,40 @@ def _excitation(problem: Problem) -> float:
     return float(sizes[rows].sum() if problem.structure.shapes is None else sizes.sum())
 
 
-def _most_loaded(problem: Problem, level: float, hertz: list[float], limits: Mapping[str, float]) -> tuple[str, float]:
-    """The contact that carries most of its slip limit with all contacts stuck, and that share; infinite at undamped ones."""
-    starts = np.cumsum([0, *(len(contact.directions) for contact in problem.contacts)])
-    rows = {contact.name: int(start) for contact, start in zip(problem.contacts, starts[:-1], strict=True)}
+def _most_loaded(study: _Study, level: float, hertz: Sequence[float]) -> tuple[str, float]:
+    """The contact that comes nearest to slipping with all contacts stuck, and what it carries over its slip limit while its
+    normal load is least in the period, T/(μ (N0 − N1)); infinite where it lifts off, and at undamped resonances.
+    """
+    problem, limits = study.problem, study.limits
     found = dict.fromkeys(limits, 0.0)
     for f in hertz:
         forces = np.abs(problem.contact_stiffness * (problem.systems.at(1).B @ _stuck_motion(problem, level, f)))
-        for contact in problem.contacts:
+        for contact, first in _first_rows(problem):
             if contact.name in found:
-                first = rows[contact.name]
-                carried = float(np.linalg.norm(forces[first : first + len(contact.elements.friction)]))
-                found[contact.name] = max(found[contact.name], carried / limits[contact.name])
+                normal = first + len(contact.elements.friction)
+                carried = float(np.linalg.norm(forces[first:normal])) / limits[contact.name]
+                swing = 0.0 if contact.elements.normal is None else float(forces[normal]) / study.loads[contact.name]
+                share = carried / (1.0 - swing) if swing < 1.0 else np.inf
+                found[contact.name] = max(found[contact.name], share)
     return max(found.items(), key=lambda item: item[1])
 
 
 def _stuck_motion(problem: Problem, level: float, hertz: float) -> NDArray[np.complex128]:
-    """First harmonic with all contacts stuck, complex amplitudes (n,), m; 0 where it is not finite."""
+    """First harmonic with all contacts stuck, complex amplitudes (n,), m."""
+    return _linear_motion(problem, level, hertz)[0]
+
+
+def _linear_motion(
+    problem: Problem, level: float, hertz: float, stuck: bool = True
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """First harmonic with all contacts stuck, or without contacts and damping, complex amplitudes (n,), m, 0 where it is not
+    finite; and the force, (n,), N."""
     omega = 2.0 * np.pi * hertz
     system = problem.systems.at(1)
     orders = max((harmonic for force in problem.forces for harmonic in force.amplitudes), default=1)
     load = problem.load(orders, level, omega)
-    dynamic: NDArray[np.complex128] = system.K - omega**2 * system.M + 1j * omega * system.C
+    K, damped = (system.K, 1.0) if stuck else (problem.systems.free_stiffness(1), 0.0)
+    dynamic: NDArray[np.complex128] = K - omega**2 * system.M + 1j * omega * damped * system.C
     force: NDArray[np.complex128] = load[:, 1] - 1j * load[:, 2]
     try:
         with warnings.catch_warnings():
@@ -161,4 +367,4 @@ def _stuck_motion(problem: Problem, level: float, hertz: float) -> NDArray[np.co
             moved = np.asarray(linalg.solve(dynamic, force))
     except (linalg.LinAlgError, linalg.LinAlgWarning):
         moved = np.asarray(np.linalg.lstsq(dynamic, force, rcond=None)[0])
-    return np.asarray(np.nan_to_num(moved, posinf=0.0, neginf=0.0))
+    return np.asarray(np.nan_to_num(moved, posinf=0.0, neginf=0.0)), force

@@ -51,6 +51,7 @@ from stickslip.study.tables import (
     SweepTable,
 )
 from stickslip.study.units import SYSTEMS, Units
+from stickslip.units import UNIT_SYSTEMS, UnitSystem
 
 Stated = tuple[Problem, Mapping[float, CyclicStructure]]
 """A problem, and its disks by rotor speed where it is a sector whose speed is given."""
@@ -67,7 +68,8 @@ class Job:
     """What a study asks for, made ready.
 
     `text` is the file as it stands; `content` identifies what the files that it names hold, "" where it names none.
-    `sweep` holds the problem of an analysis of one; `notes` on the model, such as where its places were found.
+    `sweep` holds the problem of an analysis of one; `notes` on the model, such as where its places were found;
+    `units` those of the file, in which results are shown.
     """
 
     title: str
@@ -77,6 +79,7 @@ class Job:
     content: str = ""
     sweep: Sweep | None = None
     notes: tuple[str, ...] = ()
+    units: UnitSystem = UNIT_SYSTEMS["SI"]
 
 
 @dataclass(frozen=True)
@@ -148,12 +151,12 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     found.stop()
     plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig)))
     found.stop()
-    notes += (*sweep.problem.warnings, *plausibility_warnings(sweep)) if sweep else ()
+    notes += (*sweep.problem.warnings, *plausibility_warnings(sweep, tables.units.system, kind.forced)) if sweep else ()
     if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or (sweep.problem.heading if sweep else "") or name
     named = content(tables, sweep) or plan.content
-    return Job(title, tables.study.analysis, plan, text, named, sweep, tuple(notes))
+    return Job(title, tables.study.analysis, plan, text, named, sweep, tuple(notes), tables.units.system)
 
 
 def rig_of(table: StructureTable | None) -> tuple[str, Mapping[str, Any]]:

@@ -15,6 +15,7 @@ import stickslip
 from stickslip.checks import InputError
 from stickslip.files import sweep
 from stickslip.results.files import open_results, save, stamped
+from stickslip.results.shown_units import attributes_of
 from stickslip.runs.cases import Together, all_cases
 from stickslip.runs.checkpoint import CheckpointFolder
 from stickslip.runs.work import Arrays, Progress, StoppableWork, Stopped, Work, Workers
@@ -99,6 +100,7 @@ class Run:
         for name, job in self.jobs.items():
             own = {kind: list(parts[f"{name} {kind}".strip()].values()) for kind in works[name]}
             attributes = {"title": job.title, "study": job.text, "analysis": job.analysis, "input_key": self.key}
+            attributes |= attributes_of(job.units)
             plan = job.plan
             search = (checkpoint, self.workers, progress)
             dataset = plan.searched(own, *search) if isinstance(plan, SearchingPlan) else plan.dataset(own)
@@ -115,6 +117,7 @@ class Run:
             if not isinstance(work, StoppableWork) or not own[""]:
                 continue
             attributes = {"title": f"{job.title} (stopped)", "study": job.text, "analysis": job.analysis}
+            attributes |= attributes_of(job.units)
             save(stamped(work.so_far(own[""])).assign_attrs(attributes), self.folder / UNFINISHED / name / "results.nc")
 
 

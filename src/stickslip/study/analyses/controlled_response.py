@@ -91,5 +91,6 @@ KINDS = {
         required=(TABLE,),
         checks={TABLE: different},
         repeats=True,
+        forced=False,
     )
 }

@@ -74,6 +74,6 @@ class LimitCyclesPlan(Plan):
 
 KINDS = {
     "limit_cycles": Kind(
-        LimitCyclesPlan.of, "limit_cycles", {"limit_cycles": LimitCyclesTable}, checks={"limit_cycles": _checked}
+        LimitCyclesPlan.of, "limit_cycles", {"limit_cycles": LimitCyclesTable}, checks={"limit_cycles": _checked}, forced=False
     )
 }
