@@ -6,7 +6,7 @@ from . import units as units
 
 # Structures and models
 from .models.read import read_model as read_model, read_structure as read_structure
-from .models.sector import read_sector as read_sector
+from .models.sector import read_sector as read_sector, read_sector_at_speeds as read_sector_at_speeds
 from .interfaces.node_surface import NodeSurface as NodeSurface, mean_motion as mean_motion
 from .interfaces.surface_contacts import surface_contacts as surface_contacts
 from .structure.aerodynamics import Aerodynamics as Aerodynamics, BladeMode as BladeMode, blade_alone as blade_alone

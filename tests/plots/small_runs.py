@@ -11,6 +11,7 @@ from stickslip.study.templates import write_new
 LESS = {
     "beams_with_a_gap": {"modes": "1", "frequency": "[108.0, 112.0]", "force_levels": "[0.001]", "harmonics": "1"},
     "blade_root": {"points": "2", "frequency": "[121.0, 124.0]", "force_levels": "[1.0]", "harmonics": "3", "samples": "64"},
+    "bladed_disk": {"points": "2", "frequency": "[1090.0, 1098.0]", "force_levels": "[1.0]", "harmonics": "1"},
     "blisk": {
         "rig": '"lumped_blisk"',
         "contact": None,

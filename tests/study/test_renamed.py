@@ -49,6 +49,7 @@ def test_new_names_are_known():
         "lumped",
         "model",
         "blisk",
+        "bladed_disk",
         "flutter",
         "jointed_beams",
         "beams_with_a_gap",

@@ -16,6 +16,7 @@ from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.steps import StepControl
 from stickslip.solve.sweep import Sweep, SweepStopped, from_start, points_at, sweep
+from stickslip.structure.cyclic import CyclicStructure
 
 RESTARTS = 3
 """How often a list of frequencies is begun anew where a curve does not reach the rest of it."""
@@ -254,7 +255,7 @@ def held_by_friction(problem: Problem, harmonics: Harmonics) -> str:
     """That friction alone holds a body, and what to do; empty where that is not so, and where the mean is not balanced."""
     if orders(harmonics)[0] != 0 or not held_by_friction_alone(problem):
         return ""
-    return f"{HELD_BY_FRICTION} Hold it by mean_springs of the problem (in Python), or leave harmonic 0 out."
+    return f"{HELD_BY_FRICTION} Hold it by mean_springs ([[mean_spring]] in a study), or leave harmonic 0 out."
 
 
 def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:
@@ -264,8 +265,11 @@ def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:
 
 
 def held_by_friction_alone(problem: Problem) -> bool:
-    """Whether structure, mean springs and normal directions of contacts leave a motion free; not asked of disks."""
-    return type(problem) is Problem and len(problem.loose_motions) > 0
+    """Whether structure, mean springs and normal directions of contacts leave a motion free (of tuned disks in all sectors).
+
+    Not asked of whole disks, whose matrices are large.
+    """
+    return (type(problem) is Problem or isinstance(problem.structure, CyclicStructure)) and len(problem.loose_motions) > 0
 
 
 def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:

@@ -26,6 +26,7 @@ from stickslip.results.shown_units import attributes_of
 from stickslip.study.analyses.performance import PerformanceTable
 from stickslip.study.analysis import Sweep
 from stickslip.study.faults import parsed
+from stickslip.study.kinds import COMMON_KEYS
 from stickslip.study.read import Job, job, text_of, toml, units_of
 from stickslip.study.toml_text import toml_text
 from stickslip.units import Band, UnitSystem
@@ -88,8 +89,7 @@ class Solver:
     def document(self) -> dict[str, Any]:
         """The study as tables, its analysis a forced response."""
         document = toml(self.text)
-        own = ("study", "structure", "body", "damping", "contact", "force", "dashpot", "base", "aerodynamics", "units", "sweep")
-        kept = {key: document[key] for key in own if key in document}
+        kept = {key: document[key] for key in COMMON_KEYS if key in document}
         return kept | {"study": {**document["study"], "analysis": "forced_response"}}
 
     @cached_property

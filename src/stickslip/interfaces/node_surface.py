@@ -21,7 +21,6 @@ from stickslip.checks import Array, Index, InputError, fault, nearest, of_kind, 
 from stickslip.contact.point import Motion, mean, node
 from stickslip.interfaces.bisection import bisected
 from stickslip.structure.cyclic import NEXT, CyclicStructure
-from stickslip.structure.cyclic_reduction import about, rotation
 from stickslip.structure.matrices import Structure
 
 FLAT = 1e-9
@@ -141,15 +140,15 @@ class NodeSurface:
         """The same with normals to the side on which a point [m] lies, such as the mass centre of a body opposite."""
         return replace(self._of_points(self.name, self.nodes, self.points, None, point), turn=self.turn)
 
-    def following(self, disk: CyclicStructure, axis: str = "z") -> NodeSurface:
-        """Return the same surface of the following sector of a disk, rotated by 2π/N about an axis through the origin.
+    def following(self, disk: CyclicStructure) -> NodeSurface:
+        """Return the same surface of the following sector of a disk, rotated by 2π/N about the axis of the disk.
 
         Its nodes are named "next/NODE", as in contacts of a `TunedDisk`, and move in axes that are rotated with the sector.
         """
-        order = np.argsort(about(axis))
-        turn = rotation(of_kind("disk", disk, CyclicStructure).sectors)[np.ix_(order, order)]
+        of_kind("disk", disk, CyclicStructure)
+        turn = disk.axis.turn(disk.sectors)
         nodes = tuple(f"{NEXT}{name}" for name in self.nodes)
-        points, normals = self.points @ turn.T, self.normals @ turn.T
+        points, normals = disk.axis.turned(self.points, disk.sectors), self.normals @ turn.T
         return NodeSurface(self.name, nodes, points, normals, self.weights, self.area, turn)
 
     def motion(self, number: int) -> Motion:

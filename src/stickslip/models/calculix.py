@@ -67,6 +67,13 @@ def _entries(path: Path) -> Array:
 
 def _matrix(path: Path, entries: Array, size: int) -> Sparse:
     """One triangle in the file, both in the matrix."""
+    if entries[:, :2].max() == 2 * size:
+        raise fault(
+            path.name,
+            f"must be of the {size} rows of its .dof",
+            f"{2 * size}: the real and the imaginary part of one nodal diameter of a cyclic analysis",
+            "Write the matrices with CYCMPC=INACTIVE, or without *CYCLIC SYMMETRY MODEL: stickslip joins the faces itself.",
+        )
     rows, columns = (whole(f"Rows of {path.name}", entries[:, k], 1, size) - 1 for k in (0, 1))
     if np.any(rows > columns) and np.any(rows < columns):
         raise fault(path.name, "must hold one triangle", "entries on both sides of the diagonal")

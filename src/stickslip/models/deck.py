@@ -36,11 +36,15 @@ class Deck:
         return replace(self, notes=(*self.notes, self.turned), cells={}) if self.turned else self
 
 
+OWN_AXES = "axes of their own"
+"""In the note on nodes whose rows are not along the axes of the model."""
+
+
 def own_axes(number: int, file: str, card: str) -> str:
     """What to say of nodes with axes of their own, nothing where there are none."""
     nodes = counted(number, "node")
     axes = "x, y, z of their rows are along these axes."
-    return f"{file} has {nodes} with axes of their own ({card}): {axes}" if number else ""
+    return f"{file} has {nodes} with {OWN_AXES} ({card}): {axes}" if number else ""
 
 
 @dataclass(frozen=True)

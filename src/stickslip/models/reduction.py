@@ -6,9 +6,10 @@ A reduction is kept on disk under a name that identifies its content, so that th
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -62,10 +63,10 @@ def reduced(
         raise fault("modes", f"must be a whole number from 0 to {inside}, the rows that are not kept", modes)
     number = min(MODES, inside) if modes is None else int(modes)
     file = cache_folder() / f"{_key(model, kept, number)}.npz"
-    matrices = _from_cache(file)
+    matrices = from_cache(file, ("M", "K", "C", "recovery"))
     if matrices is None:
         matrices = _reduce(model, kept, number, progress)
-        _to_cache(file, matrices)
+        to_cache(file, matrices)
     else:
         progress(1.0, f"reduction found in {file}")
     C = matrices["C"] if matrices["C"].size else None
@@ -130,16 +131,16 @@ def _key(model: Model, kept: dict[str, int], modes: int) -> str:
     return sha256(key.encode()).hexdigest()[:32]
 
 
-def _from_cache(file: Path) -> dict[str, Array] | None:
-    """What an earlier reduction left; a damaged file counts as none."""
+def from_cache(file: Path, names: Sequence[str]) -> dict[str, Any] | None:
+    """The arrays that an earlier reduction left; a damaged file counts as none."""
     try:
         found = numpy_archive.arrays(file)
-        return {name: found[name] for name in ("M", "K", "C", "recovery")}
+        return {name: found[name] for name in names}
     except Exception:  # whatever a damaged file raises: the reduction is simply done again
         return None
 
 
-def _to_cache(file: Path, matrices: dict[str, Array]) -> None:
+def to_cache(file: Path, matrices: dict[str, Any]) -> None:
     """Keep a reduction; without a folder to write to, nothing is kept."""
     try:
         write_arrays(file, matrices)

@@ -1,30 +1,69 @@
 """A sector of a bladed disk from another program, as a cyclic structure.
 
-The model is one sector with both faces free: the ties of a cyclic analysis must not act in its matrices. Nodes of the two faces
-are matched by their coordinates, one turned by 2π/N about the axis.
+The model is one sector with both faces free: the ties of a cyclic analysis must not act in its matrices. The high face is the low
+one turned by 2π/N about the axis; `models/sector_faces.py` pairs their nodes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
 
-from stickslip.checks import Array, Index, InputError, between, fault
+import stickslip
+from stickslip.checks import Index, InputError, between, counted, fault, finite, first_of
+from stickslip.models.deck import OWN_AXES
 from stickslip.models.model import Model
-from stickslip.models.places import Keep, places_of
+from stickslip.models.places import Keep, Place, places_of
 from stickslip.models.read import Paths, read_model
-from stickslip.models.reduction import Progress, kept_nodes, kept_sets, quiet
-from stickslip.structure.cyclic import MOST_SECTORS, CyclicStructure
-from stickslip.structure.cyclic_reduction import Sector, about, cyclic_craig_bampton, sector_of
+from stickslip.models.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, quiet, to_cache
+from stickslip.models.sector_faces import interpolation_error, paired
+from stickslip.models.spin_softening import spin_softening
+from stickslip.structure.cyclic import MOST_SECTORS, CyclicStructure, Waves, cyclic
+from stickslip.structure.cyclic_reduction import Sector, hermitian, mode_names
 from stickslip.structure.damping import Damping
+from stickslip.structure.reduced_waves import reduced_waves
+from stickslip.structure.rotation_axis import Z_AXIS, AxisLike, RotationAxis
 from stickslip.structure.solid import Solid
+from stickslip.structure.sparse import Sparse
 from stickslip.units import UnitSystem, unit_system
 
-MODES, SECTOR_MODES = 30, 60
-"""Fixed-interface modes of each nodal diameter, and of the sector with both faces held, unless given."""
+MODES = 30
+"""Fixed-interface modes of each nodal diameter, unless given."""
+SAME_SPEED = 0.01
+"""Relative difference up to which two speeds are one."""
+SAME_MASS = 1e-6
+"""Difference of two mass matrices, relative to their largest entry, that is rounding of printed numbers."""
+COUPLING = 1e-6
+"""Mass between different directions, relative to the largest, that is more than rounding."""
+
+
+@dataclass(frozen=True)
+class Faces:
+    """How a sector meets its neighbours: the number of sectors of the disk, the sets of nodes of the low face and of the high
+    one, which is the low one turned by 2π/N about the axis, and whether their meshes differ (interpolated).
+    """
+
+    sectors: int
+    low: str
+    high: str
+    axis: RotationAxis = Z_AXIS
+    interpolated: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class ReadSector:
+    """A sector with its paired faces; rows: of each row of the model the row in it, −1 where a partner on the other face fixes
+    it; notes: sentences on what was found."""
+
+    sector: Sector
+    rows: Index
+    notes: tuple[str, ...]
 
 
 def read_sector(
@@ -33,9 +72,9 @@ def read_sector(
     sectors: int,
     faces: tuple[str, str],
     keep: Keep,
-    axis: str = "z",
+    axis: AxisLike = "z",
     modes: int = MODES,
-    sector_modes: int = SECTOR_MODES,
+    interpolated: bool = False,
     units: str | UnitSystem = "SI",
     damping: Damping | None = None,
     names: str | Path | None = None,
@@ -44,41 +83,173 @@ def read_sector(
     """Read the finite-element model of one sector and return the disk of `sectors` equal sectors, reduced for every nodal
     diameter, in SI.
 
-    faces: the two sets of nodes at which a sector meets its neighbours, in any order; their meshes must match. keep: the nodes
-    to retain, as in `read_structure`, none of them on the faces. axis: axis of rotation, "x", "y" or "z", through the origin;
-    the following sector comes counter-clockwise about it. modes: number of fixed-interface modes of each nodal diameter, in
-    addition to the retained nodes; sector_modes: number of modes of the sector with both faces fixed, from which the former are
-    computed (`cyclic_craig_bampton`).
+    faces: the two sets of nodes at which a sector meets its neighbours, (low, high): high is low turned by 2π/N counter-clockwise
+    about the axis. keep: the nodes to retain, as in `read_structure`, none of them on the faces. axis: of rotation, "x", "y" or
+    "z" through the origin, or (point, direction) in the units of the model. modes: number of fixed-interface modes of each nodal
+    diameter, in addition to the retained nodes. interpolated: for faces with different meshes; the displacements of the finer
+    face are interpolated between the nodes of the other. progress is called with what is being done and what was found.
 
     A pair of nodes on the faces is fixed if either node is fixed. Matrices with a constraint between the faces are refused: in
     CalculiX write them without *CYCLIC SYMMETRY MODEL, or with CYCMPC=INACTIVE.
     """
     system = unit_system(units)
     model = read_model(path, units=system, names=names)
-    if model.C is not None:
+    joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
+    disks, notes = disks_of([model], joint, places_of(model, keep, system.metres), modes, damping, progress)
+    for note in notes:
+        progress(1.0, note)
+    return disks[0]
+
+
+def read_sector_at_speeds(
+    paths: Mapping[float, Paths],
+    *,
+    sectors: int,
+    faces: tuple[str, str],
+    keep: Keep,
+    axis: AxisLike = "z",
+    modes: int = MODES,
+    interpolated: bool = False,
+    units: str | UnitSystem = "SI",
+    damping: Damping | None = None,
+    names: str | Path | None = None,
+    progress: Progress = quiet,
+) -> dict[float, CyclicStructure]:
+    """Read the models of one sector at several rotor speeds, {speed in rev/min: path}, and return {speed: disk}, all of them
+    in the same coordinates: K(Ω) of `ss.campbell` and `ss.synchronous` lies between them.
+
+    The mass matrix must be the same at all speeds, and every K must contain what its program adds at that speed: stress
+    stiffening and, as in CalculiX, spin softening. All are reduced with the shapes of the mean of the slowest and the fastest K.
+    Other arguments as those of `read_sector`.
+    """
+    speeds = sorted(finite("paths, a speed", speed) for speed in paths)
+    if len(speeds) < 2:
+        raise fault("paths", "must be models at two speeds at least, {speed in rev/min: path}", dict(paths))
+    system = unit_system(units)
+    models = [read_model(paths[speed], units=system, names=names) for speed in speeds]
+    joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
+    disks, notes = disks_of(models, joint, places_of(models[0], keep, system.metres), modes, damping, progress, speeds)
+    for note in notes:
+        progress(1.0, note)
+    return dict(zip(speeds, disks, strict=True))
+
+
+def disks_of(
+    models: Sequence[Model],
+    faces: Faces,
+    places: Sequence[Place],
+    modes: int | None = None,
+    damping: Damping | None = None,
+    progress: Progress = quiet,
+    speeds: Sequence[float] = (),
+) -> tuple[list[CyclicStructure], tuple[str, ...]]:
+    """The disks of the models of one sector, at `speeds` in rev/min where they are known, and notes on what was found."""
+    if any(model.C is not None for model in models):
         raise InputError("The model of a sector must not contain C. Use a damping rule, or pass the matrices to `with_damping`.")
-    places = places_of(model, keep, system.metres)
-    for place in places:
-        progress(0.0, str(place))
-    sector, rows = sector_of_model(model, sectors, faces, axis)
-    kept = {name: int(rows[row]) for place in places for name, row in place.dofs.items()}
+    model = models[0]
+    read = sector_of_model(model, faces)
+    stiffnesses = [read.sector.solid.K, *(_stiffness(model, each, read) for each in models[1:])]
+    kept = {name: int(read.rows[row]) for place in places for name, row in place.dofs.items()}
     held = sorted(name for name, row in kept.items() if row < 0)
     if held:
         raise fault("Kept degrees of freedom", "must not be fixed by their partner on the other face", held)
-    structure = cyclic_craig_bampton(sector, kept, modes, sector_modes).structure
+    number = MODES if modes is None else modes
+    file = cache_folder() / f"{_key(models, faces, kept, number)}.npz"
+    arrays = from_cache(file, ("M", "K", "error"))
+    if arrays is None:
+        masses, reduced = _reduced(read.sector, stiffnesses, kept, number, progress)
+        error = interpolation_error(read.sector) if faces.interpolated else 0.0
+        arrays = {"M": masses, "K": reduced, "error": np.array(error)}
+        to_cache(file, arrays)
+    else:
+        progress(1.0, f"reduction found in {file}")
+    dofs = (*kept, *mode_names(number))
     whole = {name: row for place in places for name, row in place.dofs.items()}
-    nodes, sets = kept_nodes(model, whole), kept_sets(model, places)
-    return replace(structure, nodes=nodes, sets=sets, mesh_points=model.located[1], damping=damping)
+    nodes, sets = kept_nodes(model, whole), kept_sets(model, tuple(places))
+    disks = [
+        replace(
+            cyclic(faces.sectors, dofs, arrays["M"], waves, axis=faces.axis),
+            nodes=nodes,
+            sets=sets,
+            mesh_points=model.located[1],
+            damping=damping,
+        )
+        for waves in arrays["K"]
+    ]
+    speed_of: Sequence[float | None] = speeds or [None] * len(models)
+    prestress = [prestress_note(each, faces.axis, speed) for each, speed in zip(models, speed_of, strict=True)]
+    change = f"The lowest frequencies change by up to {100.0 * float(arrays['error']):.1g} % if the other face follows instead"
+    error_note = (change,) if faces.interpolated else ()
+    return disks, (*map(str, places), *read.notes, *error_note, *filter(None, prestress))
 
 
-def sector_of_model(model: Model, sectors: int, faces: tuple[str, str], axis: str = "z") -> tuple[Sector, Index]:
-    """The sector of a model, and of each row of the model the row in it, −1 where a partner on the other face holds it."""
-    count, order = between("sectors", sectors, 2, MOST_SECTORS), about(axis)
+def _key(models: Sequence[Model], faces: Faces, kept: Mapping[str, int], modes: int) -> str:
+    """Identifies a reduction."""
+    members = [models[0].sets[face] for face in (faces.low, faces.high)]
+    nodes = [(node, models[0].nodes[node]) for face in members for node in face]
+    key = repr((stickslip.__version__, [model.fingerprint for model in models], faces, nodes, list(kept.values()), modes))
+    return sha256(key.encode()).hexdigest()[:32]
+
+
+def _reduced(
+    sector: Sector, stiffnesses: Sequence[Sparse], kept: Mapping[str, int], modes: int, progress: Progress
+) -> tuple[Waves, NDArray[np.complex128]]:
+    """M of all nodal diameters (N//2 + 1, m, m) and K of each model (models, N//2 + 1, m, m), on the shapes of the mean K.
+
+    Frequencies at both ends then err by the square of what the speed changes of the shapes.
+    """
+    mean = stiffnesses[0] if len(stiffnesses) == 1 else sparse.csc_array(0.5 * (stiffnesses[0] + stiffnesses[-1]))
+    solid = replace(sector.solid, K=mean)
+    masses, reduced = [], []
+    for wave in reduced_waves(replace(sector, solid=solid), kept, modes, progress):
+        T = wave.transformation
+        masses.append(wave.M)
+        reduced.append([wave.K] if len(stiffnesses) == 1 else [hermitian(T.conj().T @ (K @ T)) for K in stiffnesses])
+    return np.array(masses, dtype=complex), np.array(reduced, dtype=complex).swapaxes(0, 1)
+
+
+def _stiffness(model: Model, other: Model, read: ReadSector) -> Sparse:
+    """K of the same sector at another speed, in the rows of the sector."""
+    if set(other.dofs) != set(model.dofs):
+        different = sorted(set(other.dofs) ^ set(model.dofs))
+        remedy = "Fix the same nodes at every speed."
+        raise fault("The models of a sector at several speeds", "must have the same rows", first_of(different, 4), remedy)
+    order = np.array([other.rows[name] for name in model.dofs])[np.flatnonzero(read.rows >= 0)]
+    M = other.M[order][:, order]
+    gap = np.abs((M - read.sector.solid.M).data).max(initial=0.0)
+    if gap > SAME_MASS * np.abs(M.data).max():
+        raise fault("The models of a sector at several speeds", "must have the same M", f"a difference of {gap:.3g} kg")
+    return sparse.csc_array(other.K[order][:, order])
+
+
+def prestress_note(model: Model, axis: RotationAxis, speed: float | None) -> str:
+    """What K holds of the rotation, and whether that fits the speed in rev/min; "" where none is given or found."""
+    found = 60.0 / (2.0 * np.pi) * spin_softening(model, axis)
+    if speed is not None and found and abs(found - speed) > SAME_SPEED * max(found, speed):
+        raise fault(
+            "The speed of a model",
+            f"must be that whose spin softening its K contains, {found:.6g} rev/min",
+            speed,
+            f"Write {found:.6g}, or take the matrices of another step.",
+        )
+    if found:
+        return f"K contains the spin softening of {found:.6g} rev/min, and is taken to hold its stress stiffening too"
+    if speed:
+        return (
+            f"K is taken to hold at {speed:g} rev/min, but contains no spin softening: is it written after a step with CENTRIF? "
+            "Programs that leave spin softening out give too high frequencies"
+        )
+    return "K contains no spin softening: it is that of the disk at rest" if speed is not None else ""
+
+
+def sector_of_model(model: Model, faces: Faces) -> ReadSector:
+    """The sector of a model with its faces paired."""
+    between("sectors", faces.sectors, 2, MOST_SECTORS)
     names, points = tuple(model.nodes), np.array([model.nodes[node] for node in model.nodes]).reshape(-1, 3)
     numbers = np.array([[model.rows.get(f"{node}.{direction}", -1) for direction in "xyz"] for node in names]).reshape(-1, 3)
-    sides = [_side(model, names, face) for face in faces]
-    body = Solid(model.M, model.K, points[:, order], numbers[:, order])
-    pairs = _matched(body, count, sides, faces)
+    low, high = (_side(model, names, face) for face in (faces.low, faces.high))
+    _refuse_local_axes(model, numbers, np.concatenate([low, high]))
+    pairs = paired(Solid(model.M, model.K, points, numbers), faces, low, high)
     free = numbers[np.concatenate([pairs.left, pairs.right])] >= 0
     if np.any(free.any(axis=1) != free.all(axis=1)):
         raise fault(
@@ -87,35 +258,64 @@ def sector_of_model(model: Model, sectors: int, faces: tuple[str, str], axis: st
             "some are fixed in one or two",
             "Fix these nodes in all three directions, or support other nodes instead.",
         )
-    left, right = np.split(free[:, 0], 2)
-    if not np.any(left & right):
+    left, right = np.split(free[:, 0], [pairs.left.size])
+    if not (np.any(left) and np.any(right)) or (not faces.interpolated and not np.any(left & right)):
         raise InputError(
-            f"The sector must be written with both faces free, but no pair of nodes of {faces[0]} and {faces[1]} has rows on "
+            f"The sector must be written with both faces free, but no pair of nodes of {faces.low} and {faces.high} has rows on "
             "both: the matrices contain a cyclic constraint, or both faces are fixed. In CalculiX omit *CYCLIC SYMMETRY MODEL, "
             "or write CYCMPC=INACTIVE."
         )
-    held = np.concatenate([numbers[pairs.left[left & ~right]], numbers[pairs.right[right & ~left]]]).ravel()
-    kept = np.setdiff1d(np.arange(model.size), held)
+    one_sided = np.zeros(0, dtype=np.int64)
+    if not faces.interpolated:
+        one_sided = np.concatenate([numbers[pairs.left[left & ~right]], numbers[pairs.right[right & ~left]]]).ravel()
+    kept = np.setdiff1d(np.arange(model.size), one_sided)
     rows = np.full(model.size + 1, -1, dtype=np.int64)
     rows[kept] = np.arange(kept.size)
-    reduced = Solid(model.M[kept][:, kept], model.K[kept][:, kept], body.points, rows[numbers[:, order]])
-    return replace(pairs, solid=reduced), rows[:-1]
+    reduced = Solid(model.M[kept][:, kept], model.K[kept][:, kept], points, rows[numbers])
+    return ReadSector(replace(pairs, solid=reduced), rows[:-1], tuple(_notes(pairs, faces, left, right)))
 
 
-def _side(model: Model, names: Sequence[str], face: str) -> Array:
-    """Which nodes belong to a face."""
+def _notes(pairs: Sector, faces: Faces, left: NDArray[np.bool_], right: NDArray[np.bool_]) -> Iterator[str]:
+    apart = f"at most {1e3 * pairs.apart:.2g} mm apart"
+    if faces.interpolated:
+        leading, following = (faces.high, faces.low) if pairs.mirrored else (faces.low, faces.high)
+        yield (
+            f"The {counted(pairs.right.size, 'node')} of {following} follow the {counted(pairs.left.size, 'node')} of {leading} "
+            f"by interpolation, {apart} from their surface"
+        )
+        return
+    yield f"{faces.low} and {faces.high}: {counted(left.size, 'pair')} of nodes, {apart}, 1 of {faces.sectors} sectors"
+    one_sided = int(np.sum(left != right))
+    if one_sided:
+        yield f"{counted(one_sided, 'pair of nodes is', 'pairs of nodes are')} fixed because one node is"
+
+
+def _side(model: Model, names: Sequence[str], face: str) -> Index:
+    """The numbers of the nodes of a face."""
     if face not in model.sets:
         raise fault("A face of the sector", "must be a set of nodes of the model", face, f"Its sets: {', '.join(model.sets)}.")
     members = set(model.sets[face])
-    return np.array([node in members for node in names])
+    missing = sorted(members - set(names))
+    if missing:
+        raise fault(f"The nodes of {face}", "must have coordinates", f"{first_of(missing, 4)} without")
+    return np.flatnonzero([node in members for node in names])
 
 
-def _matched(body: Solid, sectors: int, sides: Sequence[Array], faces: tuple[str, str]) -> Sector:
-    """The pairs of nodes, whichever face comes first."""
-    faults = []
-    for left, right in (sides, sides[::-1]):
-        try:
-            return sector_of(body, sectors, lambda points, side=left: side, lambda points, side=right: side)  # type: ignore[misc]
-        except InputError as error:
-            faults.append(str(error))
-    raise InputError(f"The faces {faces[0]} and {faces[1]} of the sector: {min(faults, key=len)}")
+def _refuse_local_axes(model: Model, numbers: Index, nodes: Index) -> None:
+    """Rows of face nodes along axes of their own do not join. The mass of solids then couples different directions of two nodes,
+    which it does not along the axes of the model; only where the reader has noted such axes at all.
+    """
+    if not any(OWN_AXES in note for note in model.notes):
+        return
+    direction = np.array(["xyz".find(name.rpartition(".")[2]) for name in model.dofs])
+    own = numbers[nodes].ravel()
+    mass = sparse.coo_array(model.M[own[own >= 0]])
+    ours, others = direction[own[own >= 0]][mass.coords[0]], direction[mass.coords[1]]
+    coupling = np.abs(mass.data[(others >= 0) & (ours != others)]).max(initial=0.0)
+    if coupling > COUPLING * np.abs(mass.data).max(initial=0.0):
+        raise fault(
+            "Nodes on the faces of a sector",
+            "must have rows along x, y and z of the model",
+            "axes of their own",
+            "Write the matrices without the local axes of these nodes (*TRANSFORM, CD, NROTAT).",
+        )

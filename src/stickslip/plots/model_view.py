@@ -20,6 +20,7 @@ from stickslip.loads import BaseMotion, Output
 from stickslip.plots.look import CONTACTS, colour, house_style
 from stickslip.problem import Problem
 from stickslip.renderers import FIGURES
+from stickslip.structure.cyclic import CyclicStructure
 from stickslip.structure.matrices import Structure
 from stickslip.structure.rigid_body import arm_of
 
@@ -211,7 +212,11 @@ def _points(problem: Problem) -> Iterator[Points]:
     structure = problem.structure
     mesh = structure.mesh_points
     if mesh.shape[0]:
-        yield Points("mesh", "grey", "mesh", mesh[:: -(-mesh.shape[0] // MOST_POINTS)])
+        drawn = mesh[:: -(-mesh.shape[0] // MOST_POINTS)]
+        yield Points("mesh", "grey", "mesh", drawn)
+        if isinstance(structure, CyclicStructure):
+            for name, steps in (("preceding sector", -1), ("following sector", 1)):
+                yield Points(name, "pale", "mesh", structure.axis.turned(drawn, structure.sectors, steps))
     bodies = _bodies(structure.dofs)
     for label, role, kind, names in (
         ("kept nodes" if mesh.shape[0] else "nodes", "grey", "node", [name for name in structure.nodes if name not in bodies]),

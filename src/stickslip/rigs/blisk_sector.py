@@ -184,7 +184,9 @@ class BliskSector:
     def sector(self) -> Sector:
         """The clamped sector with its cyclic faces paired, at its rotation."""
         left, right = (self._face(side) for side in (-1, 1))
-        still = sector_of(self.body(), self.sectors, lambda p: among(p, left), lambda p: among(p, right))
+        body = self.body()
+        low, high = (np.flatnonzero(among(body.points, face)) for face in (left, right))
+        still = sector_of(body, self.sectors, low, high)
         rate = 2.0 * pi * self.rotation
         return replace(still, solid=spinning(still.solid, self.mesh(), self.material, rate, still.constraint(0)))
 

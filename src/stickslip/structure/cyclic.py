@@ -18,6 +18,7 @@ from stickslip.checks import Array, InputError, between, fault, square
 from stickslip.structure.assembly import assemble
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
+from stickslip.structure.rotation_axis import Z_AXIS, RotationAxis
 
 Waves = NDArray[np.complex128]
 """A matrix for each nodal diameter 0..N//2, (N//2 + 1, m, m)."""
@@ -41,13 +42,15 @@ class CyclicStructure(Structure):
     """A disk of `sectors` equal sectors; as a `Structure` it is the motion in which all sectors are alike (nodal diameter 0).
 
     masses, stiffnesses, dampings: (N//2 + 1, m, m) complex, one Hermitian matrix for each nodal diameter. Made by `cyclic` or
-    `sector_chain`. Directions may name degrees of freedom of the following sector with the prefix "next/".
+    `sector_chain`. Directions may name degrees of freedom of the following sector with the prefix "next/". axis: about which
+    the following sector comes counter-clockwise; z through the origin unless given.
     """
 
     sectors: int = 1
     masses: Waves | None = None
     stiffnesses: Waves | None = None
     dampings: Waves | None = None
+    axis: RotationAxis = Z_AXIS
 
     def __repr__(self) -> str:
         return f"{super().__repr__()}, {self.sectors} sectors"
@@ -92,15 +95,16 @@ def cyclic(
     stiffnesses: ArrayLike,
     dampings: ArrayLike | None = None,
     damping: Damping | None = None,
+    axis: RotationAxis = Z_AXIS,
 ) -> CyclicStructure:
-    """The disk of Hermitian matrices for nodal diameters 0..N//2, each (N//2 + 1, m, m)."""
+    """The disk of Hermitian matrices for nodal diameters 0..N//2, each (N//2 + 1, m, m); axis: z unless given."""
     sectors = between("sectors", sectors, 2, MOST_SECTORS)
     M, K = (_hermitian(what, waves, sectors, len(dofs)) for what, waves in (("M", masses), ("K", stiffnesses)))
     C = None if dampings is None else _hermitian("C", dampings, sectors, len(dofs))
     lowest = min(float(np.linalg.eigvalsh(mass)[0]) for mass in M)
     if lowest < -1e-9 * float(np.abs(M).max()) * len(dofs):
         raise fault("M", "must have no negative eigenvalue at any nodal diameter", lowest)
-    return CyclicStructure(M[0].real, K[0].real, tuple(dofs), None if C is None else C[0].real, damping, sectors, M, K, C)
+    return CyclicStructure(M[0].real, K[0].real, tuple(dofs), None if C is None else C[0].real, damping, sectors, M, K, C, axis)
 
 
 def sector_chain(sector: Structure, sectors: int, K_next: ArrayLike, M_next: ArrayLike | None = None) -> CyclicStructure:
@@ -134,8 +138,9 @@ def with_bodies(disk: CyclicStructure, bodies: Mapping[str, Structure]) -> Cycli
         return np.array([linalg.block_diag(wave, free) for wave in own])
 
     masses, stiffnesses = waves(disk.masses, added.M), waves(disk.stiffnesses, added.K)
-    whole = cyclic(disk.sectors, (*disk.dofs, *added.dofs), masses, stiffnesses)
-    return replace(whole, nodes={**disk.nodes, **added.nodes}, mesh_points=disk.mesh_points, outlines=added.outlines)
+    whole = cyclic(disk.sectors, (*disk.dofs, *added.dofs), masses, stiffnesses, axis=disk.axis)
+    nodes = {**disk.nodes, **added.nodes}
+    return replace(whole, nodes=nodes, sets=disk.sets, mesh_points=disk.mesh_points, outlines=added.outlines)
 
 
 def circulant(waves: Waves, sectors: int) -> Array:

@@ -5,7 +5,10 @@ MKL PARDISO does it for large matrices, where wheels of it exist; SciPy's SuperL
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from stickslip.checks import Array
@@ -50,3 +53,27 @@ class Factor:
         """A⁻¹ loads, for loads (n,) or (n, loads)."""
         scale = self.scale if loads.ndim == 1 else self.scale[:, None]
         return np.asarray(scale * self._factor.solve(scale * loads))
+
+
+class HermitianFactor:
+    """The factor of a Hermitian A = S + iW (n, n), real or complex; a complex one as the real symmetric [[S, −W], [W, S]].
+
+    negative, weak: as those of `Factor`, twice as many for a complex matrix; megabytes: the memory of the factor, MiB.
+    """
+
+    def __init__(self, matrix: Any, report: Report = lambda text: None) -> None:
+        self.size, self.complex = matrix.shape[0], np.iscomplexobj(matrix)
+        real = (
+            sparse.csc_array(sparse.block_array(((matrix.real, -matrix.imag), (matrix.imag, matrix.real))))
+            if self.complex
+            else matrix
+        )
+        self._factor = Factor(real, report)
+        self.negative, self.weak, self.megabytes = self._factor.negative, self._factor.weak, self._factor.megabytes
+
+    def solve(self, loads: NDArray[Any]) -> NDArray[Any]:
+        """A⁻¹ loads, for loads (n,) or (n, loads)."""
+        if not self.complex:
+            return self._factor.solve(loads)
+        both = self._factor.solve(np.concatenate([loads.real, loads.imag]))
+        return np.asarray(both[: self.size] + 1j * both[self.size :])

@@ -17,6 +17,7 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.structure.cyclic import CyclicStructure
 from stickslip.study.fields import Table
 from stickslip.study.units import Units
 from stickslip.units import Band
@@ -62,7 +63,10 @@ class SearchingPlan(Plan, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """A problem with where and how finely to compute it: what [structure], [[contact]], [[force]] and [sweep] say."""
+    """A problem with where and how finely to compute it: what [structure], [[contact]], [[force]] and [sweep] say.
+
+    disks: of a sector whose speed is given, the structure by rotor speed in rev/min.
+    """
 
     problem: Problem
     frequencies: Band | tuple[float, ...]
@@ -72,6 +76,7 @@ class Sweep:
     tolerance: float
     peak_tolerance: float
     measure: Measure = DISPLACEMENT_AMPLITUDE
+    disks: Mapping[float, CyclicStructure] = field(default_factory=dict)
 
     @property
     def summary(self) -> str:

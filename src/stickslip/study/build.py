@@ -15,15 +15,27 @@ from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset
 from stickslip.dampers import SHAPES
 from stickslip.dampers.shape import Shape
+from stickslip.disks.tuned import TunedDisk
 from stickslip.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.problem import Problem
+from stickslip.structure.assembly import Spring
 from stickslip.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.structure.rigid_body import RigidBody
 from stickslip.study.contacts import ContactTable, FrictionTable
 from stickslip.study.faults import parsed
 from stickslip.study.names import Names
 from stickslip.study.starts import StartTable, start_rules
-from stickslip.study.tables import BaseTable, BodyTable, DampingTable, DashpotTable, ForceTable, StructureTable, SweepTable
+from stickslip.study.tables import (
+    BaseTable,
+    BodyTable,
+    DampingTable,
+    DashpotTable,
+    ExcitationTable,
+    ForceTable,
+    MeanSpringTable,
+    StructureTable,
+    SweepTable,
+)
 from stickslip.study.units import DENSITY, LENGTH, MASS, Units, in_si, scaled
 from stickslip.units import Band, followed, listed
 
@@ -37,7 +49,9 @@ OTHER_DIMENSIONS = {"density": DENSITY, "mass": MASS}
 def rig_named(table: StructureTable) -> Problem:
     """The ready problem that a [structure] table names."""
     misplaced = [
-        key for key in ("names", "variables", "units", "keep", "modes", "shift", "own_damping") if key in table.model_fields_set
+        key
+        for key in ("names", "variables", "units", "keep", "modes", "shift", "own_damping", "sector")
+        if key in table.model_fields_set
     ]
     if misplaced:
         raise fault(" and ".join(misplaced), "must go with a model", "beside a rig", "Leave it out.")
@@ -173,6 +187,27 @@ def complex_amplitude(given: Any) -> complex:
 def dashpot(table: DashpotTable, names: Names, units: Units) -> Dashpot:
     """A viscous damper in SI."""
     return Dashpot(names.coefficients(table.between), in_si(table, units)["c"])
+
+
+def mean_spring(table: MeanSpringTable, names: Names, units: Units) -> Spring:
+    """A spring on the mean position in SI."""
+    direction = {table.direction: 1.0} if isinstance(table.direction, str) else table.direction
+    return Spring(names.coefficients(direction), in_si(table, units)["k"])
+
+
+def excited(problem: Problem, table: ExcitationTable) -> TunedDisk:
+    """The disk under the engine orders of a table."""
+    if not isinstance(problem, TunedDisk):
+        remedy = "Leave it out, or describe the sector in [structure.sector]."
+        raise fault("The structure", "must be a bladed disk", type(problem).__name__, remedy)
+    if table.engine_order is not None:
+        return problem.with_engine_order(table.engine_order)
+    amplitudes: dict[int, complex] = {}
+    for order, factor in (table.orders or {}).items():
+        if not order.isdecimal():
+            raise fault("orders, an engine order", "must be a whole number", order)
+        amplitudes[int(order)] = complex_amplitude(factor)
+    return problem.with_engine_orders(amplitudes)
 
 
 def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:

@@ -26,7 +26,19 @@ class StudyTable(Table):
     analysis: Annotated[Literal[tuple(KINDS)], Field(description="what to compute")]  # type: ignore[valid-type]
 
 
-PROBLEM_KEYS = ("structure", "body", "damping", "contact", "force", "dashpot", "base", "aerodynamics", "sweep")
+PROBLEM_KEYS = (
+    "structure",
+    "body",
+    "damping",
+    "contact",
+    "force",
+    "excitation",
+    "mean_spring",
+    "dashpot",
+    "base",
+    "aerodynamics",
+    "sweep",
+)
 """Tables that state a problem and where to compute it, for every analysis of one."""
 COMMON_KEYS = ("units", "study", *PROBLEM_KEYS)
 KEYS = (*COMMON_KEYS, *dict.fromkeys(key for kind in KINDS.values() for key in kind.tables))

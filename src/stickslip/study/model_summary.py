@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from stickslip.checks import Array, counted, first_of
 from stickslip.curves.curve import HELD_BY_FRICTION, held_by_friction_alone
+from stickslip.disks.tuned import TunedDisk
 from stickslip.problem import Problem
 from stickslip.problem.at_rest import normal_loads_at_rest
+from stickslip.problem.loose_motions import soft_springs
 from stickslip.study.analysis import Sweep
 
 SHOWN = 6
@@ -20,9 +22,31 @@ def model_summary(sweep: Sweep, condition: str = "") -> list[str]:
     when = f" {condition}" if condition else ""
     listed = f"without contacts: {_listed(free)}; all contacts stuck: {_listed(stuck)}"
     lines = [f"Natural frequencies in Hz{when}, {listed}."]
+    lines += _waves(sweep.problem)
     if held_by_friction_alone(sweep.problem):
-        lines.append(HELD_BY_FRICTION)
+        lines.append(f"{HELD_BY_FRICTION} {_proposed(sweep.problem)}")
     return lines + _loads(sweep.problem, when)
+
+
+def _waves(problem: Problem) -> list[str]:
+    """Natural frequencies of a disk at nodal diameters 0 and N/2, which its own analysis of the sector gives too."""
+    if not isinstance(problem, TunedDisk):
+        return []
+    return [
+        f"At nodal diameter {n}, without contacts: {_listed(problem.modes(n, stuck=False).frequencies)}."
+        for n in dict.fromkeys((0, problem.engine_order % problem.sectors, problem.sectors // 2))
+    ]
+
+
+def _proposed(problem: Problem) -> str:
+    """Soft springs for the mean of each loose motion, as a study holds them."""
+    tables = []
+    for spring in soft_springs(problem):
+        largest = max(map(abs, spring.direction.values()))
+        parts = {dof: round(c / largest, 3) for dof, c in spring.direction.items()}
+        direction = ", ".join(f'"{dof}" = {c:g}' for dof, c in parts.items() if c)
+        tables.append(f"direction = {{ {direction} }}, k of about {spring.stiffness * largest**2:.1g} N/m")
+    return f"A soft spring on the mean holds it and leaves the vibration as it is, [[mean_spring]]: {'; '.join(tables)}."
 
 
 def _listed(frequencies: Array) -> str:

@@ -43,7 +43,12 @@ def dofs_in(document: Mapping[str, Any]) -> list[str]:
 
 def names_in(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Places and names, read from the document as it stands, so that other faults do not hide a wrong name."""
-    for key, places in (("contact", ("between", "tangential", "normal")), ("force", ("direction",)), ("dashpot", ("between",))):
+    for key, places in (
+        ("contact", ("between", "tangential", "normal")),
+        ("force", ("direction",)),
+        ("dashpot", ("between",)),
+        ("mean_spring", ("direction",)),
+    ):
         tables = document.get(key)
         for number, table in enumerate(tables if isinstance(tables, list) else (), start=1):
             if isinstance(table, dict) and not (key == "force" and "surface" in table):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +12,13 @@ from stickslip.loads import Force
 from stickslip.models.model import Model
 from stickslip.models.reduction import Progress
 from stickslip.structure.assembly import assemble
+from stickslip.structure.cyclic import NEXT, CyclicStructure, with_bodies
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
 from stickslip.structure.rigid_body import RigidBody
 from stickslip.study import build
 from stickslip.study.faults import Found
+from stickslip.study.structure import Built
 from stickslip.study.structure import structure as structure_of_table
 from stickslip.study.tables import BodyTable, StructureTable
 from stickslip.study.units import Units
@@ -31,6 +33,8 @@ class Parts:
 
     structure: Structure
     bodies: Mapping[str, RigidBody]
+    disks: Mapping[float, CyclicStructure] = field(default_factory=dict)
+    """Of a sector whose speed is given, the disks with these bodies by rotor speed in rev/min."""
 
 
 def structures_of(
@@ -42,9 +46,9 @@ def structures_of(
     units: Units,
     found: Found,
     messages: Messages,
-) -> dict[str, Structure]:
+) -> dict[str, Built]:
     """The structures that could be made, by name, "" for one alone; each keeps those `surfaces` that are its own."""
-    made: dict[str, Structure] = {}
+    made: dict[str, Built] = {}
     models: dict[str, Model] = {}
     progress, notes = messages
     for number, table in enumerate(tables, start=1):
@@ -53,10 +57,12 @@ def structures_of(
         if name is None:
             continue
         own = [surface.removeprefix(f"{name}/") for surface in surfaces if not name or surface.startswith(f"{name}/")]
+        if table is not None and table.sector is not None:
+            own = list(dict.fromkeys(surface.removeprefix(NEXT) for surface in own))
         built = found.attempt(place, structure_of_table, table, damping, folder, units, progress, own, models)
         if built:
-            made[name] = built[0]
-            notes += built[1]
+            made[name] = built
+            notes += built.notes
     return made
 
 
@@ -64,6 +70,10 @@ def _name(table: StructureTable, several: bool, taken: Mapping[str, Any]) -> str
     """The name of one structure of a study, "" where there is one only."""
     if table.rig is not None:
         raise fault("rig", "must stand in a [structure] of its own", table.rig, "A ready rig brings its contacts.")
+    if several and table.sector is not None:
+        raise fault(
+            "sector", "must stand in a [structure] of its own", "[[structure]]", "Blades of other disks are no neighbours."
+        )
     if not several and table.name is not None:
         raise fault("name", "must go with several, [[structure]]", table.name, "Leave it out.")
     if several and table.name is None:
@@ -90,8 +100,17 @@ def bodies_of(
     return bodies, pulls
 
 
-def together(structures: Mapping[str, Structure], bodies: Mapping[str, RigidBody], damping: Damping | None) -> Parts:
+def together(built: Mapping[str, Built], bodies: Mapping[str, RigidBody], damping: Damping | None) -> Parts:
     """One structure of all, with a damping rule for the whole; a model alone stays as it is."""
+    structures = {name: each.structure for name, each in built.items()}
+    disk = structures.get("")
+    if isinstance(disk, CyclicStructure):
+        free = {name: body.structure() for name, body in bodies.items()}
+
+        def whole_disk(sector: CyclicStructure) -> CyclicStructure:
+            return (with_bodies(sector, free) if free else sector).with_damping(damping)
+
+        return Parts(whole_disk(disk), bodies, {speed: whole_disk(each) for speed, each in built[""].disks.items()})
     if not bodies and list(structures) == [""]:
         return Parts(structures[""], {})
     bare = {name: part if part.damping is None else part.with_damping(None) for name, part in structures.items()}

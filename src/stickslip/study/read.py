@@ -15,12 +15,16 @@ from threadpoolctl import threadpool_limits
 from stickslip.analyses.forced_response import force_levels
 from stickslip.checks import Faults, InputError, fault, nearest, similar_file, storable
 from stickslip.contact.point import GROUND, Contact
+from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.measure import measure_of
 from stickslip.harmonic.orders import Harmonics, checked_harmonics, harmonics_for
 from stickslip.loads import Force
 from stickslip.models.reduction import Progress, quiet
 from stickslip.problem import Problem
+from stickslip.structure.assembly import Spring
+from stickslip.structure.cyclic import NEXT, CyclicStructure
 from stickslip.structure.damping import Dashpot
+from stickslip.structure.matrices import Structure
 from stickslip.study import build
 from stickslip.study.aerodynamics import AerodynamicsTable, with_aerodynamics
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
@@ -39,13 +43,18 @@ from stickslip.study.tables import (
     BodyTable,
     DampingTable,
     DashpotTable,
+    ExcitationTable,
     FinenessTable,
     ForceTable,
+    MeanSpringTable,
     StructureTable,
     SweepTable,
 )
 from stickslip.study.units import SYSTEMS, Units
 from stickslip.units import UNIT_SYSTEMS, UnitSystem
+
+Stated = tuple[Problem, Mapping[float, CyclicStructure]]
+"""A problem, and its disks by rotor speed where it is a sector whose speed is given."""
 
 LARGEST = 1 << 24
 """Bytes of the largest study file."""
@@ -85,6 +94,8 @@ class Tables:
     contact: tuple[ContactTable | None, ...]
     force: tuple[ForceTable | None, ...]
     dashpot: tuple[DashpotTable | None, ...]
+    mean_spring: tuple[MeanSpringTable | None, ...]
+    excitation: ExcitationTable | None
     base: BaseTable | None
     aerodynamics: AerodynamicsTable | None
     units: Units
@@ -166,9 +177,10 @@ def kind_of(document: Mapping[str, Any]) -> Kind:
 
 def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Sweep | None:
     """The problem, and where and how finely to compute it."""
-    problem, table = problem_of(tables, document, folder, found, messages), tables.sweep
+    stated, table = problem_of(tables, document, folder, found, messages), tables.sweep
     if table is None:
         return None
+    problem, disks = stated or (None, {})
     kind, where = kind_of(document), None
     if kind.band is None:
         where = found.attempt("[sweep]", build.frequencies, table, tables.units, kind.repeats)
@@ -183,7 +195,7 @@ def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: F
     if problem is None or where is None or harmonics is None:
         return None
     last = (table.tolerance, table.peak_tolerance, measure_of(table.quantity, table.measure))
-    return Sweep(problem, where, tuple(table.force_levels), harmonics, table.samples, *last)
+    return Sweep(problem, where, tuple(table.force_levels), harmonics, table.samples, *last, disks)
 
 
 def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None:
@@ -207,14 +219,15 @@ def content(tables: Tables, sweep: Sweep | None) -> str:
     return digest.hexdigest()
 
 
-def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Problem | None:
+def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Stated | None:
     """The problem of the [structure] table: a rig, or a model."""
     dofs = dofs_in(document)
     found.messages += Names(dofs, Units()).faults(document) if dofs else []
     if not tables.structures or None in tables.structures or None in tables.bodies:
         return None
     if tables.rig is not None:
-        return from_rig(tables.rig, tables, document, found)
+        problem = from_rig(tables.rig, tables, document, found)
+        return None if problem is None else (problem, {})
     return from_model(tables, document, folder, found, messages)
 
 
@@ -273,10 +286,13 @@ def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
     contacts = tuple(found.attempt(place, contact_table, values) for place, values in repeated("contact", document, found))
     forces = tuple(found.attempt(place, parsed, ForceTable, values) for place, values in repeated("force", document, found))
     dashpots = tuple(found.attempt(place, parsed, DashpotTable, values) for place, values in repeated("dashpot", document, found))
+    springs = repeated("mean_spring", document, found)
+    mean_springs = tuple(found.attempt(place, parsed, MeanSpringTable, values) for place, values in springs)
     units = found.attempt("units", units_of, document.get("units", "SI")) or Units()
     own = {key: table for key, model in kind.tables.items() if (table := single(key, model)) is not None}
     base, aerodynamics = single("base", BaseTable), single("aerodynamics", AerodynamicsTable)
-    return Tables(study, structures, bodies, damping, sweep, contacts, forces, dashpots, base, aerodynamics, units, own)
+    actions = contacts, forces, dashpots, mean_springs, single("excitation", ExcitationTable)
+    return Tables(study, structures, bodies, damping, sweep, *actions, base, aerodynamics, units, own)
 
 
 def repeated(key: str, document: Mapping[str, Any], found: Found) -> list[tuple[str, Any]]:
@@ -304,14 +320,13 @@ def units_of(value: Any) -> Units:
 def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any], found: Found) -> Problem | None:
     """A ready rig; it brings contacts, forces and damping itself."""
     own_units = isinstance(document.get("units"), dict) and set(document["units"]) == {"frequency"}
-    for key in ("body", "contact", "force", "dashpot", "base", "damping", "units"):
+    for key in ("body", "contact", "force", "dashpot", "mean_spring", "base", "damping", "units"):
         if key in document and not (key == "units" and own_units):
             found.messages.append(
                 f"{key} must go with matrices, but stands beside a rig, which brings its own (in SI). Leave it out."
             )
     problem = found.attempt("[structure]", build.rig_named, table)
-    if problem is not None and tables.aerodynamics is not None:
-        problem = found.attempt("[aerodynamics]", with_aerodynamics, problem, tables.aerodynamics, tables.units)
+    problem = acted_upon(problem, tables, found)
     if problem is None or tables.sweep is None or tables.sweep.outputs is None:
         return problem
     names = Names(problem.structure.dofs, Units())
@@ -319,13 +334,22 @@ def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any],
     return None if found.messages else replace(problem, outputs=build.outputs(tables.sweep, names))
 
 
-def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Problem | None:
+def acted_upon(problem: Problem | None, tables: Tables, found: Found) -> Problem | None:
+    """A disk under its engine orders and gas forces; of a speed sweep under the first of its orders."""
+    orders = getattr(tables.own.get("speed_sweep"), "engine_orders", None)
+    if orders and isinstance(problem, TunedDisk):
+        problem = problem.with_engine_order(orders[0] % problem.sectors)
+    if problem is not None and tables.excitation is not None:
+        problem = found.attempt("[excitation]", build.excited, problem, tables.excitation)
+    if problem is not None and tables.aerodynamics is not None:
+        problem = found.attempt("[aerodynamics]", with_aerodynamics, problem, tables.aerodynamics, tables.units)
+    return problem
+
+
+def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Stated | None:
     """A problem from models, bodies, contacts and forces."""
     units = tables.units
-    if "aerodynamics" in document:
-        found.messages.append(
-            '[aerodynamics] must go with a tuned disk, such as rig = "lumped_blisk", but stands beside a model.'
-        )
+    _check_disk(tables, document, found)
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
     structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages)
@@ -333,7 +357,7 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
     parts = found.attempt("[structure]", together, structures, bodies, damping) if whole else None
     known = known_dofs(tables)
-    names = Names(known or (parts.structure.dofs if parts else ()), units)
+    names = Names(known or (_names_of(parts.structure) if parts else ()), units)
     found.messages += names.faults(document) if parts and not known else []
     contacts = contacts_of(tables, names, parts, found, messages[1])
     forces, dashpots = (*forces_of(tables, names, parts, found), *pulls), dashpots_of(tables, names, found)
@@ -343,7 +367,45 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     if parts is None or found.messages:
         return None
     title = tables.study.title if tables.study else ""
-    return found.attempt("The study", partial(Problem, dashpots=dashpots), parts.structure, contacts, forces, outputs, title)
+    springs = mean_springs_of(tables, names, found)
+    kind = TunedDisk if isinstance(parts.structure, CyclicStructure) else Problem
+    make = partial(kind, mean_springs=springs, dashpots=dashpots)
+    problem = found.attempt("The study", make, parts.structure, contacts, forces, outputs, title)
+    problem = acted_upon(problem, tables, found)
+    return None if problem is None else (problem, parts.disks)
+
+
+def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> None:
+    """What a sector needs, and what needs a sector."""
+    sector = next((table.sector for table in tables.structures if table is not None and table.sector is not None), None)
+    if sector is None:
+        for key in ("aerodynamics", "excitation"):
+            if key in document:
+                found.messages.append(
+                    f'[{key}] must go with a bladed disk, a model with [structure.sector] or a rig such as "lumped_blisk", but '
+                    "stands beside another model."
+                )
+        return
+    sweeps_speed = tables.study is not None and tables.study.analysis == "speed_sweep"
+    if sector.at_speeds and not sweeps_speed:
+        found.messages.append(
+            '[structure]: sector: at_speeds must go with analysis = "speed_sweep", but does not. Leave it out: [structure] model '
+            "is the model at the speed of this study."
+        )
+    if not sweeps_speed and "excitation" not in document:
+        found.messages.append("[excitation] must be given for a bladed disk, but is missing. Write engine_order = EO.")
+    if sweeps_speed and "excitation" in document:
+        found.messages.append("[excitation] must stay away from a speed sweep, whose engine_orders stand in [speed_sweep].")
+    for key in ("dashpot", "base"):
+        if key in document:
+            found.messages.append(f"{key} must go with another model than a sector of a bladed disk. Leave it out.")
+
+
+def _names_of(structure: Structure) -> tuple[str, ...]:
+    """The degrees of freedom, of a sector those of the following one too."""
+    if not isinstance(structure, CyclicStructure):
+        return structure.dofs
+    return (*structure.dofs, *(f"{NEXT}{dof}" for dof in structure.dofs))
 
 
 def known_dofs(tables: Tables) -> tuple[str, ...]:
@@ -377,6 +439,14 @@ def forces_of(tables: Tables, names: Names, parts: Parts | None, found: Found) -
             made.append(found.attempt(place, build.force, table, names, tables.units))
     made.append(found.attempt("[base]", build.base, tables.base, names, tables.units) if tables.base else None)
     return tuple(force for force in made if force is not None)
+
+
+def mean_springs_of(tables: Tables, names: Names, found: Found) -> tuple[Spring, ...]:
+    numbered = [(number, table) for number, table in enumerate(tables.mean_spring, start=1) if table is not None]
+    made = [
+        found.attempt(f"[[mean_spring]] {number}", build.mean_spring, table, names, tables.units) for number, table in numbered
+    ]
+    return tuple(spring for spring in made if spring is not None)
 
 
 def dashpots_of(tables: Tables, names: Names, found: Found) -> tuple[Dashpot, ...]:

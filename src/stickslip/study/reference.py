@@ -21,14 +21,19 @@ from stickslip.study.fields import Table, Words
 from stickslip.study.kinds import KINDS, StudyTable
 from stickslip.study.starts import StartTable
 from stickslip.study.tables import (
+    AtSpeedTable,
+    AxisTable,
     BaseTable,
     BodyTable,
     DampingTable,
     DashpotTable,
+    ExcitationTable,
     FilesTable,
     ForceTable,
     MatricesTable,
+    MeanSpringTable,
     OutputTable,
+    SectorTable,
     StructureTable,
     SweepTable,
 )
@@ -37,10 +42,13 @@ from stickslip.study.units import SYSTEMS, Dimension, Units
 SECTIONS: dict[str, tuple[type[Table], ...]] = {
     "[study]": (StudyTable,),
     "[structure]": (StructureTable, MatricesTable, FilesTable),
+    "[structure.sector]": (SectorTable, AxisTable, AtSpeedTable),
     "[[body]]": (BodyTable,),
     "[damping]": (DampingTable,),
     "[[contact]]": (*LAWS.values(), StartTable),
     "[[force]]": (ForceTable,),
+    "[excitation]": (ExcitationTable,),
+    "[[mean_spring]]": (MeanSpringTable,),
     "[base]": (BaseTable,),
     "[[dashpot]]": (DashpotTable,),
     "[aerodynamics]": (AerodynamicsTable,),
@@ -51,6 +59,8 @@ SECTIONS: dict[str, tuple[type[Table], ...]] = {
 TITLES: dict[type[Table], str] = {
     MatricesTable: "`matrices` as a table",
     FilesTable: "`model` as a table",
+    AxisTable: "`axis`",
+    AtSpeedTable: "An entry of `at_speeds`",
     StartTable: "`start`",
     OutputTable: "An entry of `outputs` as a table",
     **{model: f'`law = "{law}"`' for law, model in LAWS.items()},

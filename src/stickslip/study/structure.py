@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stickslip.checks import Array, fault
+from stickslip.checks import Array, InputError, fault
 from stickslip.models.content import Content
 from stickslip.models.describe import implausible
 from stickslip.models.model import Model, model_of
@@ -16,14 +17,27 @@ from stickslip.models.named_rows import with_names
 from stickslip.models.places import places_of
 from stickslip.models.read import read_content
 from stickslip.models.reduction import Progress, structure_of
+from stickslip.models.sector import Faces, disks_of
+from stickslip.structure.cyclic import CyclicStructure
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
-from stickslip.study.tables import FilesTable, MatricesTable, StructureTable
+from stickslip.structure.rotation_axis import RotationAxis
+from stickslip.study.tables import FilesTable, MatricesTable, SectorTable, StructureTable
 from stickslip.study.units import SYSTEMS, Units
 
 OF_A_COPY = ("name", "keep", "modes", "shift")
 """What structures of one and the same model may differ in."""
-ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift")
+ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift", "sector")
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """The structure of a [structure] table; notes on where places were found and what is implausible; disks: of a sector
+    whose speed is given, by rotor speed in rev/min, the disk itself and those of its models at other speeds, in one basis."""
+
+    structure: Structure
+    notes: tuple[str, ...]
+    disks: Mapping[float, CyclicStructure]
 
 
 def structure(
@@ -34,8 +48,8 @@ def structure(
     progress: Progress,
     surfaces: Sequence[str],
     models: dict[str, Model],
-) -> tuple[Structure, tuple[str, ...]]:
-    """The structure of a model with notes on it: where places were found, and what is implausible.
+) -> Built:
+    """The structure of a model.
 
     surfaces: sets of nodes that contacts speak of; those that the model has are kept too. models: those of the study that were
     read already, to which this one is added: equal blades are read once.
@@ -44,12 +58,44 @@ def structure(
     key = repr([(name, value) for name, value in table if name not in OF_A_COPY])
     model = models[key] = models.get(key) or _model(table, folder, own)
     keep = {} if table.keep is None else table.keep
+    if table.sector is not None:
+        return _disk(table, table.sector, model, surfaces, folder, own, progress)
     besides = [name for name in surfaces if name in model.sets and name not in keep]
     reduced = table.keep is not None or (table.modes is not None and besides)
     places = places_of(model, keep, own.system.metres, besides) if reduced else None
     notes = (*map(str, places or ()), *model.notes, *implausible(model))
     made = structure_of(model, places, table.modes, damping, progress)
-    return made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift]), notes
+    made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
+    return Built(made, notes, {})
+
+
+def _disk(
+    table: StructureTable,
+    sector: SectorTable,
+    model: Model,
+    surfaces: Sequence[str],
+    folder: Path,
+    units: Units,
+    progress: Progress,
+) -> Built:
+    """The disk of which a model is one sector; its damping follows, with the bodies."""
+    if table.shift is not None:
+        raise fault("shift", "must go with a whole structure", "beside [structure.sector]", "Leave it out.")
+    keep = {} if table.keep is None else table.keep
+    places = places_of(model, keep, units.system.metres, [name for name in surfaces if name in model.sets and name not in keep])
+    if not places:
+        raise InputError("keep must name the places of outputs and loads of the sector, but is missing.")
+    speeds = [] if sector.speed is None else [sector.speed]
+    if sector.at_speeds and not speeds:
+        raise InputError("sector: speed, of the model itself, must be given beside at_speeds, but is missing.")
+    speeds += [each.speed for each in sector.at_speeds]
+    if len(set(speeds)) < len(speeds):
+        raise fault("sector: at_speeds", "must be of different speeds, and not of that of the model itself", speeds)
+    others = [_model(table.model_copy(update={"model": each.model}), folder, units) for each in sector.at_speeds]
+    axis = RotationAxis.of((sector.axis.point, sector.axis.direction)).scaled(units.system.metres)
+    faces = Faces(sector.sectors, sector.low, sector.high, axis, sector.faces == "interpolated")
+    disks, notes = disks_of([model, *others], faces, places, table.modes, None, progress, speeds)
+    return Built(disks[0], (*notes, *model.notes, *implausible(model)), dict(zip(speeds, disks, strict=bool(speeds))))
 
 
 def _model(table: StructureTable, folder: Path, units: Units) -> Model:

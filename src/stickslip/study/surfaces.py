@@ -14,6 +14,7 @@ from stickslip.contact.point import GROUND, Contact
 from stickslip.interfaces.node_surface import NodeSurface, mean_motion
 from stickslip.interfaces.surface_contacts import Opposite, surface_contacts
 from stickslip.loads import Force
+from stickslip.structure.cyclic import NEXT, CyclicStructure
 from stickslip.study.build import force_along
 from stickslip.study.contacts import ContactTable, FrictionTable, SurfaceTable
 from stickslip.study.parts import Parts
@@ -65,20 +66,32 @@ def _opposite(table: SurfaceTable, parts: Parts) -> Opposite:
     body = parts.bodies.get(name)
     if body is not None:
         return lambda point: body.at(point, name)
-    if name not in parts.structure.sets:
+    if name.removeprefix(NEXT) not in parts.structure.sets:
         known = nearest(name, [*parts.bodies, *parts.structure.sets, GROUND])
         raise InputError(f"against: a body or set of nodes {name!r} does not exist. {known}")
-    return NodeSurface.of(parts.structure, name, table.facing)
+    return _nodes(parts, name, table.facing)
 
 
 def _surface(table: SurfaceTable, against: Opposite, parts: Parts) -> NodeSurface:
     """The surface with its normals to the outside."""
     name = str(table.surface)
     if table.facing is not None:
-        return NodeSurface.of(parts.structure, name, table.facing)
+        return _nodes(parts, name, table.facing)
     if against is None:
         raise InputError("facing must be given where a surface lies against the ground, but is missing.")
-    return NodeSurface.of(parts.structure, name, opposite=_middle(table, against, parts))
+    return _nodes(parts, name, opposite=_middle(table, against, parts))
+
+
+def _nodes(parts: Parts, name: str, towards: list[float] | None = None, opposite: Array | None = None) -> NodeSurface:
+    """The surface of a set of nodes, of this sector or of the following one; directions and points as this sector has them."""
+    if not name.startswith(NEXT):
+        return NodeSurface.of(parts.structure, name, towards, opposite)
+    disk, own = parts.structure, name.removeprefix(NEXT)
+    if not isinstance(disk, CyclicStructure):
+        raise fault(f"The surface {name!r}", "must belong to a sector", "a structure without [structure.sector]")
+    back = None if towards is None else disk.axis.turn(disk.sectors, -1) @ np.asarray(towards)
+    away = None if opposite is None else disk.axis.turned(opposite, disk.sectors, -1)
+    return NodeSurface.of(disk, own, back, away).following(disk)
 
 
 def _middle(table: SurfaceTable, against: Opposite, parts: Parts) -> Array | None:

@@ -9,12 +9,14 @@ from pydantic import Field, Tag, WrapValidator, field_validator, model_validator
 from stickslip.checks import MOST
 from stickslip.dampers import SHAPES
 from stickslip.loads import HIGHEST_POWER
+from stickslip.structure.cyclic import MOST_SECTORS
 from stickslip.study.fields import (
     Amplitude,
     Coefficients,
     Direction,
     Groups,
     Harmonics,
+    NotNegative,
     NotNegatives,
     Number,
     Place,
@@ -25,7 +27,18 @@ from stickslip.study.fields import (
     Words,
     by_form,
 )
-from stickslip.study.units import ACCELERATION, FORCE, FREQUENCY, INERTIA, LENGTH, MASS, VELOCITY, VISCOSITY, Dimension
+from stickslip.study.units import (
+    ACCELERATION,
+    FORCE,
+    FREQUENCY,
+    INERTIA,
+    LENGTH,
+    MASS,
+    STIFFNESS,
+    VELOCITY,
+    VISCOSITY,
+    Dimension,
+)
 
 if TYPE_CHECKING:
     ShapeKey: TypeAlias = str
@@ -74,6 +87,53 @@ Keep = Annotated[
 Matrices = Annotated[Annotated[str, Tag("<single>")] | Annotated[MatricesTable, Tag("<table>")], by_form()]
 
 
+class AxisTable(Table):
+    """The axis of rotation of a disk: the following sector comes counter-clockwise about it."""
+
+    point: Annotated[Vector, Field(description="a point of it, in the unit of length of the model")] = Field(
+        default_factory=lambda: [0.0, 0.0, 0.0]
+    )
+    direction: Annotated[Vector, Field(description="its direction, of any length")] = Field(
+        default_factory=lambda: [0.0, 0.0, 1.0]
+    )
+
+
+class AtSpeedTable(Table):
+    """The same sector at another rotor speed."""
+
+    speed: Annotated[NotNegative, Field(description="rev/min")]
+    model: Annotated[str, Field(description="its model, beside the study, with the same rows and the same mass")]
+
+
+class SectorTable(Table):
+    """The model is one sector of a bladed disk of equal sectors, with both faces free. The disk needs [excitation]."""
+
+    sectors: Annotated[int, Field(ge=2, le=MOST_SECTORS, description="N, how many the disk has")]
+    low: Annotated[str, Field(min_length=1, description="set of nodes of the face to the preceding sector")]
+    high: Annotated[
+        str, Field(min_length=1, description="that of the face to the following sector: low turned by 360°/N about the axis")
+    ]
+    axis: Annotated[AxisTable, Field(description="of rotation; z through the origin unless given"), Words("table")] = Field(
+        default_factory=AxisTable
+    )
+    faces: Annotated[
+        Literal["matching", "interpolated"],
+        Field(
+            description='"matching": node k of one face is node k of the other; "interpolated": the finer face follows the nodes '
+            "of the other by interpolation"
+        ),
+    ] = "matching"
+    speed: Annotated[
+        NotNegative | None,
+        Field(description="rotor speed in rev/min that K holds: its stress stiffening, and spin softening as in CalculiX"),
+    ] = None
+    at_speeds: Annotated[
+        list[AtSpeedTable],
+        Field(description="models at other speeds, for a speed sweep: K goes with the square of the speed"),
+        Words("list of tables"),
+    ] = Field(default_factory=list)
+
+
 class StructureTable(Table):
     """A ready rig by name with its parameters, a model of another program, or matrices with names of their degrees of freedom."""
 
@@ -119,12 +179,20 @@ class StructureTable(Table):
             "Without it the model is taken whole"
         ),
     ] = None
-    modes: Annotated[int | None, Field(ge=0, le=MOST, description="fixed-interface modes of the reduction, 30 unless given")] = (
-        None
-    )
+    modes: Annotated[
+        int | None,
+        Field(
+            ge=0,
+            le=MOST,
+            description="fixed-interface modes of the reduction, 30 unless given; of a sector for each nodal diameter",
+        ),
+    ] = None
     shift: Annotated[
         Vector | None,
         Field(description="of all nodes, in the unit of length of the model: the same blade again, beside itself"),
+    ] = None
+    sector: Annotated[
+        SectorTable | None, Field(description="[structure.sector]: the model is one sector of a bladed disk"), Words("table")
     ] = None
 
 
@@ -175,6 +243,33 @@ class DampingTable(Table):
     modal: Annotated[NotNegatives | None, Field(description="damping ratio of all modes, or of the first ones one by one")] = None
     on: Annotated[Literal["stuck", "free"], Field(description="modes with the contacts stuck, or absent")] = "stuck"
     rayleigh: Annotated[Two | None, Dimension("1/s, s"), Field(description="[a, b]: C = a M + b K")] = None
+
+
+class ExcitationTable(Table):
+    """Engine orders of a bladed disk: EO forces sector j by F cos(EO Ωt − 2π EO j/N). Frequencies are those of the lowest common
+    one, EO Ω/2π."""
+
+    exactly_one: ClassVar[Groups] = (("engine_order", "orders"),)
+
+    engine_order: Annotated[int | None, Field(ge=0, le=10_000, description="EO, by which every [[force]] acts")] = None
+    orders: Annotated[
+        dict[str, Amplitude] | None,
+        Field(
+            min_length=1,
+            description="several at once, EO = factor on the forces, a number or [re, im]; the frequency is that of their "
+            "greatest common divisor",
+        ),
+        Words("table of factors"),
+    ] = None
+
+
+class MeanSpringTable(Table):
+    """A spring that acts on the mean position alone, where friction alone restrains a body; vibration does not feel it."""
+
+    direction: Annotated[
+        Place, Field(description="degree of freedom, or a table of coefficients, such as that of the axial position of a damper")
+    ]
+    k: Annotated[Positive, STIFFNESS, Field(description="stiffness, far below that of the contacts")]
 
 
 class ForceTable(Table):

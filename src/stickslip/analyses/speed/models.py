@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import Array, InputError, fault, finite, of_kind
+from stickslip.checks import InputError, fault, finite, of_kind
 from stickslip.loads import BaseMotion, Force
 from stickslip.problem import Problem
 from stickslip.problem.speed import SpeedDependence
@@ -112,8 +112,11 @@ def synchronous(models: Mapping[float, Problem]) -> Problem:
     return _with_speed(_between(one, other, -squares[0] / grown), added, rates)
 
 
-def at_reference_speed(problem: Problem, speed: float, stiffness_at_rest: Array | None = None) -> Problem:
-    """A problem that holds at one speed in rad/s, with static forces, and K if that at rest is given, that go with Ω²."""
+def at_reference_speed(problem: Problem, speed: float, stiffness_at_rest: NDArray[Any] | None = None) -> Problem:
+    """A problem that holds at one speed in rad/s, with static forces, and K if that at rest is given, that go with Ω².
+
+    stiffness_at_rest: (n, n), of a cyclic structure one for each nodal diameter as its `stiffnesses`.
+    """
     rates = [force.static / speed**2 for force in problem.forces]
     if stiffness_at_rest is None:
         if not any(rates):
@@ -123,8 +126,13 @@ def at_reference_speed(problem: Problem, speed: float, stiffness_at_rest: Array 
             )
         added = np.zeros((1, 1))
     else:
-        added = (problem.structure.K - stiffness_at_rest) / speed**2
-        problem = problem.with_structure(replace(problem.structure, K=stiffness_at_rest))
+        added = (_stiffness(problem.structure) - stiffness_at_rest) / speed**2
+        structure = problem.structure
+        problem = problem.with_structure(
+            replace(structure, K=stiffness_at_rest[0].real, stiffnesses=stiffness_at_rest.astype(complex))
+            if isinstance(structure, CyclicStructure)
+            else replace(structure, K=stiffness_at_rest)
+        )
     return _with_speed(problem.with_forces([replace(force, static=0.0) for force in problem.forces]), added, rates)
 
 

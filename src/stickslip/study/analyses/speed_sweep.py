@@ -17,8 +17,10 @@ from stickslip.analyses.speed.speed_sweep import SpeedSweepWork
 from stickslip.checks import Array, InputError, counted, fault, positive, unique
 from stickslip.disks.tuned import TunedDisk
 from stickslip.models.read import read_content
+from stickslip.models.sector import SAME_SPEED
 from stickslip.problem import Problem
 from stickslip.runs.work import Arrays, Work
+from stickslip.structure.cyclic import CyclicStructure
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Number, Positive, Table, by_form
@@ -113,10 +115,16 @@ class SpeedSweepPlan(Plan):
 def _stiffness_at_rest(table: SpeedSweepTable, problem: Problem, asked: Asked) -> Array | None:
     """K at rest in SI, (n, n)."""
     given = table.stiffness_at_rest
+    if asked.sweep is not None and asked.sweep.disks:
+        if given is not None:
+            raise InputError(
+                "[speed_sweep]: stiffness_at_rest must stay away from a sector. Write at_speeds in [structure.sector]."
+            )
+        return _disk_at_rest(table, asked.sweep.disks)
     if given is None:
         return None
     if isinstance(problem, TunedDisk):
-        raise fault("[speed_sweep]: stiffness_at_rest", "must go with matrices", "a tuned disk", "Use ss.speed_sweep in Python.")
+        raise fault("[speed_sweep]: stiffness_at_rest", "must go with matrices", "a ready disk", "Use ss.speed_sweep in Python.")
     if asked.rig[0]:
         raise fault("[speed_sweep]: stiffness_at_rest", "must go with matrices", f"rig {asked.rig[0]!r}, which brings its own")
     K = _read(asked.folder / given) if isinstance(given, str) else np.array(given, dtype=float)
@@ -130,6 +138,22 @@ def _stiffness_at_rest(table: SpeedSweepTable, problem: Problem, asked: Asked) -
             f"the rotation {rotations[0]!r}. Write the study in m, or use ss.speed_sweep in Python."
         )
     return np.asarray(K * asked.units.factor(STIFFNESS))
+
+
+def _disk_at_rest(table: SpeedSweepTable, disks: Mapping[float, CyclicStructure]) -> Array | None:
+    """K(Ω) = K_r + (Ω² − Ω_r²) K₁ of every nodal diameter at rest, K_r that at the reference speed, K₁ by least squares."""
+    own, *others = disks
+    K = {speed: np.asarray(disk.stiffnesses) for speed, disk in disks.items()}
+    if abs(own - table.reference_speed) > SAME_SPEED * table.reference_speed:
+        raise fault(
+            "[speed_sweep]: reference_speed", f"must be the speed of the sector's model, {own:g} rev/min", table.reference_speed
+        )
+    if not others:
+        return None
+    steps = np.array([speed**2 - own**2 for speed in others])
+    changes = np.array([K[speed] - K[own] for speed in others])
+    rate = np.tensordot(steps, changes, axes=1) / (steps @ steps)
+    return np.asarray(K[own] - own**2 * rate)
 
 
 def _read(path: Path) -> Array:

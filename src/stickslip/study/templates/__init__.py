@@ -20,7 +20,12 @@ from stickslip.study.templates.beside import (
     synthetic_responses,
     wedge_matrices,
 )
-from stickslip.study.templates.models import blade_model, two_beams_with_a_gap, two_jointed_beams
+from stickslip.study.templates.models import (
+    blade_model,
+    bladed_disk_sector,
+    two_beams_with_a_gap,
+    two_jointed_beams,
+)
 
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
 """Force levels of the published experiment on the single blade, N."""
@@ -30,6 +35,7 @@ KINDS = tuple(sorted(Path(file.name).stem for file in resources.files(__name__).
 BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
     "lumped": wedge_matrices,
     "model": blade_model,
+    "bladed_disk": bladed_disk_sector,
     "jointed_beams": two_jointed_beams,
     "beams_with_a_gap": two_beams_with_a_gap,
     "identification": synthetic_loops,

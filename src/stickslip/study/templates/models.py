@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,6 +48,78 @@ def two_beams_with_a_gap(study: Path) -> tuple[dict[str, str], list[Path]]:
         inside, outside = (bottom, bottom + thickness) if name == "upper" else (0.0, bottom)
         beams[name] = (beam, {"INSIDE": _on(end, y, [inside]), "OUTSIDE": _on(end, y, [outside])})
     return _written(study, beams)
+
+
+SECTORS = 12
+RADII = {"bore": 60.0, "rim": 100.0, "underside": 120.0, "top": 132.0, "tip": 200.0}
+"""Of a sector of a bladed disk, mm."""
+SHANK, PLATFORM, BLADE_WIDTH = 0.3, 0.92, 0.1
+"""Half widths of the parts of a sector, relative to half a pitch."""
+SLOPE = 25.0
+"""Of the undersides of the platforms, which rise towards the gap, degrees."""
+HALF_LENGTH = 12.0
+"""Of a sector along the axis, mm."""
+
+
+def bladed_disk_sector(study: Path) -> tuple[dict[str, str], list[Path]]:
+    """One of 12 sectors of a disk with blades and platforms; dampers lie under the platforms of neighbours."""
+    mesh = _sector_mesh()
+    half = np.pi / SECTORS
+    bore = MM * RADII["bore"]
+    body = solid(mesh).clamp(lambda points: np.hypot(points[:, 0], points[:, 1]) < bore + 1e-9)
+
+    def face(side: float) -> Where:
+        along = np.array([np.cos(side * half), np.sin(side * half)])
+        return lambda point: bool(
+            abs(along[0] * point[1] - along[1] * point[0]) < 1e-6 and along @ point[:2] < RADII["rim"] + 1e-6
+        )
+
+    def underside(side: float) -> Where:
+        ends = np.array([_polar(_underside(width), side * width * half) for width in (SHANK, PLATFORM)])
+        along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+
+        def on(point: Array) -> bool:
+            away = point[:2] - ends[0]
+            length = float(np.linalg.norm(ends[1] - ends[0]))
+            return bool(abs(along[0] * away[1] - along[1] * away[0]) < 1e-6 and -1e-6 < along @ away < length + 1e-6)
+
+        return on
+
+    tip = np.array([RADII["tip"], 0.0, 0.0])
+    sets: dict[str, Where] = {
+        "LOW": face(-1.0),
+        "HIGH": face(1.0),
+        "PLATFORM_RIGHT": underside(1.0),
+        "PLATFORM_LEFT": underside(-1.0),
+    }
+    near = body.points[np.linalg.norm(body.points - MM * tip, axis=1).argmin()] / MM
+    words, files = _written(study, {"sector": (body, sets)})
+    return words | {"tip": str([round(float(c), 6) for c in near])}, files
+
+
+def _sector_mesh() -> Any:
+    """Hexahedra of a sector in m: a grid of radius, angle and length without what lies outside the parts."""
+    radii = np.array([60.0, 80.0, 100.0, 120.0, 132.0, 166.0, 200.0])
+    widths = np.array([-1.0, -PLATFORM, -SHANK, -BLADE_WIDTH, BLADE_WIDTH, SHANK, PLATFORM, 1.0])
+    grid = box_mesh(radii, widths, [-HALF_LENGTH, 0.0, HALF_LENGTH])
+    radius, width, _ = np.abs(grid.p[:, grid.t].mean(axis=1))
+    limits = [1.0, SHANK, PLATFORM, BLADE_WIDTH]
+    allowed = np.array(limits)[np.searchsorted([RADII["rim"], RADII["underside"], RADII["top"]], radius)]
+    mesh = grid.remove_elements(np.flatnonzero(width > allowed))
+    r, w, z = mesh.p
+    r = np.where(np.isclose(r, RADII["underside"]), [_underside(abs(each)) for each in w], r)
+    x, y = _polar(r, w * np.pi / SECTORS)
+    return type(mesh)(MM * np.array([x, y, z]), mesh.t)
+
+
+def _underside(width: float) -> float:
+    """Radius of the underside of a platform at a width relative to half a pitch, mm."""
+    rise = np.tan(np.radians(SLOPE)) * RADII["underside"] * np.pi / SECTORS
+    return float(RADII["underside"] + rise * max(width - SHANK, 0.0))
+
+
+def _polar(radius: Any, angle: Any) -> Array:
+    return np.array([radius * np.cos(angle), radius * np.sin(angle)])
 
 
 def _block(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Solid:

@@ -1,0 +1,48 @@
+"""The rotor speed that a stiffness matrix belongs to, from its spin softening."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.models.model import Model
+from stickslip.structure.rotation_axis import RotationAxis
+
+UNRESISTED = 1e-9
+"""Resistance of a row to a translation along the axis, relative to the sum of the sizes of what acts on it, that is rounding."""
+UNEXPLAINED = 0.05
+"""Share of the resistance to a translation across the axis that may be something else than spin softening."""
+
+
+def spin_softening(model: Model, axis: RotationAxis) -> float:
+    """Ω in rad/s of the spin softening −Ω² M (1 − d dᵀ) in K, d the axis of rotation; 0 where K has none.
+
+    A rigid translation meets neither elastic nor stress stiffness, at nodes that no fixed node or spring holds: those that do
+    not resist a translation along d. There K r = −Ω² M r for r across d.
+    """
+    d = np.array(axis.direction)
+    resisted, size = _along(model, d)
+    first = np.cross(d, np.eye(3)[np.argmin(np.abs(d))])
+    across = [first / np.linalg.norm(first), np.cross(d, first / np.linalg.norm(first))]
+    _, node = np.unique([dof.rpartition(".")[0] for dof in model.dofs], return_inverse=True)
+    held = np.bincount(node, np.abs(resisted) > UNRESISTED * size) > 0.0
+    free = ~held[node]  # of a node with some held rows, others may be free of K r by the symmetry of the mesh alone
+    force, inertia = (
+        np.concatenate([(matrix @ _translation(model, direction))[free] for direction in across]) for matrix in (model.K, model.M)
+    )
+    moved = float(inertia @ inertia)
+    square = -float(force @ inertia) / moved if moved else 0.0
+    explained = np.linalg.norm(force + square * inertia) <= UNEXPLAINED * np.linalg.norm(force)
+    return float(np.sqrt(square)) if square > 0.0 and explained else 0.0
+
+
+def _along(model: Model, direction: Array) -> tuple[Array, Array]:
+    """K r of a translation, and |K| |r|, (n,)."""
+    r = _translation(model, direction)
+    return np.asarray(model.K @ r), np.asarray(abs(model.K) @ np.abs(r))
+
+
+def _translation(model: Model, direction: Array) -> Array:
+    return np.array(
+        [direction["xyz".index(axis)] if axis in "xyz" else 0.0 for _, _, axis in (dof.rpartition(".") for dof in model.dofs)]
+    )

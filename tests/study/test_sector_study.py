@@ -1,0 +1,195 @@
+"""A sector of the user's own disk in a study: the same problem as in Python, what is refused, and what is said of it."""
+
+import re
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.checks import InputError
+from stickslip.cli import main
+from stickslip.study import job, read
+from stickslip.study.model_summary import model_summary
+from stickslip.study.templates import write_new
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The template's study with the model of a sector beside it."""
+    folder = tmp_path_factory.mktemp("disk")
+    write_new("bladed_disk", folder / "wheel.toml")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def study(folder):
+    return read(folder / "wheel.toml")
+
+
+def changed(folder, *pairs):
+    text = (folder / "wheel.toml").read_text()
+    for old, new in pairs:
+        assert old in text
+        text = text.replace(old, new)
+    return job(text, folder, "wheel")
+
+
+def in_python(folder, **options):
+    """The problem of the template, written with the functions of the package."""
+    tip = re.search(r"tip = (\[.*?\])", (folder / "wheel.toml").read_text())[1]
+    keep = {"tip": [float(c) for c in tip.strip("[]").split(",")], "R": "PLATFORM_RIGHT", "L": "PLATFORM_LEFT"}
+    disk = ss.read_sector(
+        folder / "wheel_sector.npz",
+        names=folder / "wheel_sector.csv",
+        units="mm-t-s",
+        sectors=12,
+        faces=("LOW", "HIGH"),
+        keep=keep,
+        modes=12,
+        **options,
+    )
+    wedge = ss.RigidBody(1.2e-2, np.diag([6e-7, 6e-7, 5e-7]), (0.117, 0.03135, 0.0))
+    whole = ss.with_bodies(disk, {"wedge": wedge.structure()}).with_damping(ss.ModalDamping(1e-3))
+    law = ss.Macroslip(kt=40e6, kn=60e6, mu=0.3)
+    right = ss.NodeSurface.of(disk, "R", opposite=wedge.centre)
+    left = ss.NodeSurface.of(disk, "L", towards=(-1.0, 0.0, 0.0)).following(disk)
+    contacts = [
+        contact
+        for name, surface in (("right", right), ("left", left))
+        for contact in ss.surface_contacts(name, law, surface, lambda point: wedge.at(point, "wedge"), points=6)
+    ]
+    forces = (
+        ss.Force("tip.y", 1.0),
+        *(ss.Force(f"wedge/centre.{axis}", static=pull) for axis, pull in (("x", 386.4), ("y", 103.5))),
+    )
+    springs = (ss.Spring({"wedge/centre.z": 1.0}, 1e4),)
+    return ss.TunedDisk(whole, contacts, forces, ("tip.y",), mean_springs=springs, engine_order=3)
+
+
+def test_a_study_is_the_problem_of_python(folder, study):
+    """Matrices, contact rows and loads at every nodal diameter that three harmonics excite."""
+    given, python = study.sweep.problem, in_python(folder)
+    assert isinstance(given, ss.TunedDisk)
+    assert (given.sectors, given.engine_order) == (12, 3)
+    for harmonic in range(4):
+        for ours, theirs in zip(given.systems.at(harmonic), python.systems.at(harmonic), strict=True):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12 * np.abs(theirs).max())
+    np.testing.assert_allclose(given.static_load, python.static_load, rtol=1e-12)
+    assert [repr(contact.law) for contact in given.contacts] == [repr(contact.law) for contact in python.contacts]
+
+
+def test_a_check_says_what_was_found(study):
+    notes = "\n".join(study.notes)
+    assert re.search(r"LOW and HIGH: 21 pairs of nodes, at most \S+ mm apart, 1 of 12 sectors", notes)
+    assert "6 points of 13 nodes on next/PLATFORM_LEFT against wedge, 531.1 mm2; mean normal -0.707, -0.707, 0" in notes
+    summary = "\n".join(model_summary(study.sweep))
+    for n in (0, 6):
+        assert f"At nodal diameter {n}, without contacts: 6 rigid motions" in summary
+
+
+def test_the_soft_spring_that_a_wedge_needs_is_proposed(folder):
+    spring = (
+        "[[mean_spring]]                   # only friction holds the wedge along the axis: a soft spring on its mean position\n"
+    )
+    loose = changed(folder, (spring, ""), ('direction = "wedge/centre.z"\nk = 10.0                          # N/mm\n', ""))
+    assert '[[mean_spring]]: direction = { "wedge/centre.z" = 1 }, k of about' in "\n".join(model_summary(loose.sweep))
+
+
+def test_a_surface_of_the_next_sector_stands_in_its_place(folder):
+    """A platform turned by 30° does not lie on itself: nothing of it touches. Two sectors on there is no name."""
+    text = re.sub(
+        r"(?s)\[\[body\]\].*?(?=\[\[force\]\])|\[\[mean_spring\]\].*?(?=\[sweep\])", "", (folder / "wheel.toml").read_text()
+    )
+    shroud = '[[contact]]\nlaw = "gap"\nkn = 1e3\nsurface = "PLATFORM_RIGHT"\nagainst = "next/PLATFORM_RIGHT"\n'
+    assert "does not exist" in fault_of(folder, text + shroud.replace("next/", "next/next/"))
+    assert "must touch what lies opposite" in fault_of(folder, f"{text}{shroud}facing = [-0.97, 0.26, 0.0]\n")
+
+
+def fault_of(folder, text):
+    with pytest.raises(InputError) as error:
+        job(text, folder, "wheel")
+    return str(error.value)
+
+
+@pytest.mark.slow
+def test_a_study_runs_to_its_report(folder, tmp_path):
+    """From the command line: peaks of both force levels are those of the problem in Python, and the report names the disk."""
+    text = (folder / "wheel.toml").read_text().replace("harmonics = 3", "harmonics = 1")
+    (folder / "short.toml").write_text(text)
+    with pytest.raises(SystemExit) as end:
+        main(["run", str(folder / "short.toml"), "--out", str(tmp_path / "out"), "--workers", "1"])
+    assert not end.value.code
+    found = ss.ForcedResponse(ss.open_results(tmp_path / "out" / "results.nc"), ss.read_problem(folder / "short.toml")).peaks()
+    python = ss.forced_response(in_python(folder), ss.hertz(1030.0, 1130.0), force=[1.0, 5.0], harmonics=1, samples=96).peaks()
+    np.testing.assert_allclose(found["amplitude"], python["amplitude"], rtol=1e-12)
+    assert "engine order 3" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_several_engine_orders(folder):
+    problem = changed(folder, ("engine_order = 3 ", "orders = { 3 = 1.0, 6 = [0.0, 0.3] } ")).sweep.problem
+    assert problem.excited_orders == (3, 6)
+    assert problem.forces[0].amplitudes == {1: 1.0, 2: 0.3j}
+
+
+def test_a_ready_disk_takes_engine_orders(tmp_path):
+    text = (
+        '[study]\nanalysis = "forced_response"\n[structure]\nrig = "lumped_blisk"\n[excitation]\norders = { 2 = 1.0, 3 = 0.5 }\n'
+    )
+    problem = job(f"{text}[sweep]\nfrequency = [45.0, 80.0]\nharmonics = 9\n", tmp_path, "x").sweep.problem
+    assert problem.excited_orders == (2, 3)
+
+
+SECTOR = "sectors = 12\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (SECTOR, "sectors = 10\n", "they match for sectors = 12."),
+        ('low = "LOW" ', 'low = "HIGH" ', "must have no node in common"),
+        ("[excitation]\nengine_order = 3 ", "# ", "[excitation] must be given for a bladed disk"),
+        ("engine_order = 3 ", "orders = { three = 1.0 } ", "must be a whole number, but is 'three'"),
+        ("[excitation]", "[base]\ndirection = 'x'\nacceleration = 1.0\n[excitation]", "base must go with another model"),
+        (SECTOR, f"{SECTOR}at_speeds = [{{ speed = 0.0, model = 'x.npz' }}]\n", 'must go with analysis = "speed_sweep"'),
+        (SECTOR, f"{SECTOR}speed = 6000.0\n", ""),
+        ("next/PLATFORM_LEFT", "next/PLATFORM_LOFT", "does not exist"),
+        ("modes = 12 ", "shift = [1.0, 0.0, 0.0] # ", "shift must go with a whole structure"),
+        ('direction = "tip.y"', 'direction = "next/tip.y"', "must act on the sector itself"),
+        ("keep = { tip", 'keep = { face = "LOW", tip', "must not lie on the cyclic faces"),
+    ],
+)
+def test_what_does_not_fit_is_refused(folder, old, new, words):
+    if not words:
+        assert "contains no spin softening" in "\n".join(changed(folder, (old, new)).notes)
+        return
+    with pytest.raises(InputError, match=re.escape(words)):
+        changed(folder, (old, new))
+
+
+def test_a_speed_sweep_goes_between_models_at_two_speeds(folder):
+    """K₁ of the study is that between the disks of Python, at every nodal diameter; mass and contacts are the same."""
+    with np.load(folder / "wheel_sector.npz") as arrays:
+        np.savez(folder / "fast.npz", **{**arrays, "K": 1.02 * arrays["K"]})
+    text = (folder / "wheel.toml").read_text()
+    text = text.replace(SECTOR, f'{SECTOR}speed = 0.0\nat_speeds = [{{ speed = 6000.0, model = "fast.npz" }}]\n')
+    text = text.replace('analysis = "forced_response"', 'analysis = "speed_sweep"')
+    text = re.sub(r"\[excitation\]\n.*\n|frequency = .*\n", "", text)
+    sweep = "[speed_sweep]\nspeed = [5000.0, 7000.0]\nengine_orders = [9]\nreference_speed = 6000.0\n"
+    with pytest.raises(InputError, match="reference_speed must be the speed of the sector's model, 0 rev/min"):
+        job(text + sweep, folder, "wheel")
+    text = text.replace(
+        'speed = 0.0\nat_speeds = [{ speed = 6000.0, model = "fast.npz" }]',
+        'speed = 6000.0\nat_speeds = [{ speed = 0.0, model = "wheel_sector.npz" }]',
+    ).replace('model = "wheel_sector.npz"  ', 'model = "fast.npz"  ')
+    plan = job(text + sweep, folder, "wheel").plan
+    at_rest, fast = (plan.problem.at_speed(speed).structure for speed in (0.0, 200.0 * np.pi))
+    for n in range(7):
+        np.testing.assert_allclose(fast.at(n).K, 1.02 * at_rest.at(n).K, rtol=1e-9, atol=1e-9 * np.abs(fast.at(n).K).max())
+    with pytest.raises(InputError, match="must stay away from a speed sweep"):
+        job(f"{text}{sweep}[excitation]\nengine_order = 3\n", folder, "wheel")
+
+
+def test_engine_orders_of_other_models_are_refused(tmp_path):
+    text = '[study]\nanalysis = "forced_response"\n[structure]\nmatrices = { M = [[1.0]], K = [[1.0]] }\ndofs = ["1.x"]\n'
+    with pytest.raises(InputError, match=re.escape("[excitation] must go with a bladed disk")):
+        job(f'{text}[excitation]\nengine_order = 2\n[sweep]\nfrequency = [0.1, 0.3]\noutputs = ["1.x"]\n', tmp_path, "x")
