@@ -9,7 +9,7 @@ def rig(*, kt: float, kn: float, mu: float, preload: float, offset: float) -> ss
 
 
 ranges = {"kt": (6e5, 1e6), "kn": (9e5, 1.5e6), "mu": (0.3, 0.5), "preload": (50.0, 70.0), "offset": (-1e-5, 1e-5)}
-found = ss.sensitivity_indices(rig, ranges, ss.hertz(300, 380), force=4.0, draws=8, samples=64)
+found = ss.sensitivity_indices(rig, ranges, ss.hertz(300, 380), force=4.0, draws=8, harmonics=3, samples=64)
 
 for name, (amplitude, frequency) in zip(ranges, found.dataset.total.values, strict=True):
     print(f"{name:8s} total index {amplitude:.2f} of the amplitude, {frequency:.2f} of the frequency")

@@ -1,7 +1,7 @@
 """Formulas broken on purpose, each of which the named quick tests must notice: `make mutants`.
 
-`tests/mutants.toml` lists them: a file of the package, its text, the broken text, and tests. Each is broken in a copy of the
-package that the tests then import; what passes is reported, and so is a text that is no longer there once.
+`tests/mutants.toml` lists them by file of the package: a text, the broken text, and tests. The tests import a copy of the
+package in which one formula at a time is broken; what passes is reported, and so is a text that the file does not hold once.
 """
 
 from __future__ import annotations
@@ -13,49 +13,81 @@ import sys
 import tempfile
 import tomllib
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "stickslip"
+QUICK = "not slow and not nightly and not verify and not system"
 PASSED, FAILED = 0, 1
 """Exit codes of pytest; any other is a fault of the run, as no test found."""
 
 
-def broken(mutant: dict[str, str | list[str]], package: Path) -> str | None:
-    """Break one formula in a copy of the package; None, or why it cannot be."""
-    path = package / str(mutant["file"])
-    text = path.read_text() if path.is_file() else ""
-    if text.count(str(mutant["old"])) != 1:
-        return f"holds the text {text.count(str(mutant['old']))} times"
-    path.write_text(text.replace(str(mutant["old"]), str(mutant["new"])))
-    return None
+class Mutant(NamedTuple):
+    """A text of a file of the package, the text that breaks it, and the tests that must fail."""
+
+    file: str
+    old: str
+    new: str
+    tests: tuple[str, ...]
+
+    def holds(self, word: str) -> bool:
+        """Whether its file or its texts hold a word."""
+        return word in f"{self.file}: {self.old} -> {self.new}"
 
 
-def outcome(mutant: dict[str, str | list[str]]) -> str:
+def listed() -> list[Mutant]:
+    """All mutants of `tests/mutants.toml`."""
+    files = tomllib.loads((ROOT / "tests" / "mutants.toml").read_text())
+    return [
+        Mutant(file, each["old"], each["new"], tuple(f"tests/{test}" for test in each["tests"]))
+        for file, content in files.items()
+        for each in content["broken"]
+    ]
+
+
+def tested(tests: list[str], folder: Path) -> int:
+    """Exit code of pytest on some tests with the package of a folder.
+
+    Kernels are kept beside the package by a digest of their sources, so that only a broken kernel is compiled anew.
+    """
+    environment = {key: value for key, value in os.environ.items() if key != "NUMBA_CACHE_DIR"}
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "--hypothesis-profile=ci", "-m", QUICK]
+    environment["PYTHONPATH"] = str(folder)
+    return subprocess.run([*command, *tests], cwd=ROOT, env=environment, capture_output=True, check=False).returncode
+
+
+def outcome(mutant: Mutant, folder: Path) -> str:
     """killed, or what happened instead."""
-    with tempfile.TemporaryDirectory() as folder:
-        package = Path(folder) / "stickslip"
-        shutil.copytree(ROOT / "src" / "stickslip", package, ignore=shutil.ignore_patterns("kernels-*"))
-        if reason := broken(mutant, package):
-            return reason
-        environment = {**os.environ, "PYTHONPATH": folder, "NUMBA_CACHE_DIR": f"{folder}/kernels"}
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *mutant["tests"]]
-        code = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=False).returncode
+    path, source = folder / "stickslip" / mutant.file, SOURCE / mutant.file
+    text = source.read_text() if source.is_file() else ""
+    if text.count(mutant.old) != 1:
+        return f"holds the text {text.count(mutant.old)} times"
+    kernels = set((folder / "stickslip" / "__pycache__").glob("kernels-*"))
+    path.write_text(text.replace(mutant.old, mutant.new))
+    try:
+        code = tested(list(mutant.tests), folder)
+    finally:
+        shutil.copy2(source, path)  # with its time, by which numba knows what it has compiled
+        for own in set((folder / "stickslip" / "__pycache__").glob("kernels-*")) - kernels:
+            shutil.rmtree(own)
     return {PASSED: "survives", FAILED: "killed"}.get(code, f"pytest ended with {code}")
 
 
 def main(words: list[str]) -> int:
     """All mutants, or those whose file or texts hold a word."""
-    mutants = tomllib.loads((ROOT / "tests" / "mutants.toml").read_text())["mutant"]
-    chosen = [each for each in mutants if not words or any(word in f"{each['file']} {each['old']}" for word in words)]
-    named = sorted({test for mutant in chosen for test in mutant["tests"]})
-    if subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *named], cwd=ROOT, check=False).returncode:
-        sys.stdout.write("The named tests must pass before anything is broken.\n")
-        return 1
+    chosen = [mutant for mutant in listed() if not words or any(mutant.holds(word) for word in words)]
     wrong = 0
-    for mutant in chosen:
-        found = outcome(mutant)
-        wrong += found != "killed"
-        sys.stdout.write(f"{found:9} {mutant['file']}: {mutant['old']}  ->  {mutant['new']}\n")
-        sys.stdout.flush()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        shutil.copytree(SOURCE, folder / "stickslip", ignore=shutil.ignore_patterns("__pycache__"))
+        if tested(sorted({test for mutant in chosen for test in mutant.tests}), folder) != PASSED:
+            sys.stdout.write("The named tests must pass before anything is broken.\n")
+            return 1
+        for mutant in chosen:
+            found = outcome(mutant, folder)
+            wrong += found != "killed"
+            sys.stdout.write(f"{found:9} {mutant.file}: {mutant.old}  ->  {mutant.new}\n")
+            sys.stdout.flush()
     sys.stdout.write(f"{len(chosen) - wrong} of {len(chosen)} broken formulas are noticed.\n")
     return bool(wrong) or not chosen
 

@@ -16,6 +16,8 @@ from typing import Any
 
 import lazy_loader
 
+from stickslip import renderers
+
 __version__ = "0.2.0"
 
 _RENAMED = {
@@ -39,3 +41,8 @@ def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module 'stickslip' has no attribute {name!r}", name=name, obj=sys.modules[__name__])
     return _load(name)
+
+
+# The rooms that show things register there when they are imported, which is when the first thing is shown.
+renderers.FIGURES.registered_in = "stickslip.plots.catalogue"
+renderers.SENTENCES.registered_in = "stickslip.report.summary"

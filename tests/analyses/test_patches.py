@@ -79,7 +79,7 @@ def test_problems_without_patches_have_no_such_error(all_nodes):
 
 def test_the_work_keeps_the_problem_with_all_nodes(beam):
     patched, alone = (on_the_ground(beam, points) for points in (3, None))
-    work = ForcedResponseWork.of(patched, BAND, [1.0], 3, 64)
+    work = ForcedResponseWork.of(patched, band=BAND, force=[1.0], harmonics=3, samples=64)
     assert work.finer_problem is ALL_NODES
     assert len(work.finer.B) == len(alone.B)
     order = [[contact.name for contact in problem.contacts] for problem in (work.finer, alone)]
@@ -87,7 +87,7 @@ def test_the_work_keeps_the_problem_with_all_nodes(beam):
     stiffness = [problem.B.T @ (problem.contact_stiffness[:, None] * problem.B) for problem in (work.finer, alone)]
     np.testing.assert_allclose(*stiffness, rtol=1e-9, atol=1e-9 * np.abs(stiffness[1]).max())
     assert [order[0][k] for k in rows] == order[1]
-    assert ForcedResponseWork.of(alone, BAND, [1.0], 3, 64).finer is None
+    assert ForcedResponseWork.of(alone, band=BAND, force=[1.0], harmonics=3, samples=64).finer is None
 
 
 def test_peaks_that_are_not_found_with_all_nodes_are_said():

@@ -14,6 +14,7 @@ from stickslip.dampers import SHAPES, Cylinder, FlatCylinder, HalfCylinder, Wedg
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.damper import ContactSurface, Damper
 from stickslip.dampers.section import Section, polygon, rounded_hull
+from stickslip.dampers.shape import Touch
 
 PLACE = (0.02, 0.087, 0.003)
 CASES = [(shape, side) for shape in SHAPES.values() for side in (-1, 1)]
@@ -225,3 +226,16 @@ def test_a_face_of_a_wedge_touches_along_the_middles_of_equal_strips(lines):
         places = np.unique(np.asarray(touch.points)[:, :2].round(12), axis=0)
         strips = [0.5 * (a + b) for a, b in itertools.pairwise(np.linspace(low, high, lines + 1))]
         np.testing.assert_allclose(sorted(places.tolist()), sorted(np.round(strips, 12).tolist()), atol=1e-11)
+
+
+def test_a_line_is_three_points_in_the_middles_of_its_thirds():
+    edges = np.linspace(-0.5, 0.5, 4) * 0.03
+    points = np.array(Touch.on_lines(45.0, [(1.0, 2.0)], 0.03).points)
+    np.testing.assert_allclose(points, [(1.0, 2.0, z) for z in 0.5 * (edges[1:] + edges[:-1])], atol=1e-15)
+
+
+def test_gaps_of_a_microslip_line_are_even_and_reach_twice_their_mean():
+    """Of g N/kn in the mean, N the pull shared over the lines: five elements from 0 to 2 g N/kn."""
+    rig = BetweenPlatforms.of_law("microslip", Cylinder().damper(pull=100.0), kt=1e7, kn=2e7, mu=0.3, gaps=0.4)
+    for law in rig.laws:
+        np.testing.assert_allclose(law.gaps, np.linspace(0.0, 2.0, 5) * 0.4 * 50.0 / 2e7, rtol=1e-12)

@@ -62,6 +62,20 @@ def test_truncation_is_judged_by_the_whole_motion_where_the_first_harmonic_is_no
     assert change / 10.0 < float(few.truncation_error[0, 0]) < 0.05
 
 
+def test_each_harmonic_meets_what_the_speed_adds_to_its_own_nodal_diameter(disk):
+    """K + Ω² K₁ at ω = EO Ω is a mass M − K₁/(h EO)², K₁ of the nodal diameter h EO mod N; N − n is the conjugate of n."""
+    size, N = disk.disk.size, disk.sectors
+    drawn = np.random.default_rng(1).normal(size=(2, N // 2 + 1, size, size))
+    waves = (drawn[0] + drawn[0].swapaxes(1, 2)) + 1j * (drawn[1] - drawn[1].swapaxes(1, 2))
+    waves[[0, -1]] = waves[[0, -1]].real
+    stiffened = replace(disk, engine_order=5, speed=ss.SpeedDependence(5, 1e-6 * waves))
+    for h in (1, 2, 3):
+        n = 5 * h % N
+        added = 1e-6 * (waves[n] if n <= N // 2 else waves[N - n].conj())
+        M = stiffened.disk.at(n).M - added / (5 * h) ** 2
+        np.testing.assert_allclose(stiffened.systems.at(h).M, M, atol=1e-15)
+
+
 def test_wakes_of_blade_rows_are_engine_orders(disk):
     rows = disk.with_blade_rows({4: [1.0, 0.25], 8: [0.5j]})
     orders = disk.with_engine_orders({4: 1.0, 8: 0.25 + 0.5j})

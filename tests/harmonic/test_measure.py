@@ -61,6 +61,16 @@ def test_a_harmonic_motion_has_the_size_of_its_amplitude(measure):
     assert float(measure.of_harmonic(0.5, OMEGA)) == pytest.approx(measure.size(row, OMEGA), rel=1e-12)
 
 
+@pytest.mark.parametrize("quantity", QUANTITIES.values(), ids=QUANTITIES)
+def test_a_motion_over_two_periods_has_the_size_of_the_same_motion_over_one(quantity):
+    """Harmonic h over one period at ω is harmonic 2h over two, whose frequency is ω/2."""
+    once, twice = motion(5), np.zeros(4 * H + 1)
+    for h in range(1, H + 1):
+        twice[4 * h - 1 : 4 * h + 1] = once[2 * h - 1 : 2 * h + 1]
+    measure = Measure(quantity)
+    assert measure.over(2).size(twice, 0.5 * OMEGA) == pytest.approx(measure.size(once, OMEGA), rel=1e-12)
+
+
 def test_names_per_force_are_sizes_per_force_level():
     inertance = measure_of("inertance", "amplitude")
     assert (inertance.order, inertance.per_force, inertance.per(20.0)) == (2, True, 20.0)

@@ -270,6 +270,16 @@ def test_reversals_of_a_noisy_motion():
     assert np.asarray(places) == pytest.approx(50 + 100 * np.arange(10), abs=20)
 
 
+def test_every_harmonic_of_both_signals_counts_in_the_area():
+    """∮ F du by the rectangle rule, which is exact for so few harmonics."""
+    u, f = np.random.default_rng(3).normal(size=(2, 7))
+    angle, orders = 2.0 * np.pi * np.arange(64)[:, None] / 64, np.arange(1, 4)
+    cosine, sine = np.cos(angle * orders), np.sin(angle * orders)
+    force = f[0] + cosine @ f[1::2] + sine @ f[2::2]
+    rate = sine @ (-orders * u[1::2]) + cosine @ (orders * u[2::2])
+    assert loop_area(u, f) == pytest.approx(2.0 * np.pi * np.mean(force * rate), rel=1e-12)
+
+
 def test_the_area_from_harmonics_is_that_of_the_polygon():
     u, force = loop_of(np.ones(1), KT, MU, N, AMPLITUDE, 4000)
     harmonics = [np.fft.rfft(signal) / signal.size for signal in (u, force)]

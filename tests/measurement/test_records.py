@@ -162,6 +162,12 @@ def test_the_zero_of_a_cell_from_load_removal():
         zero_by_load_removal(0.1 * generator.standard_normal(700))
 
 
+def test_with_an_exact_calibration_the_error_of_a_zero_is_that_of_a_mean():
+    """σ/√n of the samples of the last level, σ = 0.1 N as the differences of neighbours show it."""
+    zero = zero_by_load_removal(falling([23.0, -34.0], [3000, 4000]), calibration_error=0.0)
+    assert zero.error == pytest.approx(0.1 / np.sqrt(4000), rel=0.1)
+
+
 def falling(levels, lengths, noise=0.1):
     reading = np.repeat(np.asarray(levels, dtype=float), lengths)
     return reading + noise * np.random.default_rng(3).standard_normal(reading.size)

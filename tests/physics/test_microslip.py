@@ -54,6 +54,14 @@ def test_loop_energy(ratio, energy):
     assert np.log2(errors[0] / errors[-1]) / 4.0 > 1.45
 
 
+def test_gaps_spread_evenly_from_nothing_to_the_largest():
+    """n equal springs with gaps from 0 to g: at z = g the last one only touches, and N = kn g/2."""
+    gap = 0.2
+    forces = MicroslipArray.from_totals(3.0, 5.0, 0.4, gap, elements=7).elements(1, True).normal.forces(gap)
+    assert forces.sum() == pytest.approx(0.5 * 5.0 * gap, rel=1e-12)
+    assert forces[-1] == pytest.approx(0.0, abs=1e-15)
+
+
 def test_loop_energy_of_the_kernel():
     """The same from forces sampled over the cycle, 100 elements: the closed sum of the array, and near the continuous law."""
     law = half_ellipse(100)

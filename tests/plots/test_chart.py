@@ -142,7 +142,7 @@ def test_edges_lie_halfway_between_points():
 
 
 def test_a_result_gives_plotly_figures_and_says_what_has_no_curves():
-    class Drawn(Result, figure="energy:loss_factor", ring="disk:damper_ring"):
+    class Drawn(Result):
         dataset = None
 
         def _figure(self, figure, options):

@@ -21,6 +21,7 @@ GENERATED = {
     "verify": "docs/verification.md",
     "variability": "docs/variability_numbers.md",
     "robustness": "docs/robustness.md",
+    "calibration": "docs/calibration.md",
     "bench": "docs/benchmarks.md",
     "study": "docs/study_reference.md",
 }

@@ -16,7 +16,7 @@ ROOT = Path(stickslip.__file__).parent
 
 # From the bottom up. A module imports from its own component and from the rows above its own; never sideways or downwards.
 LAYERS = (
-    ("checks", "machine", "outcome", "interrupts", "notebook_bar", "renamed"),
+    ("checks", "machine", "outcome", "interrupts", "notebook_bar", "renamed", "renderers"),
     ("compilation", "files"),
     ("kernels",),
     ("units",),
@@ -77,6 +77,19 @@ LOADED_LATE = {
     "plotly",
 }
 
+MODULE_IN_TEXT = re.compile(r"stickslip\.(\w+)[.\w]*$")
+"""A text that is the name of a module, or how an f-string that makes one begins."""
+
+IMPORTS_BY_NAME = {
+    "models/matlab_files.py": "a reader of its own folder, by the version of the file",
+    "models/process.py": "the reader that another process is told to use",
+    "plots/catalogue.py": "every module of its own folder",
+    "renderers.py": "what the package, which stands above all, names",
+    "report/presentation.py": "every module of its own folder",
+    "study/kinds.py": "every module of its own folder",
+}
+"""Modules that import by a name that is computed, and which one that is."""
+
 MODULES = sorted(path for path in ROOT.rglob("*.py") if path not in (ROOT / "__init__.py", ROOT / "__main__.py"))
 
 
@@ -91,7 +104,7 @@ def component_of(path: Path) -> str:
 
 
 def imported_components(tree: ast.AST) -> set[str]:
-    """Components of stickslip that a module imports, wherever the import stands."""
+    """Components of stickslip that a module imports, wherever the import stands, or names in a text, by which it can import."""
     found: set[str] = set()
     for node in ast.walk(tree):
         match node:
@@ -101,6 +114,8 @@ def imported_components(tree: ast.AST) -> set[str]:
                 found |= {name.name for name in names if name.name in RANK}
             case ast.ImportFrom(module=str(module), level=0) if module.startswith("stickslip."):
                 found.add(module.split(".")[1])
+            case ast.Constant(value=str(text)) if module := MODULE_IN_TEXT.match(text):
+                found.add(module[1])
             case _:
                 pass
     return found
@@ -116,6 +131,25 @@ def test_imports_go_one_way():
         if RANK[other] >= RANK[component_of(path)]
     ]
     assert wrong == []
+
+
+def imports_by_name(tree: ast.AST) -> list[ast.Call]:
+    """Calls of `import_module` with a name that is not a text, nor a constant of the module."""
+    constants = {
+        target.id
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module")]
+    names = {id(call): {n.id for n in ast.walk(call.args[0]) if isinstance(n, ast.Name)} for call in calls}
+    return [call for call in calls if names[id(call)] - constants]
+
+
+def test_what_is_imported_by_a_computed_name_is_known():
+    found = {path.relative_to(ROOT).as_posix() for path, tree in trees().items() if imports_by_name(tree)}
+    assert found == set(IMPORTS_BY_NAME)
 
 
 def unsaid(room: Path) -> list[str]:

@@ -11,6 +11,7 @@ from report.synthetic import KINDS, poor
 
 from stickslip.checks import InputError
 from stickslip.plots.forced_response import FIGURES, hysteresis_loops, response_curves, save_figures
+from stickslip.renderers import FIGURES as REGISTERED
 from stickslip.results.result import Result
 
 
@@ -60,11 +61,9 @@ def test_unknown_output_is_refused(dataset):
 
 
 def test_a_result_draws_its_figures_by_name(dataset):
-    class Curves(Result, figure="forced_response:response_curves", loops="forced_response:hysteresis_loops"):
-        def __init__(self):
-            self.dataset = dataset
-
-    curves = Curves()
+    curves = type("Curves", (Result,), {"dataset": dataset})()
+    REGISTERED.of("Curves")(response_curves)
+    REGISTERED.of("Curves", "loops")(hysteresis_loops)
     assert isinstance(curves.plot(log=False), Figure)
     assert len(curves.plot("loops").axes) == len(hysteresis_loops(dataset).panels)
     with pytest.raises(InputError, match=r"figure must be a known one, but is 'loop'\. Did you mean 'loops'"):

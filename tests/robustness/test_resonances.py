@@ -9,6 +9,7 @@ from robustness.resonances import HARMONICS, RATIOS, SAMPLES, STUCK, Tally, line
 from stickslip.curves.curve import solve_curve
 from stickslip.curves.refine import _hills
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.resonances import Resonances
 from stickslip.peaks.search import PeakSearch
 from stickslip.solve import steps
 
@@ -34,6 +35,15 @@ def test_a_shoulder_that_only_just_dips_between_the_points_of_a_curve_is_a_peak(
     tally.add(case, STUCK * case.level, linear_peaks(case), exact=True)
     assert tally.peaks == 8
     assert tally.wrong == []
+
+
+def test_a_resonance_adds_the_motion_of_its_mode():
+    """One mass, stuck: F/(c ω) at ω = √2, the motion of the output at resonance; contacts as without force."""
+    problem = ss.rigs.single_mass(damping=0.03, kt=1.0, limit=1e6)
+    resonances = Resonances(problem, 1)
+    k = int(np.argmin(np.abs(resonances.omega - np.sqrt(2.0))))
+    added = resonances.motion(k, 2.0, np.zeros((1, 2)), np.zeros((1, 2)))
+    np.testing.assert_allclose(added, 2.0 / (0.03 * np.sqrt(2.0)), rtol=1e-12)
 
 
 @pytest.mark.slow

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.structure.cyclic import sector_chain
+from stickslip.structure.cyclic import circulant, sector_chain
 from stickslip.structure.matrices import Structure
 
 
@@ -15,10 +15,15 @@ def test_every_nodal_diameter_is_a_wave_round_the_whole_ring(sectors):
     structure = Structure(own["M"], own["K"], ("1.x", "1.y"), C=own["C"])
     disk = sector_chain(structure, sectors, following["K"], following["M"])
     right = np.roll(np.eye(sectors), 1, axis=1)  # row j takes the motion of sector j + 1
+    rings = {
+        name: np.kron(np.eye(sectors), own[name]) + np.kron(right, following[name]) + np.kron(right.T, following[name].T)
+        for name in "MKC"
+    }
+    for name, waves in (("M", disk.masses), ("K", disk.stiffnesses), ("C", disk.dampings)):
+        np.testing.assert_allclose(circulant(waves, sectors), rings[name], atol=1e-12)
     amplitude = np.array([0.6 - 0.2j, 1.1 + 0.5j])
     for n in range(-sectors, 2 * sectors):
         wave = np.exp(-2j * np.pi * n * np.arange(sectors) / sectors)
         for name in "MKC":
-            ring = np.kron(np.eye(sectors), own[name]) + np.kron(right, following[name]) + np.kron(right.T, following[name].T)
             of_wave = getattr(disk.at(n), name)
-            np.testing.assert_allclose(ring @ np.kron(wave, amplitude), np.kron(wave, of_wave @ amplitude), atol=1e-12)
+            np.testing.assert_allclose(rings[name] @ np.kron(wave, amplitude), np.kron(wave, of_wave @ amplitude), atol=1e-12)

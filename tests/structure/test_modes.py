@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from stickslip.structure.modes import natural_modes
+from stickslip.problem import modal_damping_matrix
+from stickslip.structure.damping import ModalDamping
+from stickslip.structure.modes import definite_modes, natural_modes
 
 
 def random_stiffness(size: int, seed: int) -> np.ndarray:
@@ -42,3 +44,22 @@ def test_rigid_motions_have_no_frequency():
 def test_units_do_not_decide_what_is_massless():
     """A moment of inertia of 1e-13 kg m² beside a mass of 1 kg is a mass."""
     assert natural_modes(np.diag([1.0, 1e-13]), np.diag([1.0, 1e-13])).squares == pytest.approx([1.0, 1.0])
+
+
+def test_modes_of_a_mass_that_is_not_definite_have_unit_modal_mass_where_they_oscillate():
+    """K φ = ω² M φ with M of both signs, as stiffness that grows with the square of the speed makes it."""
+    K, M = random_stiffness(4, 3) + np.eye(4), np.diag([1.0, 2.0, -0.5, 0.3])
+    modes = definite_modes(M, K)
+    assert modes.squares.size == 3
+    assert np.all(np.diff(modes.squares) > 0.0)
+    np.testing.assert_allclose(K @ modes.shapes, M @ modes.shapes * modes.squares, atol=1e-9 * np.abs(K).max())
+    np.testing.assert_allclose(modes.shapes.T @ M @ modes.shapes, np.eye(3), atol=1e-10)
+
+
+def test_modal_damping_has_the_ratios_that_it_states():
+    """φᵀCφ = 2ζω for each mode, and nothing between modes."""
+    K, M = random_stiffness(4, 5) + np.eye(4), np.diag([1.0, 2.0, 0.5, 0.3])
+    modes = natural_modes(M, K)
+    C = modal_damping_matrix(M, modes, ModalDamping([0.01, 0.02, 0.0]))
+    expected = np.diag(2.0 * np.array([0.01, 0.02, 0.0, 0.0]) * np.sqrt(linalg.eigvalsh(K, M)))
+    np.testing.assert_allclose(modes.shapes.T @ C @ modes.shapes, expected, atol=1e-12)

@@ -24,21 +24,22 @@ def test_the_first_screen_shows_the_answer_and_a_chart(report, width, scheme):
         page.open(report)
         page.picture(report.with_name(f"{width}_{scheme}.png"))
         assert page.value("document.documentElement.scrollWidth") <= width
-        answer = page.value("(b => [b.top, b.bottom])(document.querySelector('.headline').getBoundingClientRect())")
+        answer = page.value(f"(b => [b.top, b.bottom])({ANSWER}.getBoundingClientRect())")
         assert 0 <= answer[0] < answer[1] < HEIGHT
         assert page.value("document.querySelector('.place .main-svg').getBoundingClientRect().top") < (
             HEIGHT - 200 if width > 600 else HEIGHT + 100
         )
-        words = page.value("document.querySelector('.headline').textContent")
+        words = page.value(f"{ANSWER}.textContent")
         assert len(words) > 20
         assert page.value(CONTRAST) >= 4.5
         assert page.log == []
 
 
+ANSWER = "document.querySelector('.headline, #overview table')"
 CONTRAST = """(() => {
   const light = text => { const [r, g, b] = text.match(/[\\d.]+/g).map(c => { c /= 255;
     return c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4; }); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
-  let e = document.querySelector('.headline'); const front = light(getComputedStyle(e).color);
+  let e = document.querySelector('.headline, #overview td'); const front = light(getComputedStyle(e).color);
   while (e && /^rgba\\(.*, 0\\)$/.test(getComputedStyle(e).backgroundColor)) e = e.parentElement;
   const back = e ? light(getComputedStyle(e).backgroundColor) : 1;
   return (Math.max(front, back) + 0.05) / (Math.min(front, back) + 0.05); })()"""

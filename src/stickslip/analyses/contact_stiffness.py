@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactStiffness(Result, figure="contact_stiffness:stiffness_over_load"):
+class ContactStiffness(Result):
     """`dataset`: normal_stiffness (formula, load), tangential_across, tangential_along (load) [N/m], half_width (load) [m]."""
 
     dataset: xr.Dataset

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControlledResponse(Result, figure="controlled_response:controlled_response", resonances="controlled_response:resonances"):
+class ControlledResponse(Result):
     """Curves at held amplitudes: `dataset`, axes (case, point, ...), a case for each amplitude `held_amplitude`, and the problem.
 
     force_level: the factor on every harmonic force that holds the amplitude, in N where `units` says so; phase: of the output's
@@ -75,7 +75,7 @@ class ControlledResponse(Result, figure="controlled_response:controlled_response
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PhaseResonance(Result, figure="controlled_response:phase_resonance"):
+class PhaseResonance(Result):
     """`dataset`, axis `amplitude` [of the quantity]: frequency [Hz], force_level, loss_factor and outcome where force and
     displacement are at 90°; NaN where no solution was found."""
 
@@ -107,7 +107,9 @@ def controlled_response(
     start state has no phase (`TractionRatio` under a varying normal load has one, the same in both).
     """
     progress(0.0, "preparing")
-    work = ControlledResponseWork.of(problem, band, amplitude, output, quantity, harmonics, samples)
+    work = ControlledResponseWork.of(
+        problem, band=band, amplitude=amplitude, output=output, quantity=quantity, harmonics=harmonics, samples=samples
+    )
     return work.gathered(all_cases(work, checkpoint, workers, progress))
 
 
@@ -130,7 +132,9 @@ def phase_resonance(
     Source: S. Peter and R. I. Leine, Mechanical Systems and Signal Processing 96 (2017) 139-158.
     """
     low, high = ends_of(band)
-    work = ControlledResponseWork.of(problem, band, amplitude, output, quantity, harmonics, samples)
+    work = ControlledResponseWork.of(
+        problem, band=band, amplitude=amplitude, output=output, quantity=quantity, harmonics=harmonics, samples=samples
+    )
     with threadpool_limits(1, user_api="blas"):
         begin = _stuck_resonance(work, 2.0 * np.pi * low, 2.0 * np.pi * high)
         phase = force_phase(problem, begin)
@@ -149,6 +153,7 @@ class ControlledResponseWork(OneBalance):
     """A controlled response as independent cases, one amplitude each; frequencies in Hz in the order of travel."""
 
     problem: Problem
+    _: KW_ONLY
     frequencies: tuple[float, ...]
     exactly: bool
     amplitudes: tuple[float, ...]
@@ -161,6 +166,7 @@ class ControlledResponseWork(OneBalance):
     def of(
         cls,
         problem: Problem,
+        *,
         band: Band | Sequence[float],
         amplitude: float | Sequence[float],
         output: int,
@@ -177,10 +183,19 @@ class ControlledResponseWork(OneBalance):
                 "quantity", f"must be {', '.join(QUANTITIES)}", quantity, "What is held is a motion, not a motion per force."
             )
         row = output_of(problem, output)
-        fineness = fineness_of(harmonics, samples)
+        H, Nt = fineness_of(harmonics, samples)
         if not any(force.amplitudes.get(1) for force in problem.forces):
             raise fault("The problem", "must have a force with a first harmonic, whose level is sought", "none")
-        return cls(problem, tuple(frequencies), exactly, amplitudes, row, derived, *fineness)
+        return cls(
+            problem,
+            frequencies=tuple(frequencies),
+            exactly=exactly,
+            amplitudes=amplitudes,
+            output=row,
+            quantity=derived,
+            harmonics=H,
+            samples=Nt,
+        )
 
     @property
     def names(self) -> tuple[str, ...]:

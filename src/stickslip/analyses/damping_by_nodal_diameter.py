@@ -26,7 +26,7 @@ VARIABLES = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DampingByNodalDiameter(Result, figure="nodal_damping:over_nodal_diameter"):
+class DampingByNodalDiameter(Result):
     """`dataset` over nodal_diameter, −(N−1)//2 to N//2, negative for waves that run against the numbering of the sectors:
     damping_ratio, aerodynamic_damping, frequency [Hz], frequency_shift, and stiffness (gas_force, nodal_diameter, part) [N/m]."""
 

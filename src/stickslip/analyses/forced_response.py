@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from importlib import import_module
 from math import lcm
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -24,11 +23,12 @@ from stickslip.analyses.isolated import isolated_curves
 from stickslip.analyses.joined_curves import arrays_of
 from stickslip.analyses.kept_motion import with_motion
 from stickslip.analyses.nodal_diameters import with_disk
+from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.peak_stability import instability_warning, judged, with_flags
 from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcited
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.response_motion import response_motion
-from stickslip.analyses.sampling import broken_warning, samples_warning, sampling_warning
+from stickslip.analyses.sampling import broken_warning, samples_warning, sampling_warning, without_ripples
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stability import with_stability
@@ -64,6 +64,7 @@ from stickslip.problem.many_periods import over_periods
 from stickslip.problem.truncation import on_few_coordinates
 from stickslip.problem.warnings import negative_damping
 from stickslip.renamed import renamed_arguments
+from stickslip.renderers import FIGURES
 from stickslip.results.curve_kind import CurveKind, kinds_in, with_kinds
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity
@@ -84,16 +85,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ForcedResponse(
-    Result,
-    figure="response_curves:response_curves",
-    peaks="response_curves:peaks_over_force",
-    loops="contacts:hysteresis_loops",
-    states="contacts:contact_states",
-    dissipation="energy:dissipation",
-    loss_factor="energy:loss_factor",
-    stress="stress:stress_curves",
-):
+class ForcedResponse(Result):
     """Curves for every force level: `dataset` (labelled, with units) and the problem that made them."""
 
     dataset: xr.Dataset
@@ -178,8 +170,7 @@ class ForcedResponse(
         contacts.
         """
         at = self.peak_point(case) if point is None else point
-        animation: Any = import_module("stickslip.plots.animation").Animation
-        return animation(response_motion(self.dataset, self.problem, case, at))
+        return FIGURES.known("PeriodOfMotion")[""](response_motion(self.dataset, self.problem, case, at))
 
     def deformed_shape(self, case: int = 0, point: int | None = None, harmonic: int | None = None) -> Any:
         """The deformed shape of meshed bodies at a point, its highest peak unless given: their surface coloured by amplitude.
@@ -194,8 +185,7 @@ class ForcedResponse(
         Raises `InputError` for a point that did not converge and for a problem without a mesh.
         """
         at = self.peak_point(case) if point is None else point
-        picture: Any = import_module("stickslip.plots.deformed_shape").DeformedShape
-        return picture(deformed_shape(self.dataset, self.problem, case, at, harmonic))
+        return FIGURES.known("SurfaceMotion")[""](deformed_shape(self.dataset, self.problem, case, at, harmonic))
 
     def verify_in_time(
         self,
@@ -345,8 +335,17 @@ class ForcedResponse(
         attrs, hertz = self.dataset.attrs, self.dataset["linear_frequency"].values
         band, harmonics = (float(hertz[0]), float(hertz[-1])), of_attribute(attrs["harmonics"])
         choice, exactly = str(attrs.get("harmonics_chosen", "")), bool(attrs.get("listed_frequencies"))
-        how = harmonics, int(attrs["samples"]), choice, TOLERANCE, measure_in(self.dataset), periods
-        return ForcedResponseWork(self.problem, band, exactly, tuple(levels), *how)
+        return ForcedResponseWork(
+            self.problem,
+            frequencies=band,
+            exactly=exactly,
+            levels=tuple(levels),
+            harmonics=harmonics,
+            samples=int(attrs["samples"]),
+            choice=choice,
+            measure=measure_in(self.dataset),
+            periods=periods,
+        )
 
     def _of_curves(self, curve: SolvedCurve, found: Sequence[Curve], kind: CurveKind) -> ForcedResponse:
         """A response of curves that were found from one of this response."""
@@ -403,8 +402,17 @@ def forced_response(
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
     progress(0.0, "preparing")
-    peaks_of = measure_of(quantity, measure)
-    work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance, peaks_of, periods)
+    work = ForcedResponseWork.of(
+        problem,
+        band=band,
+        force=force,
+        harmonics=harmonics,
+        samples=samples,
+        tolerance=tolerance,
+        peak_tolerance=peak_tolerance,
+        measure=measure_of(quantity, measure),
+        periods=periods,
+    )
     curves = all_cases(work, checkpoint, workers, progress)
     progress(1.0, "linear curves")
     return work.gathered(curves)
@@ -422,6 +430,7 @@ class ForcedResponseWork(OneBalance):
     """
 
     problem: Problem
+    _: KW_ONLY
     frequencies: tuple[float, ...]
     exactly: bool
     levels: tuple[float, ...]
@@ -437,6 +446,7 @@ class ForcedResponseWork(OneBalance):
     def of(
         cls,
         problem: Problem,
+        *,
         band: Band | Sequence[float],
         force: float | Sequence[float],
         harmonics: int | Sequence[int] | Literal["auto"],
@@ -464,8 +474,19 @@ class ForcedResponseWork(OneBalance):
         highest(in_fractions(H, periods))
         if not exactly:
             refuse_unexcited(problem, measure)
-        settings = (H, Nt, sentence, peak_tolerance, measure, int(periods))
-        return cls(problem, tuple(frequencies), exactly, levels, *settings, None if finer is problem else finer)
+        return cls(
+            problem,
+            frequencies=tuple(frequencies),
+            exactly=exactly,
+            levels=levels,
+            harmonics=H,
+            samples=Nt,
+            choice=sentence,
+            peak_tolerance=peak_tolerance,
+            measure=measure,
+            periods=int(periods),
+            finer=None if finer is problem else finer,
+        )
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -550,7 +571,7 @@ class ForcedResponseWork(OneBalance):
     def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
         if not self.exactly:
-            curve = refined(self.balance, curve)
+            curve = without_ripples(self.balance, refined(self.balance, curve))
         arrays = self._plain_arrays(curve)
         stability = judged(self.balance, curve, self.measure.over(self.periods))
         by_harmonics, by_samples, of_work = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
@@ -564,6 +585,7 @@ class ForcedResponseWork(OneBalance):
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
             instability_warning(self.balance, curve, self.measure.over(self.periods), stability) or self.negative_damping,
+            "" if self.exactly else other_motion_warning(self.balance, curve, self.measure.over(self.periods)),
             truncation_warning(self.harmonics, names, by_harmonics),
             work_warning(self.harmonics, names, of_work),
             by_finer,

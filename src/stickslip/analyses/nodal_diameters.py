@@ -22,7 +22,7 @@ STATES = ("free", "stuck")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class NodalDiameters(Result, figure="disk:nodal_diameter_diagram"):
+class NodalDiameters(Result):
     """`dataset`: disk_frequency (state, nodal_diameter, mode) [Hz], without contacts and with all of them stuck."""
 
     dataset: xr.Dataset

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TimeResponse(Result, figure="time_response:last_period"):
+class TimeResponse(Result):
     """The last period of a time integration: `dataset` (labelled, with units), the problem and the cycle that made them."""
 
     dataset: xr.Dataset

@@ -10,15 +10,15 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.contact.point import Contact
 from stickslip.curves.curve import Curve
-from stickslip.harmonic.balance import HarmonicBalance, PathCondition
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.harmonic.measure import Measure
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.solve.all_modes import solved_on_all_modes
 from stickslip.solve.curve_points import CurvePoint
-from stickslip.solve.more_harmonics import STEPS, resolved
+from stickslip.solve.more_harmonics import STEPS, pad, resolved
 from stickslip.solve.newton import correct, fixed
-from stickslip.solve.truncation import change_by, contact_work, enough_beyond, solved_change
+from stickslip.solve.truncation import change_by, contact_work, enough_beyond
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,6 +91,13 @@ MOST_UNKNOWNS = 3000
 """Size of the Newton matrix of the estimate: larger ones would cost as much as a curve, so that fewer harmonics are taken."""
 
 
+SHIFT = 0.02
+"""Relative shift of a peak by more harmonics or samples up to which it is the same peak."""
+
+FEWEST_STEPS, DETOUR, FEW_MORE = 10, 60, 4
+"""Steps of Newton's method that a solution takes, and that ways round take where it fails; harmonics beyond those of the curve
+from which on they are solved and not only estimated by one step."""
+
 LEAST_SPENT = 3e10
 """(Rows of the Newton matrix)³ times steps that the estimate may take, two seconds of computing or so; more where the curve took
 more."""
@@ -105,12 +112,14 @@ def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measu
     """
     errors, known = np.full((3, len(balance.problem.outputs)), np.nan), dict[float, Array]()
     spent = max(LEAST_SPENT, sum(float(point.iterations) * point.active**3 for point in curve.points))
-    counted = balance.first if measure.kind == "amplitude" else slice(1, None)
-    for output, highest in highest_points(balance, curve, measure).items():
+    counted, places = _counted(balance, measure), highest_points(balance, curve, measure)
+    spent /= max(len({round(np.log(point.point.omega) / SAME_PEAK) for point in places.values()}), 1)
+    for output, highest in places.items():
         omega = highest.point.omega
         near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
         if near not in known:
-            known[near] = _at_point(balance, highest, counted, spent)
+            peak_of = output if curve.peaks and curve.peaks[output] else None
+            known[near] = _Peak(balance, highest, peak_of, counted, spent).errors()
         errors[:, output] = known[near][:, output]
     return errors[0], errors[1], errors[2]
 
@@ -141,9 +150,7 @@ def errors_by(finer: HarmonicBalance, few: HarmonicBalance, balance: HarmonicBal
         row = finer.rows + output
         condition = fixed("omega", point.omega)
         if curve.peaks and curve.peaks[output]:
-            weight, (a, b) = np.zeros((finer.rows + errors.size, X.size)), X[balance.first]
-            weight[row, balance.first] = np.array([-b, a]) / (a * a + b * b)
-            condition = PathCondition("omega", weight, 0.0, 0.0)
+            condition = phase_condition(finer, output, X[balance.first])
         start = replace(point, forces=_at_nodes(balance.problem.contacts, point.forces))
         solution = solved_on_all_modes(finer, few, start, condition)
         if solution is None:  # of large changes the frequency runs away, unless the contact forces are about right
@@ -164,31 +171,111 @@ def _at_nodes(contacts: tuple[Contact, ...], forces: Array) -> Array:
     return np.concatenate(shared)
 
 
-def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice, spent: float) -> Array:
-    """By harmonics and by samples, with the same many samples, so that neither counts the other, and by both of the work of the
-    contacts, (3, outputs); spent: as `LEAST_SPENT`."""
-    rows = min(max(point.active / balance.kept.size, 1.0), balance.problem.structure.size)
-    beyond = min(enough_beyond(balance.highest), int((MOST_UNKNOWNS / rows - 1.0) / 2.0))
-    if beyond < balance.highest + 2:
-        return np.full((3, len(balance.problem.outputs)), np.nan)
-    finer = finer_balance(balance, beyond)
-    sampled = HarmonicBalance(balance.problem, balance.harmonics, finer.tables.E.shape[0])
-    by_samples = change_by(sampled, balance, point.evaluation, counted).motion
-    by_harmonics, work = change_by(finer, balance, point.evaluation, counted)
-    by_harmonics[:, : by_samples.shape[1]] -= by_samples
-    errors = np.array([np.linalg.norm(by_harmonics, axis=1), np.linalg.norm(by_samples, axis=1)])
-    own = contact_work(balance, point.evaluation)
-    least = ROUNDED_WORK * float(np.vdot(np.abs(point.point.forces), np.abs(point.evaluation.w[: balance.rows])))
-    work_error = _relative(work, own, least)
-    for k, (more, before) in enumerate([(finer, by_samples), (sampled, np.zeros_like(by_samples))]):
-        large = errors[k] > ALLOWED
-        if large.any() or (more is finer and work_error > WORK_ALLOWED):
-            found = resolved(more, point.evaluation, min(STEPS, int(spent / (rows * more.kept.size) ** 3)))
-            solved = solved_change(found, balance, point.evaluation, counted, before)
-            errors[k] = np.where(large & np.isfinite(solved), solved, errors[k])
-            if more is finer and found.converged:
-                work_error = _relative(contact_work(finer, found.evaluation), own, least)
-    return np.vstack([errors, np.full(errors.shape[1], work_error)])
+def phase_condition(balance: HarmonicBalance, output: int, X: Array) -> PathCondition:
+    """ω as an unknown where the first harmonic of an output has the phase of X, (2,): that of a peak is the same, in the first
+    order, where its height is the largest, whichever way the resonance shifts."""
+    weight = np.zeros((balance.rows + len(balance.problem.outputs), balance.columns))
+    weight[balance.rows + output, balance.first] = np.array([-X[1], X[0]]) / float(X @ X)
+    return PathCondition("omega", weight, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Peak:
+    """A point to be solved with more harmonics or samples: a peak of an `output` at its phase, another point, None, at its
+    frequency; counted: columns whose size is compared; steps: (rows of the Newton matrix)³ times steps that may be spent."""
+
+    balance: HarmonicBalance
+    point: CurvePoint
+    output: int | None
+    counted: slice
+    spent: float
+
+    def solved(self, finer: HarmonicBalance, rows: float, near: Evaluation | None = None) -> Evaluation | None:
+        """The point with a finer balance, from its own solution, else from one that is near; None where Newton's method does not
+        arrive."""
+        steps = self.steps(rows * finer.kept.size)
+        for start in filter(None, (self.point.evaluation, near)):
+            found = self._beside(finer, start.point, steps)
+            if found is not None:
+                return found
+        carried = resolved(finer, self.point.evaluation, min(STEPS, steps)) if steps >= DETOUR else None
+        if carried is None or not carried.converged:
+            return None
+        return self._beside(finer, carried.evaluation.point, steps) or carried.evaluation
+
+    def steps(self, unknowns: float) -> int:
+        """Newton steps with so many unknowns that may be spent."""
+        return int(self.spent / unknowns**3)
+
+    def _beside(self, finer: HarmonicBalance, start: Point, steps: int) -> Evaluation | None:
+        """The peak, or the point at its frequency, beside a start."""
+        condition = fixed("omega", self.point.point.omega)
+        if self.output is not None:
+            X = self.point.evaluation.w[self.balance.rows + self.output, self.balance.first]
+            condition = phase_condition(finer, self.output, X)
+        padded = replace(start, forces=pad(start.forces, finer.columns))
+        found = correct(finer, padded, condition, iterations=min(30, max(steps, 1)), halvings=10)
+        near = abs(found.evaluation.point.omega / self.point.point.omega - 1.0) <= SHIFT
+        return found.evaluation if found.converged and near else None
+
+    def sizes(self, evaluation: Evaluation) -> Array:
+        """The motion of each output that is compared, (outputs,)."""
+        outputs = evaluation.w[self.balance.rows :]
+        return np.asarray(np.linalg.norm(outputs[:, self.counted], axis=1))
+
+    def errors(self) -> Array:
+        """By harmonics and by samples, with the same many samples, so that neither counts the other, and by both of the work of
+        the contacts, (3, outputs)."""
+        balance, evaluation = self.balance, self.point.evaluation
+        rows = min(max(self.point.active / balance.kept.size, 1.0), balance.problem.structure.size)
+        beyond = self._beyond(rows)
+        if beyond < balance.highest + 2:
+            return np.full((3, len(balance.problem.outputs)), np.nan)
+        finer = finer_balance(balance, beyond)
+        sampled = HarmonicBalance(balance.problem, balance.harmonics, finer.tables.E.shape[0])
+        by_samples = change_by(sampled, balance, evaluation, self.counted).motion
+        by_harmonics, work = change_by(finer, balance, evaluation, self.counted)
+        by_harmonics[:, : by_samples.shape[1]] -= by_samples
+        errors = np.array([np.linalg.norm(by_harmonics, axis=1), np.linalg.norm(by_samples, axis=1)])
+        own = contact_work(balance, evaluation)
+        least = ROUNDED_WORK * float(np.vdot(np.abs(self.point.point.forces), np.abs(evaluation.w[: balance.rows])))
+        work_error = _relative(work, own, least)
+        large = errors > ALLOWED
+        if (large.any() or work_error > WORK_ALLOWED) and self.steps(rows * finer.kept.size) >= FEWEST_STEPS:
+            size = np.maximum(self.sizes(evaluation), np.finfo(float).tiny)
+            more = self.solved(finer, rows)
+            fewer = self.solved(sampled, rows, more)
+            by_solution = [abs(self.sizes(fewer) - size) / size if fewer else np.nan]
+            by_solution.insert(0, abs(self.sizes(more) - self.sizes(fewer)) / size if fewer and more else np.nan)
+            for k, solution in enumerate(by_solution):
+                errors[k] = np.where(large[k] & np.isfinite(solution), solution, errors[k])
+            if more:
+                work_error = _relative(contact_work(finer, more), own, least)
+        return np.vstack([errors, np.full(errors.shape[1], work_error)])
+
+    def _beyond(self, rows: float) -> int:
+        """The harmonics of the estimate: so many that a solution fits into what may be spent, where a few more than those of the
+        curve do; else as many as one step of Newton's method can be taken with."""
+        enough, highest = enough_beyond(self.balance.highest), self.balance.highest
+        solvable, largest = (int((most / rows - 1.0) / 2.0) for most in (np.cbrt(self.spent / FEWEST_STEPS), MOST_UNKNOWNS))
+        return min(enough, solvable if solvable >= highest + FEW_MORE else largest, largest)
+
+
+def sampling_error(balance: HarmonicBalance, point: CurvePoint, output: int, measure: Measure) -> float:
+    """What `MORE_SAMPLES` times as many samples would change of an output at one of its peaks, relative; NaN where that cannot be
+    solved."""
+    samples = MORE_SAMPLES * balance.tables.E.shape[0]
+    sampled = HarmonicBalance(balance.problem, balance.harmonics, samples, balance.periods)
+    peak = _Peak(balance, point, output, _counted(balance, measure), LEAST_SPENT)
+    solution = peak.solved(sampled, max(point.active / balance.kept.size, 1.0))
+    if solution is None:
+        return np.nan
+    return float(abs(peak.sizes(solution)[output] / peak.sizes(point.evaluation)[output] - 1.0))
+
+
+def _counted(balance: HarmonicBalance, measure: Measure) -> slice:
+    """The columns of a motion that a measure is of."""
+    return balance.first if measure.kind == "amplitude" else slice(1, None)
 
 
 def _relative(work: float, own: float, least: float) -> float:

@@ -10,7 +10,7 @@ from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics, orders
 from stickslip.outcome import Outcome
-from stickslip.peaks.search import TOLERANCE, Peaks, PeakSearch
+from stickslip.peaks.search import TOLERANCE, Peaks, PeakSearch, Unproven
 from stickslip.problem import Problem
 from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import CurvePoint
@@ -186,18 +186,23 @@ def with_peaks(balance: HarmonicBalance, curve: Curve, progress: Callable[[float
         found.append(_passed(curve, balance.rows + output, search.peaks(output, measure)))
         largest.append(search.peaks(output, in_time, least=0.8))
         progress(SWEEP + (1.0 - SWEEP) * (output + 1) / len(outputs))
-    unsolved = [omega for peaks in (*found, *largest) for omega in peaks.unsolved]
-    if unsolved:
-        message += (
-            f" {counted(len(unsolved), 'place')} beside peaks could not be solved, near {_listed_in_hertz(balance, unsolved)}; "
-        )
-        message += "a peak there may be higher than reported."
+    unproven = [each for peaks in (*found, *largest) for each in peaks.unproven]
+    if unproven:
+        message += f" {_may_be_higher(balance, unproven)}"
         message += "" if balance.problem.C.any() or UNDAMPED in message else f" {UNDAMPED}"
     highest = tuple(
         _highest(in_time, balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True)
     )
     peaks, steps = tuple(each.points for each in found), tuple(each.steps for each in found)
     return replace(curve, message=message, peaks=peaks, largest=highest, steps=steps)
+
+
+def _may_be_higher(balance: HarmonicBalance, unproven: Sequence[Unproven]) -> str:
+    """Where a peak may be higher than the one that was found, and by how much."""
+    most = max(each.share for each in unproven)
+    much = f"up to {100.0 * most:.2g} %" if most < 1.0 else "much"
+    near = _listed_in_hertz(balance, [each.omega for each in unproven])
+    return f"{counted(len(unproven), 'place')} beside peaks could not be solved, near {near}; a peak there may be {much} higher."
 
 
 def _passed(curve: Curve, row: int, peaks: Peaks) -> Peaks:

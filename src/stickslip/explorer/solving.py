@@ -214,7 +214,13 @@ def _coarse(sweep: Sweep, output: str) -> ForcedResponseWork:
     few, samples = _few(sweep)
     tolerance = max(sweep.peak_tolerance, COARSE_PEAKS)
     return ForcedResponseWork.of(
-        shown, sweep.frequencies, sweep.force_levels, few, samples, peak_tolerance=tolerance, measure=sweep.measure
+        shown,
+        band=sweep.frequencies,
+        force=sweep.force_levels,
+        harmonics=few,
+        samples=samples,
+        peak_tolerance=tolerance,
+        measure=sweep.measure,
     )
 
 

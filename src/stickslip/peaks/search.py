@@ -31,6 +31,7 @@ from stickslip.peaks.intervals import (
     slope_along,
 )
 from stickslip.solve.curve_points import ROUNDING, CurvePoint, Tangent, hermite
+from stickslip.solve.interpolation import Interpolation
 from stickslip.solve.newton import correct
 from stickslip.solve.segment import knot
 
@@ -44,21 +45,41 @@ SOLVES = 300
 SHARES = (0.5, 0.25, 0.75)
 """Shares of an interval at which it is divided where Newton's method fails at the one of choice."""
 
+DEPTH = 3
+"""How often an interval that could not be divided is searched as a curve of its own."""
+
+MATTERS = 1e-3
+"""Share by which a peak may be higher where Newton's method failed beside it, or divisions ran out, from which on curves say so:
+in less, rounding and the corners that samples make end the search."""
+
 NEIGHBOURS = 2
 """Intervals searched on each side of those whose tops stand out."""
 
 
+@dataclass(frozen=True, slots=True)
+class Unproven:
+    """Where a peak may be higher than the one that was found: ω in rad/s, the height found, and the bound of what may be."""
+
+    omega: float
+    height: float
+    bound: float
+
+    @property
+    def share(self) -> float:
+        """By which share of the height found the peak may be higher, at most."""
+        return self.bound / self.height - 1.0
+
+
 @dataclass(frozen=True, eq=False)
 class Peaks:
-    """Peaks along a curve; with nothing `unsolved` each of them is proven highest.
+    """Peaks along a curve; with nothing `unproven` each of them is proven highest, to `MATTERS` of itself.
 
-    unsolved: frequencies near which Newton's method failed beside a peak, rad/s;
     steps: for each peak the k of the step of the curve, from point k to the next one, that it lies in.
     """
 
     points: tuple[CurvePoint, ...]
     steps: tuple[int, ...]
-    unsolved: tuple[float, ...]
+    unproven: tuple[Unproven, ...]
 
 
 _fraction = attrgetter("fraction")
@@ -94,11 +115,14 @@ def _prominent(found: list[Sample], dips: Dips) -> list[Sample]:
 class PeakSearch:
     """Searches the peaks of a curve in ω; the ends of the band do not count.
 
-    tolerance: relative amplitude by which a peak may be too low; solves: solutions computed so far.
+    tolerance: relative amplitude by which a peak may be too low; depth: of searches in parts of steps of other searches; solves:
+    solutions computed so far.
     """
 
-    def __init__(self, balance: HarmonicBalance, curve: Sequence[CurvePoint], tolerance: float = TOLERANCE) -> None:
-        self.balance, self.tolerance = balance, tolerance
+    def __init__(
+        self, balance: HarmonicBalance, curve: Sequence[CurvePoint], tolerance: float = TOLERANCE, depth: int = 0
+    ) -> None:
+        self.balance, self.tolerance, self.depth = balance, tolerance, depth
         self.curve = _with_own_tangents(balance, curve)
         self.lengths = np.cumsum([point.length for point in curve])
         self.moving = np.max([np.abs(point.evaluation.w[:, 1:]).max(axis=1) for point in curve], axis=0) if curve else np.zeros(0)
@@ -137,8 +161,8 @@ class PeakSearch:
         searched = [self._highest(together, row, measure) for together in tops]
         found = [best for best, _ in searched if best is not None]
         places = [sample.place for sample in _prominent(found, dips)]
-        unsolved = tuple(omega for _, missed in searched for omega in missed)
-        return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unsolved)
+        unproven = tuple(each for _, missed in searched for each in missed)
+        return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unproven)
 
     def _dips(self, row: int, measure: Measure, sizes: Array, slopes: Sequence[float]) -> Dips:
         """The test whether the curve dips between two of its places; where none known shows it, troughs between are solved."""
@@ -164,13 +188,13 @@ class PeakSearch:
 
         return dips
 
-    def _highest(self, tops: list[Interval], row: int, measure: Measure) -> tuple[Sample | None, list[float]]:
-        """The highest place around tops that no trough parts, None where the curve rises on to another peak; and frequencies
-        near which Newton's method failed, rad/s."""
+    def _highest(self, tops: list[Interval], row: int, measure: Measure) -> tuple[Sample | None, list[Unproven]]:
+        """The highest place around tops that no trough parts, None where the curve rises on to another peak; and where Newton's
+        method failed, or divisions ran out, although a higher one may lie there."""
         first = max(tops[0].low.place.segment - NEIGHBOURS, 0)
         last = min(tops[-1].low.place.segment + NEIGHBOURS, len(self.curve) - 2)
         intervals = hill([i for k in range(first, last + 1) for i in self._intervals(k, row, measure)], tops)
-        unsolved: dict[tuple[float, float], float] = {}
+        unsolved: set[tuple[float, float]] = set()
 
         def bound(i: int) -> float:
             return 0.0 if intervals[i].ends in unsolved else highest_inside(intervals, i)
@@ -183,7 +207,7 @@ class PeakSearch:
                 break
             place = self._divide(intervals[i])
             if place is None:
-                unsolved[intervals[i].ends] = intervals[i].low.place.point.point.omega
+                unsolved.add(intervals[i].ends)
                 bounds[i] = 0.0
                 continue
             middle = sampled(place, row, measure)
@@ -194,7 +218,32 @@ class PeakSearch:
             best = max(best, middle, key=lambda end: end.amplitude)
         low, high = intervals[0].low, intervals[-1].high
         rises_on = (best is low and low.slope < 0.0) or (best is high and high.slope > 0.0)
-        return (None if rises_on else best), list(unsolved.values())
+        if rises_on:
+            return None, []
+        bounds = [highest_inside(intervals, i) for i in range(len(intervals))]
+        unproven: list[Unproven] = []
+        for interval, most in zip(intervals, bounds, strict=True):
+            if most > (1.0 + MATTERS) * best.amplitude:
+                higher, missed = self._by_itself(interval, row, measure, most)
+                best = max(best, *higher, key=lambda end: end.amplitude) if higher else best
+                unproven += missed
+        unproven = [replace(each, height=best.amplitude) for each in unproven]
+        return best, [each for each in unproven if each.share > MATTERS]
+
+    def _by_itself(self, interval: Interval, row: int, measure: Measure, most: float) -> tuple[list[Sample], list[Unproven]]:
+        """The peaks of an interval that could not be divided, searched on planes and arc lengths of its own: those of a whole
+        step of the curve meet a narrow resonance on both of its sides; most: the bound without that."""
+        low, high = interval.low.place, interval.high.place
+        part = Interpolation(self.balance, [low.point.point, high.point.point], MATTERS).curve() if self.depth < DEPTH else []
+        if len(part) < 2:
+            return [], [Unproven(low.point.point.omega, most, most)]
+        search = PeakSearch(self.balance, part, self.tolerance, self.depth + 1)
+        found = search.peaks(row - self.balance.rows, measure)
+        self.solves += search.solves
+        middle = 0.5 * (low.fraction + high.fraction)
+        condition, span = self._plane(low.segment, middle)
+        places = [self._place(low.segment, middle, point, condition, span) for point in found.points]
+        return [sampled(place, row, measure) for place in places], list(found.unproven)
 
     def _divide(self, interval: Interval) -> SegmentPoint | None:
         """A place inside an interval: where the highest is expected, else in the middle or beside it."""

@@ -18,6 +18,7 @@ from stickslip.checks import Array
 from stickslip.plots.interactive import BASE, escaped
 from stickslip.plots.look import colour, house_style, plain
 from stickslip.plots.moving_picture import MovingPicture, magnification, played
+from stickslip.renderers import FIGURES
 from stickslip.results.shown_units import in_system
 from stickslip.results.view import unit_in
 from stickslip.units import UnitSystem
@@ -66,6 +67,7 @@ class Polyline:
         return len(self.x) > 1
 
 
+@FIGURES.of("PeriodOfMotion")
 @dataclass(frozen=True, eq=False, repr=False)
 class Animation(MovingPicture):
     """One period in pictures. A notebook shows it with play, pause, speed, a slider and steps of one frame; `.to_html()` is the

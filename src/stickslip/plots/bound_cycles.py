@@ -12,6 +12,7 @@ from stickslip.checks import Array, fault
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, closed
 from stickslip.plots.cycles import Cycles, bound_cycles, sample_cycles
 from stickslip.plots.look import LOWER, SAMPLE, UPPER, contact
+from stickslip.renderers import FIGURES
 from stickslip.units import um
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ MOST_ROWS = 8
 PERIOD = Axis("share of the period")
 
 
+@FIGURES.of("ResponseBounds", "contact_forces")
 def contact_forces(
     dataset: xr.Dataset,
     case: int = 0,
@@ -50,6 +52,7 @@ def contact_forces(
     return Chart(f"Contact forces at the bounds, force {float(dataset['force_level'][case]):g}", panels, columns=2)
 
 
+@FIGURES.of("ResponseBounds", "force_ratios")
 def force_ratios(dataset: xr.Dataset, case: int = 0, frequency: float | None = None, summed: bool = False) -> Chart:
     """T/N over a cycle at both bounds, for every contact, or surface, with a tangential and a normal direction."""
     found = bound_cycles(dataset, case, frequency, summed)
@@ -69,6 +72,7 @@ def force_ratios(dataset: xr.Dataset, case: int = 0, frequency: float | None = N
     return Chart(f"Ratio of friction to normal force, force {float(dataset['force_level'][case]):g}", panels, columns=2)
 
 
+@FIGURES.of("ResponseBounds", "loops")
 def loops(
     dataset: xr.Dataset,
     case: int = 0,

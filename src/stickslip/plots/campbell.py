@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, Rule
 from stickslip.plots.look import Style, contact, level
+from stickslip.renderers import FIGURES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,6 +19,7 @@ NEAREST = 8
 LOOKS = {"free": {"dash": "dot"}, "stuck": {}, "nonlinear": {"dash": "dash"}}
 
 
+@FIGURES.of("Campbell")
 def over_speed(dataset: xr.Dataset) -> Chart:
     """Free (dotted), stuck (solid) and nonlinear resonance (dashed) over the speed, engine-order lines, dots where they cross."""
     speeds, orders = dataset["speed"].values, dataset["engine_order"].values
@@ -42,6 +44,7 @@ def over_speed(dataset: xr.Dataset) -> Chart:
     return Chart(str(dataset.attrs["title"]), [Panel(*axes, layers, height=3.9)], note=f"mode {dataset.attrs['mode']}")
 
 
+@FIGURES.of("InterferenceDiagram")
 def interference(dataset: xr.Dataset) -> Chart:
     """Natural frequencies over the nodal diameter and the line of excitation EO Ω/60, folded at 0 and N/2; the engine orders of
     the smallest margins are named."""

@@ -9,6 +9,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, band, closed
 from stickslip.plots.look import Style, contact
+from stickslip.renderers import FIGURES
 from stickslip.results.representative import spread
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ MANY_DECADES = 50.0
 """Ratio of cycle numbers from which their axis is logarithmic."""
 
 
+@FIGURES.of("ContactLaw")
 def loops_and_fit(dataset: xr.Dataset) -> Chart:
     """Measured loops, dark, and those of the chosen law, orange."""
     names = dataset["loop"].values
@@ -42,6 +44,7 @@ def loops_and_fit(dataset: xr.Dataset) -> Chart:
     return Chart("Measured and fitted loops", panels, columns=min(len(shown), 3), note=note)
 
 
+@FIGURES.of("ContactLaw", "cycles")
 def over_cycles(dataset: xr.Dataset) -> Chart:
     """kt, μ and energy against the cycle number, with bands of one standard deviation."""
     number = dataset["cycle_number"].values
@@ -64,6 +67,7 @@ def over_cycles(dataset: xr.Dataset) -> Chart:
     return Chart("Parameters over the cycles", panels, shared_x=True)
 
 
+@FIGURES.of("ContactLaw", "laws")
 def held_out(dataset: xr.Dataset) -> Chart:
     """Misfit of every law, and its error on loops held out."""
     laws = [str(law) for law in dataset["law"].values]

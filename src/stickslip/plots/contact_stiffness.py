@@ -8,11 +8,13 @@ import numpy as np
 
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, from_zero
 from stickslip.plots.look import Style, contact
+from stickslip.renderers import FIGURES
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@FIGURES.of("ContactStiffness")
 def stiffness_over_load(dataset: xr.Dataset) -> Chart:
     """Normal stiffness by every formula, the initial tangential ones dotted (across) and dashed (along), the load of interest."""
     load, at = dataset["load"].values, float(dataset.attrs["load_of_interest"])

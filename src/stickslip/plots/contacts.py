@@ -12,6 +12,7 @@ from stickslip.plots.case_lines import case_lines
 from stickslip.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, closed, edges_between
 from stickslip.plots.look import PAGE, Style, contact, state_colour
 from stickslip.plots.response_curves import HERTZ
+from stickslip.renderers import FIGURES
 from stickslip.results.representative import representatives
 from stickslip.results.view import (
     ContactRow,
@@ -41,6 +42,7 @@ STATES = [Key("stick", Style("stick")), Key("half, half", Style("half")), Key("s
 """What the colours of states mean."""
 
 
+@FIGURES.of("ForcedResponse", "loops")
 def hysteresis_loops(dataset: xr.Dataset) -> Chart:
     """Contact force in N against relative displacement in µm at the highest peak: a row per contact, a column per force level."""
     rows = contact_rows(dataset)
@@ -109,6 +111,7 @@ def loop_axes(dataset: xr.Dataset) -> tuple[Axis, Axis]:
     return Axis("relative displacement", length_unit(dataset).name), Axis("contact force", "N")
 
 
+@FIGURES.of("ForcedResponse", "states")
 def contact_states(dataset: xr.Dataset, most: int = MOST_STATES) -> Chart:
     """Shares of the period in stick, slip and open as mixed colours: one panel a force level, one row a contact."""
     every = contact_rows(dataset)

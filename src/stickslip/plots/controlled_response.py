@@ -12,6 +12,7 @@ from stickslip.outcome import Outcome
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, spans
 from stickslip.plots.look import EMPHASIS, Style, entries, level
 from stickslip.plots.response_curves import HERTZ
+from stickslip.renderers import FIGURES
 from stickslip.results.view import shown_unit, size_text
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ AT_90 = "force and displacement at 90°"
 LOSS = Axis("loss factor")
 
 
+@FIGURES.of("ControlledResponse")
 def controlled_response(dataset: xr.Dataset) -> Chart:
     """Force level and phase against frequency, one curve a held amplitude; rings mark where force and displacement are at 90°."""
     force, phase = _force_axis(dataset, "force_level"), Axis("phase", "°")
@@ -31,6 +33,7 @@ def controlled_response(dataset: xr.Dataset) -> Chart:
     return Chart(_title(dataset), panels, shared_x=True)
 
 
+@FIGURES.of("ControlledResponse", "resonances")
 def resonances(dataset: xr.Dataset) -> Chart:
     """Frequency, force and loss factor of the phase resonance with the lowest force against the held amplitude."""
     order = np.argsort(dataset["held_amplitude"].values)
@@ -42,6 +45,7 @@ def resonances(dataset: xr.Dataset) -> Chart:
     return _over_amplitude(dataset, "held_amplitude", names[1], amplitude, values)
 
 
+@FIGURES.of("PhaseResonance")
 def phase_resonance(dataset: xr.Dataset) -> Chart:
     """Frequency, force and loss factor of the followed phase resonance against the amplitude."""
     values = [dataset[name].values for name in ("frequency", "force_level", "loss_factor")]

@@ -12,6 +12,7 @@ from stickslip.checks import Array
 from stickslip.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, Rule
 from stickslip.plots.chart import closed as with_first
 from stickslip.plots.look import Dash, Style, colour, contact, level, rgb
+from stickslip.renderers import FIGURES
 from stickslip.units import um
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ PARTS: dict[str, tuple[str, Dash]] = {
 HEIGHT = 2.7
 
 
+@FIGURES.of("DamperCycle")
 def damper_cycle(dataset: xr.Dataset) -> Chart:
     """Everything that one cycle of a damper between two platforms shows."""
     energy, rotation = float(dataset.loop_energy) * 1e6, float(dataset.rotation) * 1e3

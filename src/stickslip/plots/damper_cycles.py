@@ -10,6 +10,7 @@ from stickslip.checks import Array, counted
 from stickslip.plots.chart import Axis, Bars, Chart, Line, Panel
 from stickslip.plots.damper_cycle import closed
 from stickslip.plots.look import Style, entries, level
+from stickslip.renderers import FIGURES
 from stickslip.results.representative import spread
 from stickslip.units import um
 
@@ -21,6 +22,8 @@ MOST_NAMES = 16
 HEIGHT = 3.0
 
 
+@FIGURES.of("SteadyCycles")
+@FIGURES.of("DamperEvolution")
 def damper_cycles(dataset: xr.Dataset) -> Chart:
     """Loops in the direction that moves most, dark to light in the order of the cycles; then energy and rotation of each."""
     energy = _bars(dataset, 1e6 * dataset.loop_energy.values, Axis("energy of a cycle", "µJ"))

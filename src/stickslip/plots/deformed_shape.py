@@ -19,6 +19,7 @@ from stickslip.plots.interactive import BASE, Combination
 from stickslip.plots.look import colour, house_style, plain
 from stickslip.plots.model_view import axes_upright, in_space, scene
 from stickslip.plots.moving_picture import MovingPicture, magnification, played
+from stickslip.renderers import FIGURES
 from stickslip.results.view import Length, unit_in
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ AT_REST = 0.12
 HEIGHT, PHONE_HEIGHT = 620, 560
 
 
+@FIGURES.of("SurfaceMotion")
 @dataclass(frozen=True, eq=False, repr=False)
 class DeformedShape(MovingPicture):
     """One harmonic of the displacement of meshed bodies over its period, from the instant of the largest deflection on.

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule, Shades
 from stickslip.plots.look import CROSS, MOST_PANELS, PAGE, Style, spoken
+from stickslip.renderers import FIGURES
 from stickslip.results.view import Length, shown_unit
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 ALONE = Style("grey", width=1.6)
 
 
+@FIGURES.of("DamperDesign")
 def design_space(dataset: xr.Dataset) -> Chart:
     """A panel for every pair of variables, designs coloured by their worst-case peak, and the sensitivities."""
     names = [str(name) for name in dataset["variable"].values]

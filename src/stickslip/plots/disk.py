@@ -13,6 +13,7 @@ from stickslip.checks import Array
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, band
 from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, Style, contact, headed, house_style, level, state_colour
 from stickslip.plots.response_curves import force_axis
+from stickslip.renderers import FIGURES
 from stickslip.results.representative import representatives
 from stickslip.results.view import level_text
 
@@ -135,6 +136,7 @@ def _ring(axes: Axes, shares: Array, sectors: int) -> None:
     axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.05), aspect="equal")
 
 
+@FIGURES.of("NodalDiameters")
 def nodal_diameter_diagram(dataset: xr.Dataset) -> Chart:
     """Natural frequencies over the nodal diameter, without contacts and with all of them stuck, and what is excited."""
     frequencies = dataset["disk_frequency"].values

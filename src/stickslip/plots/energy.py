@@ -10,6 +10,7 @@ from stickslip.plots.case_lines import case_lines
 from stickslip.plots.chart import Axis, Bars, Chart, Line, Panel, from_zero
 from stickslip.plots.look import CONTACTS, contact
 from stickslip.plots.response_curves import HERTZ
+from stickslip.renderers import FIGURES
 from stickslip.results.representative import representatives
 from stickslip.results.view import along_curve, dissipated, energy_text, energy_unit, frequencies, level_text, shares_at_peak
 
@@ -20,6 +21,7 @@ MOST_BARS = 9
 """Cases whose shares are drawn."""
 
 
+@FIGURES.of("ForcedResponse", "dissipation")
 def dissipation(dataset: xr.Dataset) -> Chart:
     """Energy of all contacts per period against frequency, and the share of each contact at the highest peak."""
     chosen = representatives(dataset, MOST_BARS)
@@ -27,6 +29,7 @@ def dissipation(dataset: xr.Dataset) -> Chart:
     return Chart("Energy dissipated in contacts", [_along(dataset), _shares(chosen.dataset)], columns=2, note=note)
 
 
+@FIGURES.of("ForcedResponse", "loss_factor")
 def loss_factor(dataset: xr.Dataset) -> Chart:
     """Loss factor against frequency, one curve a force level."""
     lines = [

@@ -13,6 +13,7 @@ from stickslip.plots.bound_cycles import BOUNDS
 from stickslip.plots.chart import Area, Axis, Chart, Layer, Line, Panel, closed
 from stickslip.plots.cycles import Cycles, bound_cycles
 from stickslip.plots.look import Style
+from stickslip.renderers import FIGURES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,6 +22,7 @@ SLIPPING = 1.0 - 1e-6
 """Share of its own limit μN at which a side slips."""
 
 
+@FIGURES.of("ResponseBounds", "force_plane")
 def force_plane(
     dataset: xr.Dataset, plane: ForcePlane, case: int = 0, frequency: float | None = None, summed: bool = False
 ) -> Chart:

@@ -9,6 +9,7 @@ import numpy as np
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, band
 from stickslip.plots.look import contact
 from stickslip.plots.response_curves import HERTZ
+from stickslip.renderers import FIGURES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 MOST_ROWS = 6
 
 
+@FIGURES.of("FrictionFreedom")
 def freedom(dataset: xr.Dataset) -> Chart:
     """Above: admissible mean traction of the rows that carry most, summed over their elements; below: what they carry."""
     names = np.asarray(dataset["element_row"].values)

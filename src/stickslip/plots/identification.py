@@ -9,6 +9,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.plots.chart import Area, Axis, Bars, Chart, Layer, Line, Panel, closed
 from stickslip.plots.look import CONTACTS, MOST_PANELS, Style, contact
+from stickslip.renderers import FIGURES
 from stickslip.results.representative import spread
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ CHANNELS = {
 MEASURED, FITTED = contact(0, width=2.6), contact(1, width=1.3)
 
 
+@FIGURES.of("Identification")
 def loops_and_fit(dataset: xr.Dataset) -> Chart:
     """Each channel of each case against the platform's larger motion: measured dark, fitted orange."""
     all_cases, channels = dataset["case"].values, [str(channel) for channel in dataset["channel"].values]
@@ -41,6 +43,7 @@ def loops_and_fit(dataset: xr.Dataset) -> Chart:
     return Chart("Measured and fitted loops", panels, columns=len(channels), note=note)
 
 
+@FIGURES.of("Identification", "residuals")
 def residuals(dataset: xr.Dataset) -> Chart:
     """Measured less fitted over the cycle, every case, without the mean."""
     channels, all_cases = [str(channel) for channel in dataset["channel"].values], dataset["case"].values
@@ -58,6 +61,7 @@ def residuals(dataset: xr.Dataset) -> Chart:
     return Chart("Residuals: measured less fitted", panels, note=note, shared_x=True)
 
 
+@FIGURES.of("Identification", "posterior")
 def posterior(dataset: xr.Dataset) -> Chart:
     """Refits of every pair of unknowns, with the identified values and 95 % intervals."""
     names = [str(name) for name in dataset["parameter"].values]

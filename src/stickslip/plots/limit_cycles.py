@@ -10,6 +10,7 @@ from stickslip.checks import Array
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel
 from stickslip.plots.look import entries, level
 from stickslip.plots.response_curves import HERTZ
+from stickslip.renderers import FIGURES
 from stickslip.results.view import unit_for
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 AERODYNAMIC = Axis("aerodynamic damping ratio", "%")
 
 
+@FIGURES.of("LimitCycles")
 def over_damping(dataset: xr.Dataset, output: int = 0) -> Chart:
     """Amplitude of the limit cycles of an output over the aerodynamic damping; dashed: unstable; dots: those asked for."""
     heights = dataset["curve_amplitude"].values[..., output]
@@ -26,6 +28,7 @@ def over_damping(dataset: xr.Dataset, output: int = 0) -> Chart:
     return _over(dataset, heights / unit.metres, dataset["amplitude"].values[..., output] / unit.metres, across)
 
 
+@FIGURES.of("LimitCycles", "frequency")
 def frequency_over_damping(dataset: xr.Dataset) -> Chart:
     """Frequency of the limit cycles over the aerodynamic damping; dashed: unstable; dots: those asked for."""
     return _over(dataset, dataset["curve_frequency"].values, dataset["frequency"].values, HERTZ)

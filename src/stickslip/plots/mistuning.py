@@ -12,6 +12,7 @@ from stickslip.checks import Array, InputError, fault
 from stickslip.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule
 from stickslip.plots.look import Style
 from stickslip.plots.response_curves import HERTZ, size_label
+from stickslip.renderers import FIGURES
 from stickslip.results.view import shown_unit
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ TUNED = Style("failed", "dash", 1.4)
 """The tuned disk, to which samples are compared."""
 
 
+@FIGURES.of("MistunedPopulation")
 def all_blades(dataset: xr.Dataset, sample: int | None = None) -> Chart:
     """The amplitude of every blade over the frequency, their envelope and the tuned disk.
 
@@ -52,6 +54,7 @@ def all_blades(dataset: xr.Dataset, sample: int | None = None) -> Chart:
     return Chart(f"{dataset.attrs['title']}, sample {sample + 1}", [panel])
 
 
+@FIGURES.of("MistunedPopulation", "amplification")
 def amplification(dataset: xr.Dataset) -> Chart:
     """Histogram of the amplification with the generalised extreme-value distribution fitted to it.
 
@@ -78,6 +81,7 @@ def _fit(ratio: Array) -> Line:
     return Line(x, genextreme.pdf(x, *constants), Style("ink"), f"extreme-value fit, shape {-constants[0]:+.2f}")
 
 
+@FIGURES.of("MistunedPopulation", "worst_blade")
 def worst_blade(dataset: xr.Dataset) -> Chart:
     """How often each blade is the worst, and how far each goes: median and range of its own largest amplitude."""
     peaks = dataset["blade_peak"].values / float(dataset["tuned_peak"])

@@ -19,6 +19,7 @@ from stickslip.contact.point import Contact, Direction
 from stickslip.loads import BaseMotion, Output
 from stickslip.plots.look import CONTACTS, colour, house_style
 from stickslip.problem import Problem
+from stickslip.renderers import FIGURES
 from stickslip.structure.cyclic import CyclicStructure
 from stickslip.structure.matrices import Structure
 from stickslip.structure.rigid_body import arm_of
@@ -197,6 +198,7 @@ def _escaped(text: str) -> str:
     return text.replace("&", "&amp;").replace("<", "&lt;")
 
 
+@FIGURES.of("Problem")
 def model_view(problem: Problem) -> ModelView:
     """The drawing of a problem whose nodes have coordinates."""
     structure = problem.structure

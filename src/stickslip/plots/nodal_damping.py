@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, Rule
 from stickslip.plots.look import Style, contact
+from stickslip.renderers import FIGURES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,6 +19,7 @@ def wave_damping(dataset: xr.Dataset) -> Chart:
     return over_nodal_diameter(found.assign_attrs(title="Damping of travelling waves", mode=1, contacts="stuck"))
 
 
+@FIGURES.of("DampingByNodalDiameter")
 def over_nodal_diameter(dataset: xr.Dataset) -> Chart:
     """Aerodynamic damping ratio, and dotted that with the damping of the structure, over the nodal diameter."""
     x = dataset["nodal_diameter"].values

@@ -10,6 +10,7 @@ from stickslip.checks import Array
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, from_zero
 from stickslip.plots.look import CONTACTS, MOST_ENTRIES, MOST_PANELS, STUCK, contact, entries, level
 from stickslip.plots.response_curves import HERTZ
+from stickslip.renderers import FIGURES
 from stickslip.results.representative import spread
 from stickslip.results.view import energy_unit, length_unit
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 PERCENT = Axis("damping ratio", "%")
 
 
+@FIGURES.of("NonlinearModes")
 def over_amplitude(dataset: xr.Dataset, output: int = 0) -> Chart:
     """Natural frequency and damping ratio over the amplitude of an output, a curve a mode; dashed: stuck contacts."""
     unit = length_unit(dataset)
@@ -27,6 +29,7 @@ def over_amplitude(dataset: xr.Dataset, output: int = 0) -> Chart:
     return _over(dataset, dataset["amplitude"].values[..., output] / unit.metres, across)
 
 
+@FIGURES.of("NonlinearModes", "energy")
 def over_energy(dataset: xr.Dataset) -> Chart:
     """Natural frequency and damping ratio over the mechanical energy, a curve a mode; dashed: stuck contacts."""
     joules, unit = energy_unit(float(np.max(np.nan_to_num(dataset["energy"].values), initial=0.0)))
@@ -34,6 +37,7 @@ def over_energy(dataset: xr.Dataset) -> Chart:
     return _over(dataset, dataset["energy"].values / joules, across)
 
 
+@FIGURES.of("NonlinearModes", "peaks")
 def peaks_over_force(dataset: xr.Dataset, output: int = 0) -> Chart:
     """Amplitude and frequency of the resonance peak over the force level, from each mode; dots: the force levels asked for."""
     unit = length_unit(dataset)
@@ -56,6 +60,7 @@ def peaks_over_force(dataset: xr.Dataset, output: int = 0) -> Chart:
     return Chart("Resonance peaks from the mode", panels, shared_x=True)
 
 
+@FIGURES.of("NonlinearModes", "shape")
 def shape(dataset: xr.Dataset) -> Chart:
     """How far a mode leaves the shape of the stuck one: energy in other stuck modes at the first harmonic, and above it."""
     unit = length_unit(dataset)
@@ -71,6 +76,7 @@ def shape(dataset: xr.Dataset) -> Chart:
     return Chart("Shape of the mode", panels, shared_x=True)
 
 
+@FIGURES.of("NonlinearModes", "states")
 def contact_states(dataset: xr.Dataset) -> Chart:
     """Share of the period in which contacts slip and, dashed, are open, over the amplitude of the first output; of more contacts
     than colours those that dissipate most."""

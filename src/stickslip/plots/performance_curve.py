@@ -26,6 +26,7 @@ from stickslip.plots.look import (
     rgb,
 )
 from stickslip.plots.response_curves import HERTZ, LINEAR
+from stickslip.renderers import FIGURES
 from stickslip.results.representative import spread
 from stickslip.results.view import measure_in, shown_unit
 
@@ -38,6 +39,7 @@ SWAPPED, ISOLA = "another peak is the highest", "on an isola"
 FORCE_RATIO = Axis("force ratio F_C/F_E", log=True)
 
 
+@FIGURES.of("PerformanceCurve")
 def performance_curves(dataset: xr.Dataset, quantity: str = "normalised_amplitude", collapsed: bool = False) -> Chart:
     """Two panels over F_C/F_E; quantity: normalised_amplitude, normalised_inertance, amplitude_per_force or inertance.
 
@@ -71,6 +73,7 @@ def dissipation(dataset: xr.Dataset) -> Chart:
     return Chart("Which contact dissipates", panels, shared_x=True)
 
 
+@FIGURES.of("PerformanceBand")
 def performance_band(dataset: xr.Dataset) -> Chart:
     """Lowest and highest peak per force over the start states, with that of virgin contacts; below, where those two peaks are."""
     x, heights, hertz = (dataset[name].values for name in ("force_ratio", "amplitude_per_force", "frequency"))

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, band, edges_between, from_zero
 from stickslip.plots.look import BETWEEN, LOWER, SAMPLE, STUCK, UPPER, Style, colour, entries, level, rgb, shown_levels
 from stickslip.plots.response_curves import HERTZ, force_axis, size_label
+from stickslip.renderers import FIGURES
 from stickslip.results.view import Length, force_text, measure_in, shown_unit
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 SAMPLED = replace(SAMPLE, dash="none", marker="circle", size=2.0)
 
 
+@FIGURES.of("ResponseBounds")
 def response_bounds(dataset: xr.Dataset) -> Chart:
     """Amplitude bounds against frequency, a panel per force level, with the sampled start states; of peaks, their ranges."""
     if dataset.attrs["objective"] == "peak":
@@ -67,6 +69,7 @@ def peak_ranges(dataset: xr.Dataset) -> Chart:
     return Chart(f"Range of the resonance: {dataset.attrs['title']}", panels, columns=2)
 
 
+@FIGURES.of("ResponseBounds", "loss_factors")
 def loss_factors(dataset: xr.Dataset) -> Chart:
     """Loss factor along the lower (solid) and the upper bound (dash-dotted), one colour per force level."""
     names = [force_text(dataset, case) for case in range(dataset.sizes["case"])]
@@ -83,6 +86,7 @@ def loss_factors(dataset: xr.Dataset) -> Chart:
     return Chart(title, [Panel(HERTZ, Axis("loss factor"), layers, height=3.0)])
 
 
+@FIGURES.of("ResponseBounds", "start_states")
 def start_states(dataset: xr.Dataset, case: int = 0) -> Chart:
     """The start variables that make the bounds, against frequency: blue −1, white 0, red 1."""
     hertz, variables = dataset["frequency"].values, dataset["start_variable"].values[case]

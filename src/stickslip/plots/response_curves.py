@@ -14,6 +14,7 @@ from stickslip.outcome import Outcome
 from stickslip.plots.case_lines import THIN, case_lines
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, from_zero, spans
 from stickslip.plots.look import CROSS, FREE, STUCK, Style, contact
+from stickslip.renderers import FIGURES
 from stickslip.results.curve_kind import CurveKind, kinds_in
 from stickslip.results.representative import is_cloud, levels_of
 from stickslip.results.stability import has_stability, split, unstable_steps
@@ -42,6 +43,7 @@ LINEAR = {"free": ("no contacts", FREE), "stuck": ("contacts stuck", STUCK)}
 HERTZ = Axis("frequency", "Hz")
 
 
+@FIGURES.of("ForcedResponse")
 def response_curves(
     dataset: xr.Dataset,
     output: str | None = None,
@@ -83,6 +85,7 @@ def response_curves(
     return Chart(f"{title}: {name}" if title else name, [Panel(hertz, axis, layers, height=4.1)])
 
 
+@FIGURES.of("ForcedResponse", "peaks")
 def peaks_over_force(dataset: xr.Dataset, output: str | None = None) -> Chart:
     """The highest peak of every force level: amplitude per force and frequency, against the level."""
     return compared_peaks({"highest peak": dataset}, str(dataset.output.values[output_index(dataset, output)]))

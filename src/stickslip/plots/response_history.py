@@ -12,11 +12,13 @@ from stickslip.plots.chart import Axis, Chart, Line, Panel
 from stickslip.plots.cycles import run_cycles
 from stickslip.plots.look import entries
 from stickslip.plots.look import level as level_style
+from stickslip.renderers import FIGURES
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@FIGURES.of("ResponseHistory")
 def before_and_after(dataset: xr.Dataset, level: float | None = None, summed: bool = False) -> Chart:
     """Contact forces over a cycle at the largest point of every run at a level: of the rows that change most.
 

@@ -9,6 +9,7 @@ import numpy as np
 from stickslip.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, band, spans
 from stickslip.plots.look import Style, contact, entries, level
 from stickslip.plots.response_curves import HERTZ
+from stickslip.renderers import FIGURES
 from stickslip.results.view import shown_unit
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 UNITS = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s2 N)"}
 
 
+@FIGURES.of("ResponseIdentification")
 def measured_and_computed(dataset: xr.Dataset) -> Chart:
     """Response per force of every test over frequency, measured (dots) and computed (lines), or the area between its bounds; the
     phase where it is known."""
@@ -48,6 +50,7 @@ def measured_and_computed(dataset: xr.Dataset) -> Chart:
     return Chart(title, panels, shared_x=True)
 
 
+@FIGURES.of("ResponseIdentification", "misfits")
 def misfits(dataset: xr.Dataset) -> Chart:
     """Misfit of each test, and what the others predict of it where tests were left out."""
     names = {float(t): str(name) for t, name in enumerate(dataset["test"].values)}
@@ -65,6 +68,7 @@ def misfits(dataset: xr.Dataset) -> Chart:
     return Chart("Misfit of each test", [Panel(*axes, layers, height=0.8 + 0.3 * len(names))])
 
 
+@FIGURES.of("ResponseIdentification", "intervals")
 def intervals(dataset: xr.Dataset) -> Chart:
     """95 % intervals of the parameters, relative to their values."""
     names = {float(k): str(name) for k, name in enumerate(dataset["parameter"].values)}

@@ -10,6 +10,7 @@ from stickslip.analyses.variability.percentiles import percentiles
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, band, from_zero
 from stickslip.plots.look import SAMPLE, Style, contact, shown_levels
 from stickslip.plots.response_curves import HERTZ, words_on_axis
+from stickslip.renderers import FIGURES
 from stickslip.results.view import measure_in, peak_unit
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ OUTER, INNER = (5.0, 95.0), (25.0, 75.0)
 EXTREME = Style(SAMPLE.colour, "dot", 1.0)
 
 
+@FIGURES.of("ResponseSamples", "percentiles")
 def response_percentiles(dataset: xr.Dataset, output: int = 0) -> Chart:
     """Median, quartiles and the middle nine tenths of the amplitude at each frequency, within the lowest and highest sample."""
     table, unit = percentiles(dataset, (0.0, *OUTER, *INNER, 50.0, 100.0), output), peak_unit(dataset)

@@ -10,12 +10,14 @@ from numpy.typing import ArrayLike
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, from_zero
 from stickslip.plots.look import EMPHASIS, LOWER, SAMPLE, UPPER, shown_levels
 from stickslip.plots.response_curves import HERTZ, phase, words_on_axis
+from stickslip.renderers import FIGURES
 from stickslip.results.view import along_curve_as, frequencies, measure_in, peak_unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@FIGURES.of("ResponseSamples")
 def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output: int = 0) -> Chart:
     """Every curve, a panel per force level, the first (virgin unless a law was given) drawn out; bounds: of the same levels."""
     measure, unit = measure_in(dataset), peak_unit(dataset)

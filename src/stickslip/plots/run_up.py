@@ -9,12 +9,14 @@ import numpy as np
 from stickslip.plots.chart import Axis, Chart, Line, Panel
 from stickslip.plots.look import level
 from stickslip.plots.speed_sweep import SPEED
+from stickslip.renderers import FIGURES
 from stickslip.results.view import unit_for
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@FIGURES.of("RunUp")
 def over_speed(dataset: xr.Dataset) -> Chart:
     """Amplitude of the first harmonic of every cycle over the speed, a curve for each output."""
     names, values = [str(name) for name in dataset["output"].values], dataset["amplitude"].values

@@ -9,12 +9,14 @@ import numpy as np
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.chart import Axis, Bars, Chart, Layer, Panel, Rule
 from stickslip.plots.look import Style, contact, spoken
+from stickslip.renderers import FIGURES
 from stickslip.results.view import measure_in
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@FIGURES.of("SensitivityIndices")
 def tornado(dataset: xr.Dataset) -> Chart:
     """A panel for amplitude and one for frequency: bars to the low and to the high end in per cent, one below the
     other, since both may lie on the same side; total indices beside the names."""

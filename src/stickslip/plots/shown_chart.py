@@ -4,18 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.plots.chart import Area, Axis, Bars, Cells, Chart, Layer, Line, Panel, Rule, Shades
-from stickslip.results.shown_units import in_system
+from stickslip.renderers import FIGURES
+from stickslip.results.shown_units import in_system, system_of
 from stickslip.units import UnitSystem
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def shown_chart(chart: Chart, system: UnitSystem | None) -> Chart:
     """The chart with every length, force, mass, stress and energy in the units of a system; as it is without one."""
     return chart if system is None else replace(chart, panels=[_panel(panel, system) for panel in chart.panels])
+
+
+@FIGURES.of("Result", "in the units of the study")
+def shown_of(drawn: Chart | Figure, result: Any) -> Chart | Figure:
+    """What was drawn of a result in the units of its study; a drawing without curves as it is."""
+    if not isinstance(drawn, Chart) or not hasattr(result, "dataset"):
+        return drawn
+    return shown_chart(drawn, system_of(result.dataset))
 
 
 def _panel(panel: Panel, system: UnitSystem) -> Panel:

@@ -12,6 +12,7 @@ from stickslip.outcome import Outcome
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, spans
 from stickslip.plots.look import FREE, STUCK, Style, contact, entries, level
 from stickslip.plots.response_curves import HERTZ
+from stickslip.renderers import FIGURES
 from stickslip.results.stability import UNSTABLE, split
 from stickslip.results.view import Length, level_text, unit_for
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 SPEED = Axis("rotor speed", "rev/min")
 
 
+@FIGURES.of("SpeedSweep")
 def over_speed(dataset: xr.Dataset, output: int = 0, log: bool = True) -> Chart:
     """Amplitude of an output over the speed; grey: linear, without contacts (dotted) and all stuck (dashed), at the first level;
     dots: highest peaks; dashed: unstable; of several engine orders the envelope as a wide pale line."""
@@ -45,6 +47,7 @@ def over_speed(dataset: xr.Dataset, output: int = 0, log: bool = True) -> Chart:
     )
 
 
+@FIGURES.of("SpeedSweep", "peaks")
 def peaks_over_speed(dataset: xr.Dataset, output: int = 0) -> Chart:
     """Highest peak of each curve: amplitude, and frequency on the engine-order lines, over the speed."""
     unit = unit_for(float(np.nanmax(dataset["peak_amplitude"].values[..., output], initial=0.0)))

@@ -12,6 +12,7 @@ from stickslip.plots.case_lines import case_lines
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel
 from stickslip.plots.look import MOST_PANELS
 from stickslip.plots.response_curves import HERTZ
+from stickslip.renderers import FIGURES
 from stickslip.results.view import along_curve, frequencies
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 MPa = 1e6
 
 
+@FIGURES.of("ForcedResponse", "stress")
 def stress_curves(dataset: xr.Dataset) -> Chart:
     """Largest von Mises stress over the period against Hz at each place; dots mark the largest of each curve."""
     if "stress_von_mises" not in dataset:

@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip.plots.chart import Axis, Chart, Line, Panel, closed
 from stickslip.plots.look import contact, level
+from stickslip.renderers import FIGURES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,6 +18,7 @@ MOST_LOOPS = 7
 HEIGHT = 2.9
 
 
+@FIGURES.of("TimeResponse")
 def last_period(dataset: xr.Dataset) -> Chart:
     """Displacement of the outputs against time, and contact force against displacement."""
     rows = widest_loops(dataset)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from stickslip.problem.systems import HarmonicSystems
 from stickslip.problem.truncation import truncated
 from stickslip.problem.warnings import warnings_of
 from stickslip.renamed import renamed_property
+from stickslip.renderers import FIGURES
 from stickslip.structure.assembly import Spring
 from stickslip.structure.damping import AerodynamicDamping, Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
@@ -98,7 +98,7 @@ class Problem:
         return self._view().to_plotly(dark)
 
     def _view(self) -> Any:
-        return import_module("stickslip.plots.model_view").model_view(self)
+        return FIGURES.known("Problem")[""](self)
 
     def _check_names(self) -> None:
         """Every degree of freedom that a contact, a force or an output names must exist; resolving the rows raises otherwise."""

@@ -17,7 +17,7 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.outcome import Outcome
 from stickslip.report.numbers import hertz, number, percent
 from stickslip.results.curve_kind import CurveKind, kinds_in
-from stickslip.results.stability import peak_is_unstable
+from stickslip.results.stability import peak_is_unstable, peak_unjudged
 from stickslip.results.view import (
     Peak,
     converged_points,
@@ -75,10 +75,11 @@ def _unbroken(sentence: str) -> str:
 
 def _headline(dataset: xr.Dataset, output: int) -> str:
     """What the sweeps show, and the highest of the other curves."""
-    return " ".join(filter(None, (_of_sweeps(dataset, output), _of_further_curves(dataset, output))))
+    return " ".join(filter(None, (_of_sweeps(dataset, output), further_curves_sentence(dataset, output))))
 
 
-def _of_further_curves(dataset: xr.Dataset, output: int) -> str:
+def further_curves_sentence(dataset: xr.Dataset, output: int = 0) -> str:
+    """The highest of the curves that no sweep meets; empty without such curves."""
     kinds = kinds_in(dataset)
     found = {case: highest_peak(dataset, case, output) for case, kind in enumerate(kinds) if kind != CurveKind.SWEEP}
     sizes = {case: peak.amplitude for case, peak in found.items() if peak is not None}
@@ -147,10 +148,12 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
             f"{level_text(dataset, case)}: the {ended} at {last} Hz before a peak was found; the largest computed "
             f"{size or 'amplitude'} of {name} is {largest}."
         )
+    unjudged = peak_unjudged(dataset, case, output)
     return (
         f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
         f"{' This motion is unstable.' if peak_is_unstable(dataset, case, output, peak.point) else ''}"
+        f"{f' Its stability is {unjudged}.' if unjudged else ''}"
         f"{_end_sentence(dataset, case, output)}"
     )
 
@@ -202,7 +205,7 @@ def _extreme_levels(dataset: xr.Dataset, peaks: dict[int, Peak]) -> tuple[int, i
     return min(levels, key=lambda case: levels[case]), max(levels, key=lambda case: levels[case])
 
 
-def _limits(dataset: xr.Dataset) -> dict[str, str]:
+def linear_limits(dataset: xr.Dataset) -> dict[str, str]:
     """The linear responses to compare with, in words; one where stuck contacts add no stiffness, as cubic springs do."""
     free, stuck = (dataset[f"natural_frequency_{which}"].values for which in ("free", "stuck"))
     same = free.shape == stuck.shape and np.allclose(free, stuck, rtol=1e-9, atol=0.0, equal_nan=True)
@@ -211,7 +214,7 @@ def _limits(dataset: xr.Dataset) -> dict[str, str]:
 
 def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     words = []
-    for which, absent in _limits(dataset).items():
+    for which, absent in linear_limits(dataset).items():
         linear = reference(dataset, which, case, peak, output)
         if linear is not None:
             shift = peak.frequency - linear[0]
@@ -224,7 +227,7 @@ def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
 
 def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     words = []
-    for which, absent in _limits(dataset).items():
+    for which, absent in linear_limits(dataset).items():
         linear = reference(dataset, which, case, peak, output)
         if linear is not None:
             change = peak.amplitude / linear[1] - 1.0

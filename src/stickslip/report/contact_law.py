@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from stickslip.analyses.identification.contact_law_dataset import sentences
 from stickslip.plots.contact_law import held_out, loops_and_fit, over_cycles
 from stickslip.plots.files import Figures
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,4 +57,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {"loops": loops_and_fit, **cycles, **laws}
 
 
-PRESENTATION = Presentation("Law of a contact", sentences, failures, figures, tables)
+PRESENTATION = presents("contact_law", Presentation("Law of a contact", sentences, failures, figures, tables))

@@ -12,7 +12,7 @@ from stickslip.outcome import Outcome
 from stickslip.plots.controlled_response import controlled_response, resonances
 from stickslip.plots.files import Figures
 from stickslip.report.numbers import hertz
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import size_text
 
@@ -89,4 +89,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {**found, "phase_resonances": resonances} if known > 1 else found
 
 
-PRESENTATION = Presentation("Controlled response", sentences, failures, figures, tables)
+PRESENTATION = presents("controlled_response", Presentation("Controlled response", sentences, failures, figures, tables))

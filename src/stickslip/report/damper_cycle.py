@@ -11,7 +11,7 @@ import pandas as pd
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
 from stickslip.checks import Array, rounded
 from stickslip.plots.damper_cycle import damper_cycle
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.shown_units import in_system, system_of
 
 if TYPE_CHECKING:
@@ -99,4 +99,4 @@ def _cycle(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-PRESENTATION = Presentation("Damper cycle", sentences, failures, figures, tables)
+PRESENTATION = presents("damper_cycle", Presentation("Damper cycle", sentences, failures, figures, tables))

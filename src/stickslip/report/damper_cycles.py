@@ -12,7 +12,7 @@ from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
 from stickslip.checks import counted, rounded
 from stickslip.plots.damper_cycles import cycle_names, damper_cycles
 from stickslip.report.damper_cycle import microjoules
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.shown_units import in_system, system_of
 
 if TYPE_CHECKING:
@@ -89,4 +89,6 @@ def _contacts(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-PRESENTATION = Presentation("Cycles of a damper", sentences, failures, figures, tables)
+PRESENTATION = presents(
+    ("steady_cycles", "damper_evolution"), Presentation("Cycles of a damper", sentences, failures, figures, tables)
+)

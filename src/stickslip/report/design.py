@@ -11,7 +11,7 @@ from stickslip.analyses.performance.design import no_optimum
 from stickslip.plots.design import design_space
 from stickslip.plots.files import Figures
 from stickslip.report.numbers import percent
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.view import measure_in, size_text
 
 if TYPE_CHECKING:
@@ -150,4 +150,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {"design_space": design_space}
 
 
-PRESENTATION = Presentation("Design of a damper", sentences, failures, figures, tables)
+PRESENTATION = presents("damper_design", Presentation("Design of a damper", sentences, failures, figures, tables))

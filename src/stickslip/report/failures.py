@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -68,10 +69,12 @@ def _bounded(bounds: xr.Dataset, at: np.ndarray) -> str:
     return f" at {at.size} of {counted(bounds.sizes['frequency'], 'frequency', 'frequencies')}"
 
 
-def warnings_of(dataset: xr.Dataset) -> list[str]:
-    """Messages of completed curves, and levels whose response has no peak inside the band, an unstable one or a higher end."""
+def warnings_of(dataset: xr.Dataset, cases: Iterable[int] | None = None) -> list[str]:
+    """Messages of completed curves, and levels whose response has no peak inside the band, an unstable one or a higher end; of
+    cases in the given order, else of all.
+    """
     sentences = []
-    for case in range(dataset.sizes["case"]):
+    for case in range(dataset.sizes["case"]) if cases is None else cases:
         _, _, more = str(dataset.case_message.values[case]).strip().partition(". ")
         if more and int(dataset.case_outcome[case]) == Outcome.CONVERGED:
             sentences.append(f"{level_text(dataset, case)}: {more}")

@@ -11,7 +11,7 @@ from stickslip.analyses.identification.dataset import CERTAINTY, chain_sentences
 from stickslip.checks import counted
 from stickslip.plots.files import Figures
 from stickslip.plots.identification import loops_and_fit, posterior, residuals
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.shown_units import in_system, system_of
 
 if TYPE_CHECKING:
@@ -93,4 +93,6 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {"loops": loops_and_fit, "residuals": residuals, "posterior": posterior}
 
 
-PRESENTATION = Presentation("Identification of contact parameters", sentences, failures, figures, tables)
+PRESENTATION = presents(
+    "identification", Presentation("Identification of contact parameters", sentences, failures, figures, tables)
+)

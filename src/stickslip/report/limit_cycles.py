@@ -11,7 +11,7 @@ from stickslip.outcome import Outcome
 from stickslip.plots.files import Figures
 from stickslip.plots.limit_cycles import frequency_over_damping, over_damping
 from stickslip.report.numbers import hertz, number
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.view import length_text
 
 if TYPE_CHECKING:
@@ -93,4 +93,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {"limit_cycles": over_damping, "limit_cycle_frequency": frequency_over_damping}
 
 
-PRESENTATION = Presentation("Limit cycles", sentences, failures, figures, tables)
+PRESENTATION = presents("limit_cycles", Presentation("Limit cycles", sentences, failures, figures, tables))

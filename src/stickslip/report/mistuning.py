@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.checks import Array, counted
 from stickslip.plots.files import Figures
 from stickslip.plots.mistuning import all_blades, amplification, busiest_damper, worst_blade
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.view import energy_text, size_text
 
 if TYPE_CHECKING:
@@ -108,4 +108,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {**shown, "amplification": amplification, "worst_blade": worst_blade} if several else shown
 
 
-PRESENTATION = Presentation("Mistuned disks", sentences, failures, figures, tables)
+PRESENTATION = presents("mistuned_population", Presentation("Mistuned disks", sentences, failures, figures, tables))

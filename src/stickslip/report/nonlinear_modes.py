@@ -12,7 +12,7 @@ from stickslip.outcome import Outcome
 from stickslip.plots.files import Figures
 from stickslip.plots.nonlinear_modes import contact_states, over_amplitude, over_energy, peaks_over_force, shape
 from stickslip.report.numbers import hertz, percent
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.representative import spread
 from stickslip.results.view import length_text
 
@@ -156,4 +156,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {**found, "contact_states": contact_states} if dataset.sizes["contact"] else found
 
 
-PRESENTATION = Presentation("Nonlinear modes", sentences, failures, figures, tables)
+PRESENTATION = presents("nonlinear_modes", Presentation("Nonlinear modes", sentences, failures, figures, tables))

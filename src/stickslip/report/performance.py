@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.plots.files import Figures
 from stickslip.plots.performance_curve import dissipation, performance_curves
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.view import measure_in, size_text
 
 if TYPE_CHECKING:
@@ -133,4 +133,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {"performance_curve": performance_curves, **as_inertance, "dissipation": dissipation}
 
 
-PRESENTATION = Presentation("Performance curves", sentences, failures, figures, tables)
+PRESENTATION = presents("performance_curve", Presentation("Performance curves", sentences, failures, figures, tables))

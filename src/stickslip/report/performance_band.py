@@ -11,7 +11,7 @@ from stickslip.outcome import Outcome
 from stickslip.plots.files import Figures
 from stickslip.plots.performance_curve import performance_band
 from stickslip.report.numbers import percent
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.view import size_text
 
 if TYPE_CHECKING:
@@ -69,4 +69,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {"performance_band": performance_band}
 
 
-PRESENTATION = Presentation("Band of the performance curve", sentences, failures, figures, tables)
+PRESENTATION = presents("performance_band", Presentation("Band of the performance curve", sentences, failures, figures, tables))

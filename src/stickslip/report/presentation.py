@@ -1,22 +1,23 @@
 """Presentations: how console, report, figures and tables show the results of each analysis.
 
-A module of this folder holds it as PRESENTATION; the `Kind` of an analysis (`study/analyses/`) names the module.
+The module of an analysis in this folder registers it: `PRESENTATION = presents("campbell", Presentation(...))`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
+from stickslip import report
 from stickslip.checks import fault
 from stickslip.plots.chart import Chart
 from stickslip.plots.shown_chart import shown_chart
 from stickslip.results.schema import analysis_of
 from stickslip.results.shown_units import shown_table, system_of
-from stickslip.study.kinds import KINDS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,6 +47,24 @@ class Presentation:
     responses: bool = False
 
 
+_PRESENTATIONS: dict[str, Presentation] = {}
+
+
+def presents(analyses: str | Sequence[str], presentation: Presentation) -> Presentation:
+    """Register what shows the results of one analysis or several, by their names in `[study] analysis`."""
+    for analysis in (analyses,) if isinstance(analyses, str) else analyses:
+        _PRESENTATIONS[analysis] = presentation
+    return presentation
+
+
+@cache
+def presentations() -> Mapping[str, Presentation]:
+    """All presentations, by the name of the analysis."""
+    for module in iter_modules(report.__path__, f"{report.__name__}."):
+        import_module(module.name)
+    return _PRESENTATIONS
+
+
 def presentation_of(dataset: xr.Dataset) -> Presentation:
     """The presentation of a dataset, by the analysis that it came of."""
     return presentation_named(analysis_of(dataset))
@@ -53,9 +72,10 @@ def presentation_of(dataset: xr.Dataset) -> Presentation:
 
 def presentation_named(analysis: str) -> Presentation:
     """The presentation of an analysis by its name, its figures and tables in the units of the study."""
-    if analysis not in KINDS:
-        raise fault("The analysis of the results", f"must be one of {', '.join(KINDS)}", analysis)
-    own: Presentation = import_module(f"stickslip.report.{KINDS[analysis].report}").PRESENTATION
+    known = presentations()
+    if analysis not in known:
+        raise fault("The analysis of the results", f"must be one of {', '.join(sorted(known))}", analysis)
+    own = known[analysis]
 
     def figures(dataset: xr.Dataset) -> Figures:
         return {name: partial(_shown, draw) for name, draw in own.figures(dataset).items()}

@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.analyses.identification.response_summary import summary, times
 from stickslip.plots.files import Figures
 from stickslip.plots.response_identification import intervals, measured_and_computed, misfits
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,4 +60,6 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {"measured_and_computed": measured_and_computed, "misfits": misfits, "intervals": intervals}
 
 
-PRESENTATION = Presentation("Parameters from frequency responses", sentences, failures, figures, tables)
+PRESENTATION = presents(
+    "response_identification", Presentation("Parameters from frequency responses", sentences, failures, figures, tables)
+)

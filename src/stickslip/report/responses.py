@@ -20,13 +20,13 @@ from stickslip.plots.forced_response import figures_of
 from stickslip.report.bounds import bounds_table
 from stickslip.report.failures import bounds_failures, bounds_warnings
 from stickslip.report.percentiles import percentiles_table
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.report.stress import stress_sentences, stress_table
 from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results.shown_units import in_system, system_of
-from stickslip.results.stability import has_stability, peak_is_unstable, stability_sentences
+from stickslip.results.stability import has_stability, peak_is_unstable, peak_unjudged, stability_sentences
 from stickslip.results.view import higher_end, highest_peak, is_listed, measure_in
 
 if TYPE_CHECKING:
@@ -164,6 +164,8 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
         return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
     words = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
     words += ", unstable" if peak_is_unstable(dataset, case, 0, highest.point) else ""
+    unjudged = peak_unjudged(dataset, case, 0)
+    words += f", stability {unjudged}" if unjudged else ""
     words += ", curve incomplete" if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED else ""
     end = higher_end(dataset, case)
     if end is None:
@@ -203,4 +205,7 @@ def figures(dataset: xr.Dataset) -> Figures:
     return figures_of(dataset)
 
 
-PRESENTATION = Presentation("Forced response", sentences, failures, figures, tables, responses=True)
+PRESENTATION = presents(
+    ("forced_response", "response_bounds", "response_samples"),
+    Presentation("Forced response", sentences, failures, figures, tables, responses=True),
+)

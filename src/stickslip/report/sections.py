@@ -17,8 +17,9 @@ from stickslip.plots.chart import Chart
 from stickslip.plots.contacts import contact_states, loops_at, loops_of
 from stickslip.plots.energy import dissipation, loss_factor
 from stickslip.plots.response_curves import compared_peaks, response_curves
+from stickslip.report.answer import peaks_at_a_glance
 from stickslip.report.charts import Charts, Choice, Opening
-from stickslip.report.conclusions import bounds_headline, headline, level_sentence
+from stickslip.report.conclusions import bounds_headline, further_curves_sentence, headline, level_sentence
 from stickslip.report.failures import failures_of, warnings_of
 from stickslip.report.markup import cell, section, table, text
 from stickslip.report.numbers import hertz, number
@@ -213,7 +214,8 @@ def energies(datasets: Datasets, charts: Charts) -> str:
     caption = (
         "Energy dissipated in contacts per period of the excitation at the highest peak, and accuracy over all converged points: "
         f"the energy balance of the solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below "
-        f"{SLIP_WORK_LIMIT:g})."
+        f"{SLIP_WORK_LIMIT:g}). What more harmonics and samples would change is estimated of this energy and of the height of "
+        "the highest peaks; loss factors, contact forces and stresses have no estimate of their error."
     )
     html = ""
     for label, dataset in datasets.items():
@@ -264,18 +266,20 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     cases = range(dataset.sizes["case"])
     count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
     whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
-    seconds = f"{float(dataset.attrs['cpu_seconds']):.3g} s of processor time"
+    solved = f"{whole}; {float(dataset.attrs['cpu_seconds']):.3g} s of processor time."
     chosen = str(dataset.attrs.get("harmonics_chosen", ""))
-    note = " ".join([f"{whole}; {seconds}.", *([f"Chosen by “auto”: {chosen}."] if chosen else []), *finer_sentences(dataset)])
-    answers = [*([bounds_headline(detached(dataset))] if has_bounds(dataset) else []), headline(dataset)]
-    return head + "".join(f'<p class="headline">{text(answer)}</p>' for answer in answers) + f'<p class="note">{text(note)}</p>'
+    how = [*([f"Chosen by “auto”: {chosen}."] if chosen else []), *finer_sentences(dataset)]
+    note = f"<details><summary>{text(solved)}</summary>{text(' '.join(how))}</details>" if how else text(solved)
+    said = [*([bounds_headline(detached(dataset))] if has_bounds(dataset) else []), further_curves_sentence(dataset)]
+    answers = "".join(f'<p class="headline">{text(answer)}</p>' for answer in said if answer)
+    return f'{head}{answers}{peaks_at_a_glance(label, dataset)}<div class="note">{note}</div>'
 
 
 def _each_level(label: str, dataset: xr.Dataset, several: bool) -> str:
     """The highest peak of each force level in words."""
     shown = representatives(dataset, MOST_SHOWN).cases if dataset.sizes["case"] > 1 else []
     items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown)
-    sentences = f"{_representative_note({label: dataset})}<ul>{items}</ul>" if items else ""
+    sentences = f"<p>{text(headline(dataset))}</p>{_representative_note({label: dataset})}<ul>{items}</ul>" if items else ""
     return f"<details><summary>{text(label)}: each force level</summary>{sentences}</details>" if several and items else sentences
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.files import Figures
 from stickslip.plots.sensitivity_indices import tornado
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.view import measure_in, shown_unit
 
 if TYPE_CHECKING:
@@ -71,4 +71,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {"tornado": tornado}
 
 
-PRESENTATION = Presentation("Which parameter matters", sentences, failures, figures, tables)
+PRESENTATION = presents("sensitivity_indices", Presentation("Which parameter matters", sentences, failures, figures, tables))

@@ -12,7 +12,7 @@ from stickslip.outcome import Outcome
 from stickslip.plots.files import Figures
 from stickslip.plots.speed_sweep import over_speed, peaks_over_speed
 from stickslip.report.numbers import hertz
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.results.view import length_text, level_text
 
 if TYPE_CHECKING:
@@ -100,4 +100,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {**found, "speed_sweep_peaks": peaks_over_speed} if dataset.sizes["peak"] else found
 
 
-PRESENTATION = Presentation("Speed sweep", sentences, failures, figures, tables)
+PRESENTATION = presents("speed_sweep", Presentation("Speed sweep", sentences, failures, figures, tables))

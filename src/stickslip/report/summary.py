@@ -6,10 +6,10 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from stickslip.renderers import SENTENCES
 from stickslip.report.markup import text
 from stickslip.report.pictures import picture
-from stickslip.report.presentation import presentation_named
-from stickslip.study.kinds import KINDS
+from stickslip.report.presentation import presentations
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,14 +20,15 @@ MOST_FAILURES = 5
 """Failures listed in a summary."""
 
 
+@SENTENCES.of("Result")
 def summary(result: Result) -> list[str]:
     """The title, what came out in sentences, and what failed; where the analysis has no report, what the result holds."""
     dataset: xr.Dataset | None = getattr(result, "dataset", None)
     analysis = analysis_named(type(result).__name__)
-    if dataset is None or analysis not in KINDS:
+    if dataset is None or analysis not in presentations():
         held = [] if dataset is None else [_content(dataset), str(dataset.attrs.get("message", ""))]
         return [_titled(type(result).__name__, dataset), *filter(None, held)]
-    presentation = presentation_named(analysis)
+    presentation = presentations()[analysis]
     said = list(presentation.sentences(dataset))
     return [
         _titled(presentation.title, dataset),
@@ -50,6 +51,7 @@ def analysis_named(kind: str) -> str:
     return re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower()
 
 
+@SENTENCES.of("Result", "page")
 def summary_page(result: Result) -> str:
     """The same as HTML, with the figure of the result."""
     head, *lines = summary(result)

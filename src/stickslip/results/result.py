@@ -1,39 +1,36 @@
-"""What the results of all analyses have in common: figures by name, drawn when they are asked for."""
+"""What the results of all analyses have in common: sentences and figures, made when they are asked for."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from stickslip.checks import InputError, fault, nearest
-from stickslip.results.shown_units import system_of
+from stickslip.renderers import FIGURES, SENTENCES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 class Result:
-    """A result with figures, which its class names: `class Curve(Result, figure="curve:draw", loops="loops:draw")`.
+    """A result with figures: those that `stickslip.plots` registers for the name of its class, `@FIGURES.of("Curve", "loops")`.
 
-    figure: that of `plot()`, as module of `stickslip.plots` and function; others by the name that `plot` takes. Functions get the
-    `dataset` of a result, or a result without one, and return a chart, or a matplotlib figure that is a drawing. A module is
-    imported when its figure is drawn.
+    That without a name is the figure of `plot()`. Functions get the `dataset` of a result, or a result without one, and return a
+    chart, or a matplotlib figure that is a drawing.
     """
 
-    figures: ClassVar[Mapping[str, str]]
-
-    def __init_subclass__(cls, figure: str, **others: str) -> None:
-        super().__init_subclass__()
-        cls.figures = {"": figure, **others}
-
     def __repr__(self) -> str:
-        return "\n".join(import_module("stickslip.report.summary").summary(self))
+        return "\n".join(SENTENCES.known("Result")[""](self))
 
     def _repr_html_(self) -> str:
         """What a notebook shows: what came out in sentences, and the figure of `plot()`."""
-        page: str = import_module("stickslip.report.summary").summary_page(self)
+        page: str = SENTENCES.known("Result")["page"](self)
         return page
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """The names that `plot` takes; "" is the usual figure."""
+        return tuple(FIGURES.known(type(self).__name__))
 
     def plot(self, figure: str = "", **options: Any) -> Figure:
         """The figure of the result, or another one by its name in `figures`; options are those of its function."""
@@ -50,11 +47,8 @@ class Result:
 
     def _figure(self, figure: str, options: Mapping[str, Any]) -> Any:
         """The chart of a figure, or the drawing."""
-        if figure not in self.figures:
-            raise fault("figure", "must be a known one", figure, nearest(str(figure), filter(None, self.figures)))
-        module, function = self.figures[figure].split(":")
-        drawn = getattr(import_module(f"stickslip.plots.{module}"), function)(getattr(self, "dataset", self), **options)
-        chart = import_module("stickslip.plots.chart").Chart
-        if not isinstance(drawn, chart) or not hasattr(self, "dataset"):
-            return drawn
-        return import_module("stickslip.plots.shown_chart").shown_chart(drawn, system_of(self.dataset))
+        known = FIGURES.known(type(self).__name__)
+        if figure not in known:
+            raise fault("figure", "must be a known one", figure, nearest(str(figure), filter(None, known)))
+        drawn = known[figure](getattr(self, "dataset", self), **options)
+        return FIGURES.known("Result")["in the units of the study"](drawn, self)

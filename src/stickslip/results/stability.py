@@ -38,6 +38,13 @@ def peak_is_unstable(dataset: xr.Dataset, case: int, output: int, point: int) ->
     return "highest_stability" in dataset and int(dataset["highest_stability"].values[case, output]) == UNSTABLE
 
 
+def peak_unjudged(dataset: xr.Dataset, case: int, output: int) -> str:
+    """Why a result that judges its highest peaks does not say whether one is stable, in two words; empty where it does."""
+    if has_stability(dataset) or "highest_stability" not in dataset:
+        return ""
+    return {0: "not judged", 3: "undecided"}.get(int(dataset["highest_stability"].values[case, output]), "")
+
+
 def words(variable: xr.DataArray, flags: np.ndarray) -> list[str]:
     """The meanings of flags of a variable, "branch point" for branch_point."""
     attributes = variable.attrs

@@ -15,7 +15,6 @@ from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.harmonic.energy import cycle_work
 from stickslip.solve.more_harmonics import pad
-from stickslip.solve.newton import Correction
 from stickslip.solve.sensitivity import respond, solved_factors
 
 MARGIN = 16
@@ -94,20 +93,3 @@ def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Eval
     relative = np.zeros((size.size, finer.columns))
     relative[moving, counted] = change[rows, counted][moving] / size[moving, None]
     return Changed(relative, work)
-
-
-def solved_change(found: Correction, balance: HarmonicBalance, evaluation: Evaluation, counted: slice, sampled: Array) -> Array:
-    """By how much the amplitude of each output changes where the point is solved with more harmonics or samples at its frequency,
-    `found`: ||X'| − |X||/|X| of the counted columns together, (outputs,); NaN where Newton's method does not get there.
-
-    Of large changes, for which one step is wrong, the phase is left out: at a peak it is a shift of the resonance, which in the
-    first order does not change the height of the peak. sampled: `change_by` more samples, which counts by itself.
-    """
-    rows = slice(balance.rows, None)
-    X = evaluation.w[rows, counted]
-    if not found.converged:
-        return np.full(X.shape[0], np.nan)
-    size = np.linalg.norm(X, axis=1)
-    start = np.linalg.norm(X + size[:, None] * sampled[:, : balance.columns][:, counted], axis=1)
-    moved = np.linalg.norm(found.evaluation.w[rows, counted], axis=1) - start
-    return np.asarray(np.abs(moved) / np.maximum(size, np.finfo(float).tiny))

@@ -94,8 +94,17 @@ class Sweep:
     def forced_response(self, periods: int = 1) -> ForcedResponseWork:
         """Its forced response over a number of periods, which other analyses go by; "auto" has become a number there."""
         where = self.frequencies if isinstance(self.frequencies, Band) else list(self.frequencies)
-        settings = (where, self.force_levels, self.harmonics, self.samples, self.tolerance, self.peak_tolerance, self.measure)
-        return ForcedResponseWork.of(self.problem, *settings, periods)
+        return ForcedResponseWork.of(
+            self.problem,
+            band=where,
+            force=self.force_levels,
+            harmonics=self.harmonics,
+            samples=self.samples,
+            tolerance=self.tolerance,
+            peak_tolerance=self.peak_tolerance,
+            measure=self.measure,
+            periods=periods,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +124,6 @@ class Kind:
     """An analysis of study files.
 
     plan: what the file asks for, made ready; it raises the faults it sees.
-    report: module of `stickslip.report` whose PRESENTATION shows its results.
     tables: the tables that only this analysis has, by key, and `required`: those of them that must be given.
     checks: what of a table its model cannot check, by key; they raise the faults.
     on_problem: whether the file states a problem with a sweep; an analysis without one has only its own tables.
@@ -125,7 +133,6 @@ class Kind:
     """
 
     plan: Callable[[Asked], Plan]
-    report: str
     tables: Mapping[str, type[Table]] = field(default_factory=dict)
     required: tuple[str, ...] = ()
     checks: Mapping[str, Callable[[Any], object]] = field(default_factory=dict)

@@ -9,7 +9,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from stickslip.checks import Faults, InputError, counted, fault, nearest
+from stickslip.checks import LARGEST, SMALLEST, Faults, InputError, counted, fault, nearest
 from stickslip.study.fields import Table
 
 Made = TypeVar("Made")
@@ -34,7 +34,10 @@ RULES = {
     "string_too_short": "must not be empty",
     "literal_error": "must be {expected}",
     "wrong_form": "must be written as the reference says",
+    "too_large": f"must not be larger than {LARGEST:g} in size",
+    "too_small": f"must be at least {SMALLEST:g}",
 }
+REMEDIES = {"too_large": "Check its unit.", "too_small": "Check its unit."}
 
 
 TRUTH = re.compile(r"(?<= is )(True|False)(?=\.)")
@@ -112,7 +115,7 @@ def sentence(model: type[Table], details: ErrorDetails) -> str:
     remedy = (
         nearest(str(details["input"]), context["expected"].replace("'", "").replace(" or ", ", ").split(", "))
         if kind == "literal_error"
-        else ""
+        else REMEDIES.get(kind, "")
     )
     return str(fault(where(path), rule, details["input"], remedy))
 

@@ -10,9 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic_core import PydanticCustomError
 
-from stickslip.checks import LARGEST_SEED
+from stickslip.checks import LARGEST, LARGEST_SEED, SMALLEST
 
 Groups = tuple[tuple[str, ...], ...]
 
@@ -64,9 +65,26 @@ Column = Annotated[
 ]
 """A column of a file by its title, or by its number from 1."""
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+def _not_huge(value: float) -> float:
+    """As `checks.finite` refuses it, with the place in the file."""
+    if abs(value) > LARGEST:
+        raise PydanticCustomError("too_large", "too large")
+    return value
+
+
+def _not_tiny(value: float) -> float:
+    """As `checks.positive` refuses it, with the place in the file."""
+    if value < SMALLEST:
+        raise PydanticCustomError("too_small", "too small")
+    return value
+
+
+NotHuge, NotTiny = AfterValidator(_not_huge), AfterValidator(_not_tiny)
+
+Number = Annotated[float, Field(allow_inf_nan=False), NotHuge]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False), NotHuge, NotTiny]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False), NotHuge]
 
 QuantityName = Literal["displacement", "velocity", "acceleration", "receptance", "mobility", "inertance"]
 """What peaks are of; the last three are the same per force level."""

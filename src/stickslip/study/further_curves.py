@@ -8,7 +8,8 @@ from typing import Annotated
 from pydantic import Field, Tag
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
-from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, NonlinearModesWork, nonlinear_modes, numbers_of
+from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, nonlinear_modes
+from stickslip.analyses.modes.work import NonlinearModesWork, numbers_of
 from stickslip.checks import MOST, fault, unique
 from stickslip.problem.many_periods import MOST_PERIODS
 from stickslip.study.analysis import Asked, Sweep
@@ -95,7 +96,15 @@ class FurtherCurves:
         loaded = max((h for force in sweep.problem.forces for h in force.factors), default=1)
         harmonics = max(loaded, 1) if sweep.harmonics == "auto" else sweep.harmonics
         listed = harmonics if isinstance(harmonics, int) else list(harmonics)
-        NonlinearModesWork.of(sweep.problem, numbers, table.ends, 0, listed, sweep.samples, "first")
+        NonlinearModesWork.of(
+            sweep.problem,
+            modes=numbers,
+            ends=table.ends,
+            output=0,
+            harmonics=listed,
+            samples=sweep.samples,
+            extended="first",
+        )
 
     @property
     def periods(self) -> int:

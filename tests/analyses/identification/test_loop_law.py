@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.identification.contact_law import contact_law
-from stickslip.analyses.identification.loop_law import ContactLoop, array_weights
+from stickslip.analyses.identification.loop_law import ContactLoop, _start, array_weights
 from stickslip.checks import InputError
 from stickslip.measurement.synthetic import loop_of
 
@@ -23,6 +23,18 @@ def loops(law, seed, amplitudes=(2e-6, 4e-6, 8e-6, 16e-6)):
         f = gain * f + 0.05 * generator.standard_normal(u.size) + 0.8 * generator.standard_normal()
         found.append(ContactLoop(u, f, 100.0, f"{amplitude * 1e6:g} um"))
     return found
+
+
+def test_limits_of_an_array_fall_evenly_to_what_the_spread_leaves():
+    weights = array_weights(np.array([0.8]))
+    assert weights.mean() == pytest.approx(1.0, rel=1e-14)
+    assert weights[-1] / weights[0] == pytest.approx(0.2, rel=1e-14)
+    np.testing.assert_allclose(np.diff(weights), np.diff(weights)[0], rtol=1e-12)
+
+
+def test_the_search_begins_at_the_slider_that_made_the_loop():
+    loop = ContactLoop(*loop_of(np.ones(1), 20e6, 0.4, 100.0, 16e-6), 100.0)
+    assert np.exp(_start([loop], 0, 1.0)) == pytest.approx([20e6, 0.4], rel=0.01)
 
 
 @pytest.mark.parametrize("law", TRUTHS)

@@ -20,10 +20,11 @@ from stickslip.study.templates import write_new
 
 SIX = lumped_blisk("W", sectors=6)
 AT = [float(SIX.frequencies(stuck=True)[0]) - 0.1]
+FINE = {"harmonics": 3, "samples": 96}
 
 
 def test_without_deviation_it_is_the_tuned_disk():
-    found = ss.mistuned_response(SIX, AT, ss.Mistuning(), force=0.4).dataset
+    found = ss.mistuned_response(SIX, AT, ss.Mistuning(), force=0.4, **FINE).dataset
     ratio = found.amplitude.values[0] / found.tuned_amplitude.values[:, None]
     assert np.abs(ratio - 1.0).max() < 1e-10
     assert float(found.amplification[0]) == pytest.approx(1.0, abs=1e-10)
@@ -32,7 +33,9 @@ def test_without_deviation_it_is_the_tuned_disk():
 def test_a_hardly_mistuned_disk_is_nearly_the_tuned_one():
     """The deviation takes the disk off the path of nodal diameters: all sectors are solved together."""
     tiny = 1e-9 * np.arange(6)
-    found = ss.mistuned_response(SIX, AT, ss.Mistuning(blade=tiny, kt=tiny, kn=tiny, mu=tiny, pull=tiny), force=0.4).dataset
+    found = ss.mistuned_response(
+        SIX, AT, ss.Mistuning(blade=tiny, kt=tiny, kn=tiny, mu=tiny, pull=tiny), force=0.4, **FINE
+    ).dataset
     ratio = found.amplitude.values[0] / found.tuned_amplitude.values[:, None]
     assert 0.0 < np.abs(ratio - 1.0).max() < 1e-5
 
@@ -66,7 +69,7 @@ def test_all_dampers_missing_is_the_free_disk():
 
 def test_a_disk_without_any_damper_is_linear():
     """Its response against one solution of a sector's own matrices; the highest value at an end of the band is said so."""
-    found = ss.mistuned_response(SIX, [AT[0] - 0.2, AT[0]], ss.Mistuning(missing=range(1, 7)), force=0.4).dataset
+    found = ss.mistuned_response(SIX, [AT[0] - 0.2, AT[0]], ss.Mistuning(missing=range(1, 7)), force=0.4, **FINE).dataset
     bare, C = SIX.disk.at(2), SIX.systems.matrices(2).C
     for frequency, amplitude in zip(found.frequency.values[0], found.amplitude.values[0], strict=True):
         omega = 2.0 * np.pi * frequency
@@ -77,7 +80,7 @@ def test_a_disk_without_any_damper_is_linear():
 
 
 def test_one_missing_damper_is_felt_by_its_neighbours():
-    found = ss.mistuned_response(SIX, AT, ss.Mistuning(missing=[3]), force=0.1).dataset
+    found = ss.mistuned_response(SIX, AT, ss.Mistuning(missing=[3]), force=0.1, **FINE).dataset
     assert found.sample_message.values[0] == "Converged."
     assert found.damper_missing.values[0].tolist() == [0, 0, 1, 0, 0, 0]
     assert np.ptp(found.blade_peak.values) > 0.1 * float(found.tuned_peak)
@@ -85,8 +88,9 @@ def test_one_missing_damper_is_felt_by_its_neighbours():
 
 def test_samples_depend_on_seed_and_number_alone():
     scatter = ss.Scatter(blade=0.003, kt=0.1, missing=0.1)
-    few, many = (ss.mistuned_population(SIX, AT, count, scatter, seed=3).dataset for count in (1, 2))
+    few, many = (ss.mistuned_population(SIX, AT, count, scatter, seed=3, **FINE).dataset for count in (1, 2))
     assert np.array_equal(few.amplitude[0], many.amplitude[0])
+    assert many.attrs["whitehead"] == pytest.approx(0.5 * (1.0 + np.sqrt(6.0)), rel=1e-12)  # Whitehead's limit of six sectors
     assert not np.array_equal(many.blade_deviation[0], many.blade_deviation[1])
     other = ss.Scatter(blade=0.003, mu=0.1).draw(6, 3, 0)
     assert other.deviation("blade") == pytest.approx(many.blade_deviation.values[0], abs=1e-15)
@@ -94,7 +98,7 @@ def test_samples_depend_on_seed_and_number_alone():
 
 def test_a_sample_that_fails_is_marked_and_the_rest_goes_on(tmp_path):
     """A scatter of 90 % draws blades of negative frequency sooner or later."""
-    found = ss.mistuned_population(SIX, AT, 4, ss.Scatter(blade=0.9), seed=1).dataset
+    found = ss.mistuned_population(SIX, AT, 4, ss.Scatter(blade=0.9), seed=1, **FINE).dataset
     failed = found.worst_blade.values == 0
     assert 0 < failed.sum() < 4
     assert np.isnan(found.amplification.values[failed]).all()
@@ -140,7 +144,7 @@ def test_faults_of_a_study_are_said(tmp_path, before, after, words):
         (lambda: ss.Scatter(sampling="sobel"), "Did you mean 'sobol'"),
         (lambda: ss.mistuned_population(SIX, AT, 0, ss.Scatter()), "count must be"),
         (lambda: ss.mistuned_population(SIX, AT, 1, ss.Scatter(), seed=2**63), "seed must be at most"),
-        (lambda: tuned_sweep(SIX, "a", AT, 1.0, 3, 96), "output must be"),
+        (lambda: tuned_sweep(SIX, output="a", band=AT, force=1.0, **FINE), "output must be"),
         (lambda: ss.mistuned_population(SIX, AT, 1, 0.003), "scatter must be a Scatter"),
         (lambda: ss.mistuned_population(SIX, AT, 1, ss.Scatter(), 0.003), "mistuning must be a Mistuning"),
         (lambda: ss.mistuned_response(SIX, AT, ss.Mistuning(), harmonics="auto"), "harmonics must be a whole number"),
@@ -152,8 +156,8 @@ def test_faults_of_a_study_are_said(tmp_path, before, after, words):
         (lambda: ss.Mistuning(missing=[1.5]).of(6), "Mistuning, missing must be a whole number"),
         (lambda: ss.Mistuning(missing=[3, 3]).of(6), "Mistuning, missing must be unique"),
         (lambda: ss.Scatter(blade="a"), "Scatter, blade must be a number"),
-        (lambda: tuned_sweep(SIX.full(), 0, AT, 1.0, 3, 96), "must be a tuned one"),
-        (lambda: tuned_sweep(SIX, 0, AT, [1.0, 2.0], 3, 96), "force must be one level"),
+        (lambda: tuned_sweep(SIX.full(), output=0, band=AT, force=1.0, **FINE), "must be a tuned one"),
+        (lambda: tuned_sweep(SIX, output=0, band=AT, force=[1.0, 2.0], **FINE), "force must be one level"),
     ],
 )
 def test_wrong_input(make, words):
@@ -174,13 +178,13 @@ def test_a_sobol_sequence_spreads_the_samples_evenly():
 
 def test_which_damper_works_most():
     """At a tuned disk all work alike, as that of the one sector; a missing damper does none."""
-    tuned = ss.mistuned_response(SIX, AT, ss.Mistuning(), force=0.4).dataset
+    tuned = ss.mistuned_response(SIX, AT, ss.Mistuning(), force=0.4, **FINE).dataset
     assert tuned.damper_work.values[0] == pytest.approx(float(tuned.tuned_damper_work), rel=1e-8)
     assert float(tuned.tuned_damper_work) > 1e-7
-    lost = ss.mistuned_response(SIX, AT, ss.Mistuning(missing=[3]), force=0.4).dataset
+    lost = ss.mistuned_response(SIX, AT, ss.Mistuning(missing=[3]), force=0.4, **FINE).dataset
     assert lost.damper_work.values[0, 2] == 0.0
     assert int(lost.busiest_damper[0]) == int(lost.damper_work.values[0].argmax()) + 1
-    stuck = ss.mistuned_response(SIX, AT, ss.Mistuning(), force=1e-4).dataset
+    stuck = ss.mistuned_response(SIX, AT, ss.Mistuning(), force=1e-4, **FINE).dataset
     assert int(stuck.busiest_damper[0]) == 0
 
 
@@ -210,14 +214,14 @@ def test_one_damping_ratio_is_that_of_the_mistuned_modes():
 def test_a_disk_is_run_in():
     """Where all slips, the start is forgotten; run in again nothing moves; where nothing slips, nothing has moved at all."""
     band = ss.hertz(AT[0] - 2.0, AT[0] + 2.0)
-    used = ss.run_in(SIX, band, 0.4, samples=48)
-    again = ss.run_in(used, band, 0.4, samples=48)
+    used = ss.run_in(SIX, band, 0.4, 3, 48)
+    again = ss.run_in(used, band, 0.4, 3, 48)
     moved, after = (np.array([c.starts[0].value[0] for c in disk.contacts]) for disk in (used, again))
     assert np.abs(moved).min() > 1e-8
     assert np.abs(after - moved).max() < 1e-4 * np.abs(moved).max()
     peaks = [ss.forced_response(disk, band, 0.4, 3, 48).dataset.peak_amplitude.max() for disk in (SIX, used)]
     assert float(peaks[1]) == pytest.approx(float(peaks[0]), rel=1e-6)
-    assert all(abs(c.starts[0].value[0]) < 1e-15 for c in ss.run_in(SIX, band, 1e-3).contacts)
+    assert all(abs(c.starts[0].value[0]) < 1e-15 for c in ss.run_in(SIX, band, 1e-3, **FINE).contacts)
 
 
 def test_a_population_of_run_in_disks():
@@ -225,8 +229,8 @@ def test_a_population_of_run_in_disks():
     found = ss.mistuned_population(SIX, AT, *asked, run_in=True).dataset
     expected = ss.mistuned_population(ss.run_in(SIX, AT, 0.4, 1, 24), AT, *asked).dataset
     assert np.array_equal(found.amplitude, expected.amplitude)
-    sweep = tuned_sweep(SIX, 0, AT, 0.4, 1, 24)
-    plain, used = (PopulationWork.of(sweep, *asked[:3], run_in=run_in) for run_in in (False, True))
+    sweep = tuned_sweep(SIX, output=0, band=AT, force=0.4, harmonics=1, samples=24)
+    plain, used = (PopulationWork.of(sweep, count=1, scatter=asked[1], mistuning=None, run_in=run_in) for run_in in (False, True))
     assert plain.names != used.names
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.modes.characteristic import with_peaks
-from stickslip.analyses.modes.nonlinear_modes import NonlinearModesWork
+from stickslip.analyses.modes.work import NonlinearModesWork
 from stickslip.outcome import Outcome
 from stickslip.report.nonlinear_modes import failures
 
@@ -121,10 +121,10 @@ def test_an_internal_resonance_is_reported():
 def test_cases_are_solved_one_by_one():
     modes = small(mode=[1, 2])
     assert modes.dataset["frequency"].attrs["units"] == "Hz"
-    work = NonlinearModesWork.of(RIG, (1, 2), (1e-7, 1e-6), 0, 1, 32, "first")
+    work = NonlinearModesWork.of(RIG, modes=(1, 2), ends=(1e-7, 1e-6), output=0, harmonics=1, samples=32, extended="first")
     assert len(set(work.names)) == 2
-    again = work.gathered([work.solve(case, lambda done: None) for case in (0, 1)])
-    np.testing.assert_array_equal(again.dataset["frequency"], modes.dataset["frequency"])
+    again = work.dataset([work.solve(case, lambda done: None) for case in (0, 1)])
+    np.testing.assert_array_equal(again["frequency"], modes.dataset["frequency"])
 
 
 @pytest.mark.parametrize("figure", ["", "energy", "peaks", "shape", "states"])

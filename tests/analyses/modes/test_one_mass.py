@@ -45,6 +45,15 @@ def test_the_curve_begins_exactly_at_the_stuck_mode():
     assert float(mode["share_slip"].sel(direction="t1").item()) == 0.0
 
 
+def test_energies_of_the_stuck_mode_are_those_of_a_harmonic_motion():
+    """Mechanical energy ½ m ω² a², lost per cycle to the dashpot π c ω a², m = 1."""
+    mode = ss.nonlinear_modes(ss.rigs.single_mass(damping=DAMPING), amplitude=(0.5, 0.6), harmonics=1, samples=64)
+    point = mode.dataset.isel(case=0, point=0)
+    omega, amplitude = np.sqrt(2.0), float(point["modal_amplitude"])
+    assert float(point["energy"]) == pytest.approx(0.5 * omega**2 * amplitude**2, rel=1e-12)
+    assert float(point["viscous_work"]) == pytest.approx(np.pi * DAMPING * omega * amplitude**2, rel=1e-12)
+
+
 def test_the_curve_ends_near_full_slip():
     mode = ss.nonlinear_modes(ss.rigs.single_mass(damping=DAMPING)).dataset.isel(case=0, point=-1)
     omega, zeta = exact(mode["modal_amplitude"].values)

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import qmc
 
 import stickslip as ss
-from stickslip.analyses.performance.sensitivity_indices import gathered, planned_draws
+from stickslip.analyses.performance.sensitivity_indices import _indices, _intervals, gathered, planned_draws
 from stickslip.plots.sensitivity_indices import tornado
 from stickslip.report.sensitivity_indices import sentences, tables
 
@@ -70,10 +70,29 @@ def test_indices_lie_in_their_intervals_and_are_reported_with_them(linear):
     assert tables(linear)["parameters"]["amplitude, total, 95 % to"].tolist() == high.tolist()
 
 
+def test_intervals_hold_95_per_cent_of_the_bootstrap():
+    """The share of indices of other samples of the draws inside, of 200 to 0.06."""
+    drawn = np.random.default_rng(4).normal(size=(512, 4, 1))
+    low, high = np.moveaxis(_intervals(drawn, 0), -1, 0)
+    rng = np.random.default_rng(1)
+    again = [_indices(drawn[rng.integers(512, size=512)]) for _ in range(200)]
+    np.testing.assert_allclose(np.mean((low <= again) & (again <= high), axis=0), 0.95, atol=0.06)
+
+
 def test_interactions_count_in_the_total_index_alone():
     """x₁ + x₁ x₂ with both in [−1, 1]: variances 1/3 and 1/9, so first-order 3/4 and 0, total 1 and 1/4."""
     draws = 4096
-    work = planned_draws(OneLimitAndDamping(), {"limit": (1.6, 2.4), "damping": (0.01, 0.02)}, BAND, 1.0, draws, 0, 0, 1, 64)
+    work = planned_draws(
+        OneLimitAndDamping(),
+        parameters={"limit": (1.6, 2.4), "damping": (0.01, 0.02)},
+        band=BAND,
+        force=1.0,
+        draws=draws,
+        output=0,
+        seed=0,
+        harmonics=1,
+        samples=64,
+    )
     A, B = np.split(2.0 * qmc.Sobol(4, rng=1).random(draws) - 1.0, 2, axis=1)
     columns = [A, B, np.column_stack([B[:, 0], A[:, 1]]), np.column_stack([A[:, 0], B[:, 1]])]
     values = np.column_stack([x[:, 0] + x[:, 0] * x[:, 1] for x in columns])

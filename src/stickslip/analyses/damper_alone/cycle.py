@@ -6,8 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from importlib import import_module
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from stickslip.dampers.jamming import jamming
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
 from stickslip.platforms.march import PlatformState, Record
+from stickslip.renderers import FIGURES
 from stickslip.results.result import Result
 from stickslip.runs.work import Arrays, Report
 from stickslip.time.methods import Method
@@ -35,7 +35,7 @@ LARGEST_ROTATION = 0.1
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DamperCycle(Result, figure="damper_cycle:damper_cycle"):
+class DamperCycle(Result):
     """One cycle: `dataset` (labelled, with units), the rig, the motion, the march that made it."""
 
     dataset: xr.Dataset
@@ -61,8 +61,7 @@ class DamperCycle(Result, figure="damper_cycle:damper_cycle"):
     def animate(self) -> Any:
         """The last cycle in moving pictures, an `Animation` as of `ForcedResponse.animate`: the damper in its section, both
         platforms, contact states, forces on the damper, friction loops."""
-        animation: Any = import_module("stickslip.plots.animation").Animation
-        return animation(cycle_motion(self.dataset))
+        return FIGURES.known("PeriodOfMotion")[""](cycle_motion(self.dataset))
 
     @property
     def state(self) -> PlatformState:
@@ -164,6 +163,7 @@ class CycleWork:
 
     rig: BetweenPlatforms
     motion: PlatformMotion
+    _: KW_ONLY
     steps: int = 1000
     method: Method | None = None
     frequency: float | None = None
@@ -172,7 +172,8 @@ class CycleWork:
 
     @property
     def names(self) -> Sequence[str]:
-        return (f"steady cycle {self.motion.digest}",)
+        how = f"{self.steps} steps by {self.method}, {self.frequency} Hz, to {self.tolerance!r} within {self.most} cycles"
+        return (f"steady cycle, motion {self.motion.digest}, {how}",)
 
     @property
     def words(self) -> Sequence[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ REPEATING = (CycleOutcome.STEADY, CycleOutcome.JAMMED)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SteadyCycles(Result, figure="damper_cycles:damper_cycles"):
+class SteadyCycles(Result):
     """The distinct steady cycles that were found, the most frequent first, and how many of the starts led to each; starts that
     led to none: `failed`."""
 
@@ -49,7 +49,7 @@ class SteadyCycles(Result, figure="damper_cycles:damper_cycles"):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DamperEvolution(Result, figure="damper_cycles:damper_cycles"):
+class DamperEvolution(Result):
     """The last cycle with each set of friction coefficients, in their order."""
 
     cycles: tuple[DamperCycle, ...]
@@ -104,7 +104,7 @@ def steady_cycles(
     spread: twice the pull over the softest tangential stiffness unless given. Cycles whose contact forces differ by less than
     `same` of the largest count as one. workers: processes; progress(share, text) is called after each.
     """
-    work = SteadyCyclesWork(rig, motion, starts, spread, seed, same, steps)
+    work = SteadyCyclesWork(rig, motion, starts=starts, spread=spread, seed=seed, same=same, steps=steps)
     return work.gathered(all_cases(work, None, workers, progress))
 
 
@@ -114,6 +114,7 @@ class SteadyCyclesWork:
 
     rig: BetweenPlatforms
     motion: PlatformMotion
+    _: KW_ONLY
     starts: int = 20
     spread: float | None = None
     seed: int = 0
@@ -127,7 +128,8 @@ class SteadyCyclesWork:
 
     @property
     def names(self) -> Sequence[str]:
-        return [f"start {number + 1}, motion {self.motion.digest}" for number in range(self.starts)]
+        how = f"{self.starts} starts within {self.spread} m, seed {self.seed}, same {self.same!r}, {self.steps} steps"
+        return [f"start {number + 1} of {how}, motion {self.motion.digest}" for number in range(self.starts)]
 
     @property
     def words(self) -> Sequence[str]:
@@ -184,7 +186,7 @@ def damper_evolution(
 ) -> DamperEvolution:
     """Cycles while friction changes: for each set of coefficients (a number, or one per line of contact) the last of so many
     cycles, which starts from the state that the set before left. progress(share, text) is called after each."""
-    work = EvolutionWork(rig, motion, several("friction", friction), steps, cycles)
+    work = EvolutionWork(rig, motion, friction=several("friction", friction), steps=steps, cycles=cycles)
     return work.gathered(all_cases(work, None, 1, progress)[0])
 
 
@@ -194,6 +196,7 @@ class EvolutionWork:
 
     rig: BetweenPlatforms
     motion: PlatformMotion
+    _: KW_ONLY
     friction: tuple[ArrayLike, ...]
     steps: int = 1000
     cycles: int = 1
@@ -209,7 +212,7 @@ class EvolutionWork:
 
     @property
     def names(self) -> Sequence[str]:
-        return (f"evolution, motion {self.motion.digest}",)
+        return (f"evolution over {self.friction}, {self.cycles} cycles of {self.steps} steps, motion {self.motion.digest}",)
 
     @property
     def words(self) -> Sequence[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -62,7 +62,7 @@ Source = str | Path | ContactRecord | ContactLoop | ContactCycles
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactLaw(Result, figure="contact_law:loops_and_fit", cycles="contact_law:over_cycles", laws="contact_law:held_out"):
+class ContactLaw(Result):
     """best: the law that is chosen; fits {law: `LawFit`} of all; loops: what they were fitted to, after all corrections; removed:
     what was taken from the records on the way; warnings: what to check. One sentence each.
 
@@ -117,7 +117,18 @@ def contact_law(
     intervals. lag: share of a period by which the force is recorded later than the displacement; it is taken away first.
     Raises `InputError` for wrong input and for a rig softer than rig and contact together.
     """
-    return ContactLawWork.of(loops, normal_load, laws, rig_stiffness, errors, harmonics, columns, units, lag).contact_law()
+    work = ContactLawWork.of(
+        loops,
+        normal_load=normal_load,
+        laws=laws,
+        rig_stiffness=rig_stiffness,
+        errors=errors,
+        harmonics=harmonics,
+        columns=columns,
+        units=units,
+        lag=lag,
+    )
+    return work.contact_law()
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +137,7 @@ class ContactLawWork:
     with the number of each cycle."""
 
     loops: tuple[ContactLoop, ...]
+    _: KW_ONLY
     single: tuple[ContactLoop, ...]
     numbers: Index
     laws: tuple[str, ...]
@@ -141,6 +153,7 @@ class ContactLawWork:
     def of(
         cls,
         loops: Source | Sequence[Source],
+        *,
         normal_load: float | None = None,
         laws: Sequence[str] = tuple(LAWS),
         rig_stiffness: float | None = None,
@@ -165,12 +178,30 @@ class ContactLawWork:
             found = tuple(_smoothed(one, harmonics) for one in several if isinstance(one, ContactLoop))
             numbers, about = np.arange(1, len(found) + 1), counted(len(found), "loop")
             removed = ("Noise of the displacement is removed by harmonics.",)
-            work = cls(found, found, numbers, laws, rig, errors or LoopErrors(), removed, summary=about)
+            work = cls(
+                found,
+                single=found,
+                numbers=numbers,
+                laws=laws,
+                rig_stiffness=rig,
+                errors=errors or LoopErrors(),
+                removed=removed,
+                summary=about,
+            )
         else:
             cycles = _cycles(several, normal_load, harmonics, columns, units)
             single, numbers = _single_loops(cycles)
-            said = (cycles.removed, cycles.notes, cycles.summary)
-            work = cls(_mean_loops(cycles), single, numbers, laws, rig, errors or LoopErrors(), *said)
+            work = cls(
+                _mean_loops(cycles),
+                single=single,
+                numbers=numbers,
+                laws=laws,
+                rig_stiffness=rig,
+                errors=errors or LoopErrors(),
+                removed=cycles.removed,
+                notes=cycles.notes,
+                summary=cycles.summary,
+            )
         if len(work.loops) < 2 and len(laws) > 1:
             remedy = "Measure several cycles or amplitudes, or name one law: laws=['jenkins'] (--law jenkins)."
             raise fault("loops", "must be at least two, to hold one out", len(work.loops), remedy)

@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -59,12 +59,7 @@ AGAIN = 0.02
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(
-    Result,
-    figure="identification:loops_and_fit",
-    residuals="identification:residuals",
-    posterior="identification:posterior",
-):
+class Identification(Result):
     """values {name: SI}, intervals {name: (low, high)} at 95 %, correlation of the logarithms (unknowns, unknowns); the law they
     belong to, and the error of every law on loops held out, in standard deviations; what the start stages found (`clues`),
     relative misfit of each case and channel in `dataset`, warnings.
@@ -149,8 +144,19 @@ def identify(
     several = [loops] if isinstance(loops, CycleSet | Record) else list(loops)
     raw = several if load_removal is None else zeroed(several, load_removal, errors.calibration)
     cases = checked_cases(raw, damper, errors)
-    settings = (tuple(unknown or ()), errors, resamples, seed, bounds or {}, steps, population, generations)
-    work = IdentificationWork(cases, damper, *settings, laws=(law,) if isinstance(law, str) else tuple(law))
+    work = IdentificationWork(
+        cases,
+        damper,
+        unknown=tuple(unknown or ()),
+        errors=errors,
+        resamples=resamples,
+        seed=seed,
+        bounds=bounds or {},
+        steps=steps,
+        population=population,
+        generations=generations,
+        laws=(law,) if isinstance(law, str) else tuple(law),
+    )
     return work.identification(work.solve(0, lambda share: progress(share) if progress else None))
 
 
@@ -160,6 +166,7 @@ class IdentificationWork:
 
     cases: tuple[CycleSet, ...]
     damper: BetweenPlatforms
+    _: KW_ONLY
     unknown: tuple[str, ...] = ()
     errors: RigErrors = field(default_factory=RigErrors)
     resamples: int = 24
@@ -186,7 +193,8 @@ class IdentificationWork:
 
     @property
     def names(self) -> Sequence[str]:
-        return (self.name,)
+        how = f"{self.resamples} refits, seed {self.seed}, {self.steps} steps, search {self.population} by {self.generations}"
+        return (f"{self.name}, {self.laws}, {how}",)
 
     @property
     def words(self) -> Sequence[str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -45,12 +45,7 @@ StartStates = Literal["virgin", "free", "bounds"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponseIdentification(
-    Result,
-    figure="response_identification:measured_and_computed",
-    misfits="response_identification:misfits",
-    intervals="response_identification:intervals",
-):
+class ResponseIdentification(Result):
     """`dataset`: value, low, high (parameter) of the 95 % intervals and their correlation; own_value (test, own) of what each
     test has by itself; along the tests (test, point) frequency, measured and computed response per force, and phase; misfit
     (test), the root mean square of computed − measured relative to the largest measured; held_out (test), the same with the
@@ -116,15 +111,22 @@ def identify_response(
     """
     rules_of(rule)
     among("share", share, get_args(Sharing))
-    fit = (among("start_states", start_states, get_args(StartStates)), rule, share, positive("start_deviation", start_deviation))
-    search = (
-        truth("leave_one_out", leave_one_out),
-        between("tries", tries, 0),
-        seed_of(seed),
-        between("evaluations", evaluations, 1),
+    H, Nt = fineness_of(harmonics, samples)
+    work = ResponseIdentificationWork(
+        maker(problem_of),
+        free=_parameters(parameters),
+        tests=_tests(tests),
+        start_states=among("start_states", start_states, get_args(StartStates)),
+        rule=rule,
+        share=share,
+        start_deviation=positive("start_deviation", start_deviation),
+        leave_one_out=truth("leave_one_out", leave_one_out),
+        tries=between("tries", tries, 0),
+        seed=seed_of(seed),
+        evaluations=between("evaluations", evaluations, 1),
+        harmonics=H,
+        samples=Nt,
     )
-    settings = (*fit, *search, *fineness_of(harmonics, samples))
-    work = ResponseIdentificationWork(maker(problem_of), _parameters(parameters), _tests(tests), *settings)
     return work.finished(all_cases(work, checkpoint, 1, progress), checkpoint, 1, progress)
 
 
@@ -136,6 +138,7 @@ class ResponseIdentificationWork:
     """
 
     problem_of: Callable[..., Problem]
+    _: KW_ONLY
     free: Mapping[str, FreeParameter]
     tests: Sequence[MeasuredResponse]
     start_states: str

@@ -22,12 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MistunedPopulation(
-    Result,
-    figure="mistuning:all_blades",
-    amplification="mistuning:amplification",
-    worst_blade="mistuning:worst_blade",
-):
+class MistunedPopulation(Result):
     """One mistuned disk or many: `dataset` has an axis `sample`, and for each of them the amplitudes of all blades over the
     frequency, the envelope, the maximum of each blade, the worst blade, the amplification and the deviations drawn.
     """
@@ -41,8 +36,8 @@ def mistuned_response(
     band: Band | Sequence[float],
     mistuning: Mistuning,
     force: float = 1.0,
-    harmonics: int | Sequence[int] = 3,
-    samples: int = 96,
+    harmonics: int | Sequence[int] = 5,
+    samples: int = 256,
     **options: Any,
 ) -> MistunedPopulation:
     """The response of all blades of one mistuned disk; arguments and options as of `mistuned_population`."""
@@ -57,8 +52,8 @@ def mistuned_population(
     scatter: Scatter,
     mistuning: Mistuning | None = None,
     force: float = 1.0,
-    harmonics: int | Sequence[int] = 3,
-    samples: int = 96,
+    harmonics: int | Sequence[int] = 5,
+    samples: int = 256,
     *,
     seed: int = 0,
     blade: Sequence[str] | None = None,
@@ -83,8 +78,16 @@ def mistuned_population(
     Amplification is the highest amplitude of any blade over the band, divided by that of the tuned disk with the same dampers and
     force. Sample k depends on the seed and k alone, whatever the number of samples and workers. One that fails is marked.
     """
-    size = measure_of(quantity, measure)
-    sweep = tuned_sweep(disk, output, band, force, harmonics, samples, peak_tolerance, size)
-    work = PopulationWork.of(sweep, count, scatter, mistuning, seed, blade, run_in)
+    sweep = tuned_sweep(
+        disk,
+        output=output,
+        band=band,
+        force=force,
+        harmonics=harmonics,
+        samples=samples,
+        peak_tolerance=peak_tolerance,
+        measure=measure_of(quantity, measure),
+    )
+    work = PopulationWork.of(sweep, count=count, scatter=scatter, mistuning=mistuning, seed=seed, blade=blade, run_in=run_in)
     results = all_cases(work, checkpoint, workers, progress)
     return MistunedPopulation(population_dataset(work, results), disk)

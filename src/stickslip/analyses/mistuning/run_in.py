@@ -19,7 +19,7 @@ from stickslip.units import Band
 
 
 def run_in(
-    disk: TunedDisk, band: Band | Sequence[float], force: float, harmonics: int | Sequence[int] = 3, samples: int = 96
+    disk: TunedDisk, band: Band | Sequence[float], force: float, harmonics: int | Sequence[int] = 5, samples: int = 256
 ) -> TunedDisk:
     """A copy whose contacts start from the mean slider positions s̄ = ū − T̄/kt at the highest point of the response to `force`.
 
@@ -28,7 +28,8 @@ def run_in(
     place of its own. band, force (one level), harmonics, samples: as of `forced_response`. Raises `InputError` where the
     response is not found.
     """
-    work = ForcedResponseWork.of(of_kind("disk", disk, TunedDisk), band, force, harmonics, samples)
+    of_kind("disk", disk, TunedDisk)
+    work = ForcedResponseWork.of(disk, band=band, force=force, harmonics=harmonics, samples=samples)
     return run_in_by(work, disk)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -39,6 +39,7 @@ LEAST = 0.9
 
 def tuned_sweep(
     disk: TunedDisk,
+    *,
     output: int,
     band: Band | Sequence[float],
     force: float | Sequence[float],
@@ -52,7 +53,15 @@ def tuned_sweep(
         raise InputError("The disk must be a tuned one, of which sectors then deviate. Make it by `TunedDisk`.")
     kept = replace(disk, outputs=(disk.outputs[between("output", output, 0, len(disk.outputs) - 1)],))
     harmonics = checked_harmonics(harmonics, "A forced response of the tuned disk shows how many are enough.")
-    sweep = ForcedResponseWork.of(kept, band, force, harmonics, samples, peak_tolerance=peak_tolerance, measure=measure)
+    sweep = ForcedResponseWork.of(
+        kept,
+        band=band,
+        force=force,
+        harmonics=harmonics,
+        samples=samples,
+        peak_tolerance=peak_tolerance,
+        measure=measure,
+    )
     if len(sweep.levels) != 1:
         raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
     return sweep
@@ -67,6 +76,7 @@ class PopulationWork(StateOfFields):
     """
 
     sweep: ForcedResponseWork
+    _: KW_ONLY
     base: Mistuning
     scatter: Scatter
     count: int
@@ -78,6 +88,7 @@ class PopulationWork(StateOfFields):
     def of(
         cls,
         sweep: ForcedResponseWork,
+        *,
         count: int,
         scatter: Scatter,
         mistuning: Mistuning | None,
@@ -90,7 +101,8 @@ class PopulationWork(StateOfFields):
         base = (Mistuning() if mistuning is None else of_kind("mistuning", mistuning, Mistuning)).of(disk.sectors)
         count, seed = between("count", count, 1), seed_of(seed)
         of_kind("scatter", scatter, Scatter)
-        return cls(sweep, base, scatter, count, seed, tuple(blade_dofs(disk, blade)), bool(run_in))
+        dofs = tuple(blade_dofs(disk, blade))
+        return cls(sweep, base=base, scatter=scatter, count=count, seed=seed, blade=dofs, run_in=bool(run_in))
 
     @property
     def disk(self) -> TunedDisk:

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.modes.limit_cycle_dataset import curve_arrays, limit_cycles_dataset, root_arrays
-from stickslip.analyses.modes.nonlinear_modes import Extended, NonlinearModes, NonlinearModesWork, ends_of, numbers_of
 from stickslip.analyses.modes.restored import restored
+from stickslip.analyses.modes.work import Extended, NonlinearModesWork, ends_of, numbers_of
 from stickslip.analyses.work_parts import StateOfFields
 from stickslip.checks import fault, unique, vector
 from stickslip.curves.damping_roots import DampingCurve
@@ -35,7 +35,7 @@ MOST_RATIO = 1.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LimitCycles(Result, figure="limit_cycles:over_damping", frequency="limit_cycles:frequency_over_damping"):
+class LimitCycles(Result):
     """Limit cycles of one or several modes for values of the aerodynamic damping, and the curve on which they lie.
 
     dataset: axes (case, aerodynamic_damping, limit_cycle), a case per mode, limit cycles in the order of the traced curve;
@@ -78,20 +78,27 @@ def limit_cycles(
     ratios = checked_ratios(aerodynamic_damping)
     with threadpool_limits(1, user_api="blas"):
         modes = NonlinearModesWork.of(
-            problem, numbers_of(problem, mode, frequency, output, largest_at_output), ends_of(amplitude), output, harmonics,
-            samples, extended,
-        )  # fmt: skip
+            problem,
+            modes=numbers_of(problem, mode, frequency, output, largest_at_output),
+            ends=ends_of(amplitude),
+            output=output,
+            harmonics=harmonics,
+            samples=samples,
+            extended=extended,
+        )
     work = LimitCyclesWork(modes, ratios)
     return work.gathered(all_cases(work, checkpoint, workers, progress))
 
 
-def limit_cycles_of(modes: NonlinearModes, aerodynamic_damping: ArrayLike = 0.0) -> LimitCycles:
-    """Limit cycles from modes that are traced already: their points are solved again, and the roots between them."""
+def limit_cycles_of(dataset: xr.Dataset, problem: Problem, aerodynamic_damping: ArrayLike = 0.0) -> LimitCycles:
+    """Limit cycles of modes that are traced already: their points are solved again, and the roots between them."""
     ratios = checked_ratios(aerodynamic_damping)
-    dataset, problem = modes.dataset, modes.problem
     numbers = tuple(int(number) for number in dataset["mode_number"].values)
     H, Nt, extended = (dataset.attrs[name] for name in ("harmonics", "samples", "extended"))
-    work = LimitCyclesWork(NonlinearModesWork(problem, numbers, None, 0, of_attribute(H), int(Nt), extended), ratios)
+    traced = NonlinearModesWork(
+        problem, modes=numbers, ends=None, output=0, harmonics=of_attribute(H), samples=int(Nt), extended=extended
+    )
+    work = LimitCyclesWork(traced, ratios)
     results = []
     with threadpool_limits(1, user_api="blas"):
         for case in range(len(numbers)):

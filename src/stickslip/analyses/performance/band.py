@@ -15,7 +15,7 @@ from stickslip.analyses.arguments import ends_of, fineness_of, output_of, ratios
 from stickslip.analyses.performance.resonance_band import no_resonance, resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation
 from stickslip.analyses.variability.bounds_work import BoundsWork
-from stickslip.checks import between, positive, seed_of
+from stickslip.checks import positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.problem import Problem
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PerformanceBand(Result, figure="performance_curve:performance_band"):
+class PerformanceBand(Result):
     """`dataset`: amplitude_per_force, frequency [Hz] and loss_factor of the lowest and the highest peak, axes (point,
     bound); virgin_amplitude_per_force and solves by point.
     """
@@ -66,11 +66,22 @@ def performance_band(
     The search is that of `response_bounds` with objective "peak": cloud, starts, rule, share and seed are its arguments.
     quantity, measure: what the peaks are of, as for `forced_response`; `amplitude_per_force` is in m/N, m/(s N) or m/(s² N).
     """
-    row, ratios, fineness = output_of(problem, output), ratios_of(force_ratio), fineness_of(harmonics, samples)
-    ends = ends_of(resonance_band(HarmonicBalance(problem, *fineness), row) if band is None else band)
-    effort = (between("cloud", cloud, 0), between("starts", starts, 0))
-    search = (row, *effort, rule, share, seed_of(seed), *fineness, peak_per_force(quantity, measure))
-    work = BoundsWork(problem, ends, force_levels(problem, ratios, pull), "peak", *search)
+    row, ratios, (H, Nt) = output_of(problem, output), ratios_of(force_ratio), fineness_of(harmonics, samples)
+    work = BoundsWork(
+        problem,
+        frequencies=ends_of(resonance_band(HarmonicBalance(problem, H, Nt), row) if band is None else band),
+        levels=force_levels(problem, ratios, pull),
+        objective="peak",
+        output=row,
+        cloud=cloud,
+        starts=starts,
+        rule=rule,
+        share=share,
+        seed=seed,
+        harmonics=H,
+        samples=Nt,
+        measure=peak_per_force(quantity, measure),
+    )
     return PerformanceBand(band_dataset(work, ratios, all_cases(work, checkpoint, workers, progress)), problem)
 
 

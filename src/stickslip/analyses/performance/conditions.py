@@ -36,25 +36,27 @@ class Conditions:
 
 
 def conditions_of(
+    *,
     force: tuple[float, float],
-    friction: tuple[float, float],
+    friction: float,
+    friction_factor: float,
     objective: str,
-    counts: tuple[int, int],
-    numbers: tuple[int, int],
-    fineness: tuple[int | Sequence[int], int],
+    starts: int,
+    levels: int,
+    output: int,
+    seed: int,
+    harmonics: int | Sequence[int],
+    samples: int,
     search: bool = False,
     measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> Conditions:
-    """The conditions of a design, checked. friction: nominal and factor; counts: start states and levels; numbers: output and
-    seed; fineness: harmonics and samples; measure: what amplitudes are of, per force if it or the objective is.
-    """
+    """The conditions of a design, checked. measure: what amplitudes are of, per force if it or the objective is."""
     ends = vector("force", force).tolist()
     if len(ends) != 2 or not 0.0 < ends[0] <= ends[1]:
         raise fault("force", "must be (low, high) with 0 < low <= high", force)
     low, high = (positive("force", level) for level in ends)
-    mu, factor = positive("friction", friction[0]), positive("friction_factor", friction[1])
-    starts, levels = between("starts", counts[0], 0), between("levels", counts[1], 1)
-    output, seed = between("output", numbers[0], 0), seed_of(numbers[1])
+    mu, factor = positive("friction", friction), positive("friction_factor", friction_factor)
+    starts, levels = between("starts", starts, 0), between("levels", levels, 1)
     if (levels == 1) != (low == high):
         remedy = "One level has (F, F); several need different ends."
         raise fault("levels", "must be 1 where both ends of force are the same, else at least 2", levels, remedy)
@@ -63,9 +65,16 @@ def conditions_of(
     if objective not in ("amplitude", "amplitude_per_force"):
         raise fault("objective", "must be amplitude or amplitude_per_force", objective)
     of_kind("search", search, bool)
-    fine = fineness_of(harmonics=fineness[0], samples=fineness[1])
-    forces = tuple(np.geomspace(low, high, levels).tolist()) if low < high else (low,)
-    frictions = (mu / factor**0.5, mu, mu * factor**0.5) if factor > 1.0 else (mu,)
-    per_force = objective == "amplitude_per_force" or measure.per_force
-    settings = (*fine, search and starts > 0, replace(measure, per_force=False))
-    return Conditions(forces, frictions, starts, seed, output, per_force, *settings)
+    H, Nt = fineness_of(harmonics, samples)
+    return Conditions(
+        forces=tuple(np.geomspace(low, high, levels).tolist()) if low < high else (low,),
+        frictions=(mu / factor**0.5, mu, mu * factor**0.5) if factor > 1.0 else (mu,),
+        starts=starts,
+        seed=seed_of(seed),
+        output=between("output", output, 0),
+        per_force=objective == "amplitude_per_force" or measure.per_force,
+        harmonics=H,
+        samples=Nt,
+        search=search and starts > 0,
+        measure=replace(measure, per_force=False),
+    )

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PerformanceCurve(Result, figure="performance_curve:performance_curves"):
+class PerformanceCurve(Result):
     """Curves of several friction coefficients: `dataset` with axes (case, point), a case per coefficient, points by F_C/F_E."""
 
     dataset: xr.Dataset
@@ -107,12 +107,22 @@ def performance_curve(
     Source: S. M. Cameron et al. (1990); the one-mass model is Griffin's (1980).
     """
     row, ratios, frictions = output_of(problem, output), ratios_of(force_ratio), frictions_of(friction)
+    H, Nt = fineness_of(harmonics, samples)
     if vary not in ("force", "preload"):
         raise fault("vary", "must be force or preload", vary)
-    ends = None if band is None else ends_of(band)
-    own = None if pull is None else positive("pull", pull)
-    settings = (row, between("check_every", check_every, 1), *fineness_of(harmonics, samples), measure_of(quantity, measure))
-    work = PerformanceWork(problem, ratios, frictions, vary, ends, own, *settings)
+    work = PerformanceWork(
+        problem,
+        ratios=ratios,
+        frictions=frictions,
+        vary=vary,
+        band=None if band is None else ends_of(band),
+        pull=None if pull is None else positive("pull", pull),
+        output=row,
+        every=between("check_every", check_every, 1),
+        harmonics=H,
+        samples=Nt,
+        measure=measure_of(quantity, measure),
+    )
     return gathered(work, all_cases(work, checkpoint, workers, progress))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
@@ -42,7 +42,7 @@ class ProblemOf(Protocol):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DamperDesign(Result, figure="design:design_space"):
+class DamperDesign(Result):
     """`dataset`: every design computed: variables, worst-case peak and place, margins of the constraints, whether they hold; and
     the optimum, NaN where no design meets all, with its slopes to both sides and the range of every variable alone.
     """
@@ -104,17 +104,31 @@ def damper_design(
     the optimum one variable after the other is moved, for its slopes to both sides and the range in which the worst-case peak, as
     this search counts it, is at most 5 % higher. What `checkpoint` keeps is not computed again.
     """
-    counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
-    last = (search, measure_of(quantity, measure))
-    conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, *last)
+    conditions = conditions_of(
+        force=force,
+        friction=friction,
+        friction_factor=friction_factor,
+        objective=objective,
+        starts=starts,
+        levels=levels,
+        output=output,
+        seed=seed,
+        harmonics=harmonics,
+        samples=samples,
+        search=search,
+        measure=measure_of(quantity, measure),
+    )
     more = between("generations", generations, 0), between("refinements", refinements, 0)
-    work = planned_design(problem_of, variables, conditions, constraints or {}, designs, known)
+    work = planned_design(
+        problem_of, variables=variables, conditions=conditions, constraints=constraints or {}, designs=designs, known=known
+    )
     results = all_cases(work, checkpoint, workers, progress)
     return DamperDesign(finished_design(work, results, *more, checkpoint, workers, progress))
 
 
 def planned_design(
     problem_of: ProblemOf,
+    *,
     variables: Mapping[str, tuple[float, float]],
     conditions: Conditions,
     constraints: Mapping[str, Constraint],
@@ -138,8 +152,16 @@ def planned_design(
     given = enumerate(of_kind("known", known, Sequence))  # type: ignore[type-abstract]
     first = tuple(dict.fromkeys(point_of(f"known[{k}]", one, named) for k, one in given))
     points = (*first, *(tuple(float(v) for v in row) for row in low + unit * (high - low)))
-    limits = (tuple(constraints), tuple(constraints.values()))
-    work = DesignWork(make, tuple(named), box, points, conditions, *limits, len(first))
+    work = DesignWork(
+        make,
+        variables=tuple(named),
+        box=box,
+        points=points,
+        conditions=conditions,
+        limits=tuple(constraints),
+        constraints=tuple(constraints.values()),
+        known=len(first),
+    )
     middle = work.problem((0.5 * (low + high)).tolist(), conditions.frictions[0])
     output_of(middle, conditions.output)
     return replace(work, fingerprint=middle.fingerprint)
@@ -150,6 +172,7 @@ class DesignWork:
     """Designs as independent cases, of which the first `known` were asked for; fingerprint: of the problem amid the box."""
 
     problem_of: ProblemOf
+    _: KW_ONLY
     variables: tuple[str, ...]
     box: tuple[tuple[float, float], ...]
     points: tuple[tuple[float, ...], ...]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Protocol
 
 import numpy as np
@@ -44,6 +44,7 @@ class DrawsWork:
     """
 
     problem_of: ProblemOf
+    _: KW_ONLY
     parameters: tuple[str, ...]
     box: tuple[tuple[float, float], ...]
     band: tuple[float, float]

@@ -36,7 +36,7 @@ QUANTITIES = ("peak amplitude", "peak frequency")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SensitivityIndices(Result, figure="sensitivity_indices:tornado"):
+class SensitivityIndices(Result):
     """`dataset`, axes (parameter, quantity): first_order and total indices of Sobol'; low_end and high_end: the quantity at both
     ends of a range, the others in the middle; spread: its standard deviation; slope: d ln(amplitude) over the range by the slope
     in the middle. first_order_interval, total_interval (.., 2): what 95 % of bootstrap samples of the draws give.
@@ -57,7 +57,7 @@ def sensitivity_indices(
     quantity: str = "displacement",
     measure: str = "amplitude",
     seed: int = 0,
-    harmonics: int | Sequence[int] = 3,
+    harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,
@@ -73,28 +73,53 @@ def sensitivity_indices(
     60/samples² into it (0.001 at 256).
     Source: A. Saltelli et al., Computer Physics Communications 181 (2010) 259, as in `scipy.stats.sobol_indices`.
     """
-    size = measure_of(quantity, measure)
-    work = planned_draws(problem_of, parameters, band, force, draws, output, seed, harmonics, samples, measure=size)
+    work = planned_draws(
+        problem_of,
+        parameters=parameters,
+        band=band,
+        force=force,
+        draws=draws,
+        output=output,
+        seed=seed,
+        harmonics=harmonics,
+        samples=samples,
+        measure=measure_of(quantity, measure),
+    )
     return SensitivityIndices(gathered(work, all_cases(work, checkpoint, workers, progress)))
 
 
 def planned_draws(
     problem_of: ProblemOf,
+    *,
     parameters: Mapping[str, tuple[float, float]],
     band: Band,
     force: float,
     draws: int,
-    *rest: int | Sequence[int],
+    output: int,
+    seed: int,
+    harmonics: int | Sequence[int],
+    samples: int,
     measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> DrawsWork:
-    """The problems to solve, checked; `rest`: output, seed, harmonics, samples."""
+    """The problems to solve, checked."""
     box, make = ranges_of("parameters", parameters), maker(problem_of)
     if not 2 <= whole("draws", draws) <= MOST_DRAWS or draws & (draws - 1):
         raise fault("draws", f"must be a power of two, from 2 to {MOST_DRAWS}", draws)
-    ends, (output, seed, *fineness) = ends_of(band), rest
+    ends, (H, Nt) = ends_of(band), fineness_of(harmonics, samples)
     middle = {name: 0.5 * (low + high) for name, (low, high) in box.items()}
-    last = (output_of(made(make, **middle), output), seed_of(seed), *fineness_of(*fineness))
-    return DrawsWork(make, tuple(box), tuple(box.values()), ends, positive("force", force), int(draws), *last, measure)
+    return DrawsWork(
+        make,
+        parameters=tuple(box),
+        box=tuple(box.values()),
+        band=ends,
+        force=positive("force", force),
+        draws=int(draws),
+        output=output_of(made(make, **middle), output),
+        seed=seed_of(seed),
+        harmonics=H,
+        samples=Nt,
+        measure=measure,
+    )
 
 
 def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:

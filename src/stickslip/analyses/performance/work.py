@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property, lru_cache
 from typing import Any, Literal
 
@@ -44,6 +44,7 @@ class PerformanceWork(StateOfFields):
     """
 
     problem: Problem
+    _: KW_ONLY
     ratios: tuple[float, ...]
     frictions: tuple[float, ...]
     vary: Vary

@@ -110,11 +110,22 @@ def searched_peak(problem: Problem, level: float, conditions: Conditions) -> flo
     """
     if any(contact.law.couples_directions for contact in problem.contacts) or not np.all(remembering(problem.contacts)):
         return np.nan
-    output, fineness = conditions.output, (conditions.harmonics, conditions.samples)
-    band = resonance_band(HarmonicBalance(problem, *fineness), output)
-    ends, seed = (band.low, band.high), conditions.seed
-    how = (seed, *fineness, conditions.measure)
-    work = BoundsWork(problem, ends, (level,), "peak", output, CLOUD, BEGIN, "slider_offset", "contact", *how)
+    band = resonance_band(HarmonicBalance(problem, conditions.harmonics, conditions.samples), conditions.output)
+    work = BoundsWork(
+        problem,
+        frequencies=(band.low, band.high),
+        levels=(level,),
+        objective="peak",
+        output=conditions.output,
+        cloud=CLOUD,
+        starts=BEGIN,
+        rule="slider_offset",
+        share="contact",
+        seed=conditions.seed,
+        harmonics=conditions.harmonics,
+        samples=conditions.samples,
+        measure=conditions.measure,
+    )
     try:
         search = work.search(0)
         search.run(lambda fraction: None, [UPPER])

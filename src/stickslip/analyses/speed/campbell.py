@@ -26,7 +26,7 @@ STATES = ("free", "stuck", "nonlinear")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Campbell(Result, figure="campbell:over_speed"):
+class Campbell(Result):
     """`dataset`: frequency (state, engine_order, speed) [Hz], state free, stuck or nonlinear; amplitude (engine_order, speed) of
     the nonlinear resonance [m]; crossing_speed [rev/min] and crossing_frequency [Hz] (state, engine_order), NaN without one;
     margin (state, engine_order) at the operating speed, f/(EO Ω) − 1; message (engine_order, speed)."""

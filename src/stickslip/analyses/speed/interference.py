@@ -23,7 +23,7 @@ WAVES = ("standing", "backward", "forward")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class InterferenceDiagram(Result, figure="campbell:interference"):
+class InterferenceDiagram(Result):
     """`dataset`: disk_frequency (state, nodal_diameter, mode) [Hz]; of each engine order excited_diameter, wave and
     excitation_frequency EO Ω [Hz]; mode of the nearest frequency at that diameter and its margin f/(EO Ω) − 1, both
     (state, engine_order)."""

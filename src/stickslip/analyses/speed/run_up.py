@@ -31,7 +31,7 @@ STEADY = 1e-4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RunUp(Result, figure="run_up:over_speed"):
+class RunUp(Result):
     """`dataset`, axis cycle, the cycles of the excitation one by one: time [s], speed [rev/min] and frequency [Hz] at the middle
     of the cycle; amplitude (cycle, output) of the first harmonic of a cycle [m], max_abs (cycle, output) [m]. attrs outcome and
     message say how the integration ended."""

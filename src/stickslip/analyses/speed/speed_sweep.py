@@ -32,7 +32,7 @@ PEAK = ("peak_speed", "peak_frequency", "peak_amplitude", "peak_max_abs", "peak_
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SpeedSweep(Result, figure="speed_sweep:over_speed", peaks="speed_sweep:peaks_over_speed"):
+class SpeedSweep(Result):
     """Curves over the rotor speed, one for each engine order and force level.
 
     dataset, axes (engine_order, case, ...): speed [rev/min], frequency [Hz], outcome (…, point), amplitude (…, point, output) [m]
@@ -76,7 +76,7 @@ def speed_sweep(
     M and contacts are the same at all speeds. Coriolis terms are neglected.
     """
     progress(0.0, "preparing")
-    work = SpeedSweepWork.of(models, speed, engine_orders, force, harmonics, samples)
+    work = SpeedSweepWork.of(models, speed=speed, engine_orders=engine_orders, force=force, harmonics=harmonics, samples=samples)
     return work.gathered(all_cases(work, checkpoint, workers, progress))
 
 
@@ -90,6 +90,7 @@ class SpeedSweepWork(StateOfFields):
     def of(
         cls,
         models: Problem | Mapping[float, Problem],
+        *,
         speed: tuple[float, float],
         engine_orders: int | Sequence[int] | None,
         force: float | Sequence[float],
@@ -110,11 +111,18 @@ class SpeedSweepWork(StateOfFields):
         unique("engine_orders", orders)
         if not orders:
             raise fault("engine_orders", "must hold at least one", "none")
-        parts = []
-        for order in orders:
-            band = Band(*(order * end / 60.0 for end in ends))
-            how = force, harmonics, samples, tolerance, peak_tolerance
-            parts.append(ForcedResponseWork.of(excited(problem, order), band, *how))
+        parts = [
+            ForcedResponseWork.of(
+                excited(problem, order),
+                band=Band(*(order * end / 60.0 for end in ends)),
+                force=force,
+                harmonics=harmonics,
+                samples=samples,
+                tolerance=tolerance,
+                peak_tolerance=peak_tolerance,
+            )
+            for order in orders
+        ]
         return cls(tuple(parts))
 
     @property

@@ -32,16 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponseBounds(
-    Result,
-    figure="response_bounds:response_bounds",
-    loss_factors="response_bounds:loss_factors",
-    start_states="response_bounds:start_states",
-    contact_forces="bound_cycles:contact_forces",
-    force_ratios="bound_cycles:force_ratios",
-    loops="bound_cycles:loops",
-    force_plane="force_plane:force_plane",
-):
+class ResponseBounds(Result):
     """`dataset`: amplitude, loss_factor, resonance, start states and contact forces by (case, bound, frequency), one case per
     force level; sampled_amplitude (case, start, frequency): the cloud that the search began with; unsolved_share (case,
     frequency): how much of it has no solution; solves spent. Where most has none, `outcome` says so and there are no bounds.
@@ -93,8 +84,21 @@ def response_bounds(
     frequencies = tuple(float(frequency) for frequency in _frequencies(band, points))
     if objective == "peak" and len(frequencies) < 2:
         raise fault("band", "must be a band for the peak", band)
-    settings = (output, cloud, starts, rule, share, seed, harmonics, samples, measure_of(quantity, measure))
-    work = BoundsWork(problem, frequencies, levels, objective, *settings)
+    work = BoundsWork(
+        problem,
+        frequencies=frequencies,
+        levels=levels,
+        objective=objective,
+        output=output,
+        cloud=cloud,
+        starts=starts,
+        rule=rule,
+        share=share,
+        seed=seed,
+        harmonics=harmonics,
+        samples=samples,
+        measure=measure_of(quantity, measure),
+    )
     return ResponseBounds(work.gathered(all_cases(work, checkpoint, workers, progress)), problem)
 
 

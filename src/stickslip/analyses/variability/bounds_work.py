@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -50,6 +50,7 @@ class BoundsWork(OneBalance):
     """
 
     problem: Problem
+    _: KW_ONLY
     frequencies: tuple[float, ...]
     levels: tuple[float, ...]
     objective: Target

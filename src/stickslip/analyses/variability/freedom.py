@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrictionFreedom(Result, figure="friction_freedom:freedom"):
+class FrictionFreedom(Result):
     """`dataset`, by (point, element): mean traction and its admissible interval [N]; `slope`, the change of |X_1| with the
     traction that a moved slider puts on, −d|X_1|/(kt ds) [m/N]; `carried`, slope times the length of the interval [m]: what the
     slider of this element alone could change, to first order.

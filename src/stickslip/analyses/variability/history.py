@@ -31,7 +31,7 @@ UP_AND_DOWN = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0, 80.0, 50.0, 20.0, 5.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponseHistory(Result, figure="response_history:before_and_after"):
+class ResponseHistory(Result):
     """`dataset`: one run per force level in the order of time: amplitude, response and contact cycles of every point by
     (run, frequency, ...), the frequency and amplitude of each run's largest point, slider positions at its end.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponseSamples(Result, figure="response_samples:response_cloud", percentiles="response_percentiles:response_percentiles"):
+class ResponseSamples(Result):
     """One curve per force level and start state: `dataset` as of a forced response, case = (level, start), with the coordinate
     start(case), and start_variable (case, variable), start_value (case, element).
     """
@@ -98,12 +98,20 @@ def response_samples(
     share: one variable per friction "element", per "direction", per "contact", or for "all".
     quantity, measure: what the peaks are of, as for `forced_response`.
     """
-    size = measure_of(quantity, measure)
     of_kind("problem", problem, Problem)
     levels = force_levels(force)
     frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(listed(band))
-    settings = (levels, rule, share, checked_harmonics(harmonics), samples)
-    work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)), size)
+    work = SamplesWork(
+        problem,
+        frequencies=frequencies,
+        exactly=not isinstance(band, Band),
+        levels=levels,
+        rule=rule,
+        share=share,
+        harmonics=checked_harmonics(harmonics),
+        samples=samples,
+        measure=measure_of(quantity, measure),
+    )
     work = work.of(draw(work.size, starts, method, seed, distribution))
     curves = all_cases(work, checkpoint, workers, progress)
     return work.gathered(curves, {"rule": rule_words(rule), "share": share, "seed": seed, "method": method})
@@ -114,6 +122,7 @@ class SamplesWork(OneBalance):
     """Samples as independent cases, one force level and start state each; frequencies in Hz in the order of travel."""
 
     problem: Problem
+    _: KW_ONLY
     frequencies: tuple[float, ...]
     exactly: bool
     levels: tuple[float, ...]
@@ -121,7 +130,7 @@ class SamplesWork(OneBalance):
     share: Sharing
     harmonics: Harmonics
     samples: int
-    variables: Array
+    variables: Array = field(default_factory=lambda: np.empty((0, 0)))
     measure: Measure = DISPLACEMENT_AMPLITUDE
     spaces: dict[float, StartSpace] = field(default_factory=dict)
     """What was explored of the start states, by level; it travels with the work."""

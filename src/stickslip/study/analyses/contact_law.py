@@ -103,12 +103,17 @@ class ContactLawPlan(Plan):
         """The work on the loops of the files."""
         table, si = self.table, in_si(self.table, self.units)
         files = [self.folder / name for name in table.files]
-        columns, units = (
-            {str(key): value for key, value in table.columns.items()},
-            {str(k): v for k, v in table.column_units.items()},
+        return ContactLawWork.of(
+            files,
+            normal_load=si["normal_load"],
+            laws=tuple(table.laws),
+            rig_stiffness=si["rig_stiffness"],
+            errors=table.loop_errors(),
+            harmonics=table.harmonics,
+            columns={str(key): value for key, value in table.columns.items()},
+            units={str(key): value for key, value in table.column_units.items()},
+            lag=table.lag,
         )
-        settings = (tuple(table.laws), si["rig_stiffness"], table.loop_errors(), table.harmonics, columns, units, table.lag)
-        return ContactLawWork.of(files, si["normal_load"], *settings)
 
     @property
     def works(self) -> Mapping[str, ContactLawWork]:
@@ -118,8 +123,4 @@ class ContactLawPlan(Plan):
         return self.work.contact_law(results[""][0]).dataset
 
 
-KINDS = {
-    "contact_law": Kind(
-        ContactLawPlan.of, "contact_law", {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False
-    )
-}
+KINDS = {"contact_law": Kind(ContactLawPlan.of, {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False)}

@@ -71,8 +71,15 @@ class ControlledResponsePlan(Plan):
         sweep, table = self.sweep, self.table
         where = sweep.frequencies if isinstance(sweep.frequencies, Band) else list(sweep.frequencies)
         base = sweep.forced_response()
-        fineness = base.harmonics, base.samples
-        return ControlledResponseWork.of(sweep.problem, where, table.amplitude, self.output, table.quantity, *fineness)
+        return ControlledResponseWork.of(
+            sweep.problem,
+            band=where,
+            amplitude=table.amplitude,
+            output=self.output,
+            quantity=table.quantity,
+            harmonics=base.harmonics,
+            samples=base.samples,
+        )
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -86,7 +93,6 @@ TABLE = "controlled_response"
 KINDS = {
     TABLE: Kind(
         ControlledResponsePlan.of,
-        TABLE,
         {TABLE: ControlledResponseTable},
         required=(TABLE,),
         checks={TABLE: different},

@@ -146,9 +146,16 @@ class CyclePlan(Plan):
     @cached_property
     def works(self) -> Mapping[str, CycleWork]:
         table = self.cycle
-        return {
-            "": CycleWork(self.rig, self.motion, table.steps, table.time_method, self.frequency, table.tolerance, table.cycles)
-        }
+        work = CycleWork(
+            self.rig,
+            self.motion,
+            steps=table.steps,
+            method=table.time_method,
+            frequency=self.frequency,
+            tolerance=table.tolerance,
+            most=table.cycles,
+        )
+        return {"": work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         return self.works[""].gathered(results[""][0]).dataset
@@ -157,7 +164,6 @@ class CyclePlan(Plan):
 KINDS = {
     "damper_cycle": Kind(
         CyclePlan.of,
-        "damper_cycle",
         {"damper": DamperTable, "motion": MotionTable, "cycle": CycleTable},
         required=("damper", "motion"),
         on_problem=False,

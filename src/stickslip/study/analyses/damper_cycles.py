@@ -58,7 +58,10 @@ class SteadyCyclesPlan(Plan):
         table = asked.tables.get("steady_cycles") or SliderStartsTable()
         assert isinstance(table, SliderStartsTable)
         spread = in_si(table, asked.units)["spread"]
-        return cls(SteadyCyclesWork(*rig_and_motion(asked), table.count, spread, table.seed, table.same, table.steps))
+        rig, motion = rig_and_motion(asked)
+        return cls(
+            SteadyCyclesWork(rig, motion, starts=table.count, spread=spread, seed=table.seed, same=table.same, steps=table.steps)
+        )
 
     @property
     def content(self) -> str:
@@ -88,7 +91,8 @@ class EvolutionPlan(Plan):
         """The plan of a study."""
         table = asked.tables["damper_evolution"]
         assert isinstance(table, EvolutionTable)
-        return cls(EvolutionWork(*rig_and_motion(asked), tuple(table.friction), table.steps, table.cycles))
+        rig, motion = rig_and_motion(asked)
+        return cls(EvolutionWork(rig, motion, friction=tuple(table.friction), steps=table.steps, cycles=table.cycles))
 
     @property
     def content(self) -> str:
@@ -119,14 +123,12 @@ def rig_and_motion(asked: Asked) -> tuple[BetweenPlatforms, PlatformMotion]:
 KINDS = {
     "steady_cycles": Kind(
         SteadyCyclesPlan.of,
-        "damper_cycles",
         {"damper": DamperTable, "motion": MotionTable, "steady_cycles": SliderStartsTable},
         required=("damper", "motion"),
         on_problem=False,
     ),
     "damper_evolution": Kind(
         EvolutionPlan.of,
-        "damper_cycles",
         {"damper": DamperTable, "motion": MotionTable, "damper_evolution": EvolutionTable},
         required=("damper", "motion", "damper_evolution"),
         on_problem=False,

@@ -21,7 +21,7 @@ from stickslip.problem import Problem
 from stickslip.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import Harmonics, Positive, QuantityName, Seed, Table, Words
+from stickslip.study.fields import Harmonics, Number, Positive, QuantityName, Seed, Table, Words
 from stickslip.study.tables import Ends
 from stickslip.units import STANDARD_GRAVITY
 
@@ -47,9 +47,9 @@ class DesignTable(Table):
         Field(description="m/s²: the pull on a damper (`pull`, or `preload_mass` times 9.81) is `damper_mass` times this"),
     ] = None
     force: Annotated[Ends, Field(description="[low, high] of the force level")]
-    levels: Annotated[int, Field(ge=1, le=MOST, description="force levels between them, in equal ratios; 1 for equal ends")] = 3
+    levels: Annotated[int, Field(ge=1, le=MOST, description="force levels between them, in equal ratios; 1 for equal ends")] = 4
     friction: Annotated[Positive, Field(description="nominal coefficient, put at every contact")]
-    friction_factor: Annotated[float, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
+    friction_factor: Annotated[Number, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
     starts: Annotated[
         int, Field(ge=0, le=MOST, description="sampled start states beside virgin contacts; 0: virgin ones alone")
     ] = 2
@@ -68,9 +68,9 @@ class DesignTable(Table):
     ] = None
     no_lift_off: Annotated[bool, Field(description="no contact point may open")] = False
     largest_force: Annotated[Positive | None, Field(description="of a contact point, N")] = None
-    designs: Annotated[int, Field(ge=4, le=MOST, description="points of the first look at the design space")] = 16
+    designs: Annotated[int, Field(ge=4, le=MOST, description="points of the first look at the design space")] = 24
     generations: Annotated[int, Field(ge=0, le=MOST, description="of differential evolution from them")] = 0
-    refinements: Annotated[int, Field(ge=0, le=MOST, description="designs of the simplex search that follows")] = 20
+    refinements: Annotated[int, Field(ge=0, le=MOST, description="designs of the simplex search that follows")] = 30
     seed: Annotated[Seed, Field(description="of the random draws")] = 0
     harmonics: Annotated[Harmonics, Field(description="H, or a list that holds 1")] = 3
     samples: Annotated[int, Field(ge=8, le=1_000_000, description="samples of a period")] = 256
@@ -178,11 +178,28 @@ class DesignPlan(Plan):
         table = self.table
         maker = RigDesign(table.rig, table.parameters, table.acceleration)
         bounds = {name: (ends[0], ends[1]) for name, ends in table.variables.items()}
-        ends, friction = (table.force[0], table.force[1]), (table.friction, table.friction_factor)
-        counts, fineness = (table.starts, table.levels), (table.harmonics, table.samples)
-        last = (table.search, measure_of(table.quantity, table.measure))
-        conditions = conditions_of(ends, friction, table.objective, counts, (0, table.seed), fineness, *last)
-        return planned_design(maker, bounds, conditions, table.constraints, table.designs, table.known)
+        conditions = conditions_of(
+            force=(table.force[0], table.force[1]),
+            friction=table.friction,
+            friction_factor=table.friction_factor,
+            objective=table.objective,
+            starts=table.starts,
+            levels=table.levels,
+            output=0,
+            seed=table.seed,
+            harmonics=table.harmonics,
+            samples=table.samples,
+            search=table.search,
+            measure=measure_of(table.quantity, table.measure),
+        )
+        return planned_design(
+            maker,
+            variables=bounds,
+            conditions=conditions,
+            constraints=table.constraints,
+            designs=table.designs,
+            known=table.known,
+        )
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -202,7 +219,6 @@ class DesignPlan(Plan):
 KINDS = {
     "damper_design": Kind(
         DesignPlan.of,
-        "design",
         {"damper_design": DesignTable},
         required=("damper_design",),
         checks={"damper_design": known},

@@ -66,7 +66,6 @@ def sweep_of(asked: Asked) -> Sweep:
 KINDS = {
     "forced_response": Kind(
         ForcedResponsePlan.of,
-        "responses",
         {"stress": StressTable, "stability": StabilityTable, "isolated": IsolatedTable, "branches": BranchesTable},
         checks={"isolated": checked},
         repeats=True,

@@ -138,9 +138,17 @@ class IdentificationPlan(Plan):
         cases, errors = self.table.cases(self.folder, self.units), self.table.rig_errors()
         zeros = str([sorted(case.zero_errors.items()) for case in cases]) if self.table.load_removal else ""
         digest = sha256(b"".join(case.harmonics.tobytes() for case in cases) + zeros.encode()).hexdigest()[:12]
-        settings = (self.unknown, errors, self.table.resamples, self.table.seed)
-        name, laws = f"identification {digest}", tuple(self.table.law)
-        return {"": IdentificationWork(cases, self.rig, *settings, name=name, laws=laws)}
+        work = IdentificationWork(
+            cases,
+            self.rig,
+            unknown=self.unknown,
+            errors=errors,
+            resamples=self.table.resamples,
+            seed=self.table.seed,
+            name=f"identification {digest}",
+            laws=tuple(self.table.law),
+        )
+        return {"": work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         work = self.works[""]
@@ -150,7 +158,6 @@ class IdentificationPlan(Plan):
 KINDS = {
     "identification": Kind(
         IdentificationPlan.of,
-        "identification",
         {"damper": DamperTable, "identification": IdentificationTable},
         required=("damper", "identification"),
         on_problem=False,

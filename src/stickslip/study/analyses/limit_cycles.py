@@ -73,7 +73,5 @@ class LimitCyclesPlan(Plan):
 
 
 KINDS = {
-    "limit_cycles": Kind(
-        LimitCyclesPlan.of, "limit_cycles", {"limit_cycles": LimitCyclesTable}, checks={"limit_cycles": _checked}, forced=False
-    )
+    "limit_cycles": Kind(LimitCyclesPlan.of, {"limit_cycles": LimitCyclesTable}, checks={"limit_cycles": _checked}, forced=False)
 }

@@ -86,9 +86,26 @@ class MistuningPlan(Plan):
         if sweep.harmonics == "auto":
             raise InputError('[sweep]: mistuning must have a number of harmonics, but has "auto".')
         where = sweep.frequencies if isinstance(sweep.frequencies, Band) else list(sweep.frequencies)
-        how = (sweep.force_levels, sweep.harmonics, sweep.samples, table.peak_tolerance, sweep.measure)
-        population = (table.count, table.scatter(), table.pattern(), table.seed, table.blade_nodes, table.run_in)
-        return cls(sweep, PopulationWork.of(tuned_sweep(disk, 0, where, *how), *population))
+        tuned = tuned_sweep(
+            disk,
+            output=0,
+            band=where,
+            force=sweep.force_levels,
+            harmonics=sweep.harmonics,
+            samples=sweep.samples,
+            peak_tolerance=table.peak_tolerance,
+            measure=sweep.measure,
+        )
+        work = PopulationWork.of(
+            tuned,
+            count=table.count,
+            scatter=table.scatter(),
+            mistuning=table.pattern(),
+            seed=table.seed,
+            blade=table.blade_nodes,
+            run_in=table.run_in,
+        )
+        return cls(sweep, work)
 
     @property
     def summary(self) -> str:
@@ -103,7 +120,5 @@ class MistuningPlan(Plan):
 
 
 KINDS = {
-    "mistuned_population": Kind(
-        MistuningPlan.of, "mistuning", {"mistuned_population": MistuningTable}, required=("mistuned_population",)
-    )
+    "mistuned_population": Kind(MistuningPlan.of, {"mistuned_population": MistuningTable}, required=("mistuned_population",))
 }

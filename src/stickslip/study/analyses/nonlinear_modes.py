@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from stickslip.analyses.modes.nonlinear_modes import NonlinearModesWork, numbers_of
+from stickslip.analyses.modes.work import NonlinearModesWork, numbers_of
 from stickslip.checks import InputError, counted, fault
 from stickslip.harmonic.orders import in_words
 from stickslip.problem import Problem
@@ -80,7 +80,15 @@ class ModesPlan(Plan):
         ends = None if table.amplitude is None else (table.amplitude[0], table.amplitude[1])
         assert sweep.harmonics != "auto"
         harmonics = sweep.harmonics if isinstance(sweep.harmonics, int) else list(sweep.harmonics)
-        return NonlinearModesWork.of(sweep.problem, self._modes(), ends, 0, harmonics, sweep.samples, table.extended)
+        return NonlinearModesWork.of(
+            sweep.problem,
+            modes=self._modes(),
+            ends=ends,
+            output=0,
+            harmonics=harmonics,
+            samples=sweep.samples,
+            extended=table.extended,
+        )
 
     def _modes(self) -> tuple[int, ...]:
         """The modes asked for, or those of the stuck structure in the band."""
@@ -93,7 +101,7 @@ class ModesPlan(Plan):
         return {"": self.work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.work.gathered(results[""], self.sweep.force_levels).dataset
+        return self.work.dataset(results[""], self.sweep.force_levels)
 
 
 def _ends(sweep: Sweep) -> tuple[float, float]:
@@ -114,6 +122,4 @@ def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
     return tuple(int(k) + 1 for k in inside)
 
 
-KINDS = {
-    "nonlinear_modes": Kind(ModesPlan.of, "nonlinear_modes", {"nonlinear_modes": ModesTable}, checks={"nonlinear_modes": checked})
-}
+KINDS = {"nonlinear_modes": Kind(ModesPlan.of, {"nonlinear_modes": ModesTable}, checks={"nonlinear_modes": checked})}

@@ -86,8 +86,19 @@ class PerformancePlan(Plan):
         table, base = self.table, self.sweep.forced_response()
         frictions = (np.nan,) if table.friction is None else tuple(table.friction)
         band = (min(base.frequencies), max(base.frequencies))
-        settings = (frictions, table.vary, band, table.pull, 0, table.check_every, base.harmonics, base.samples, base.measure)
-        return PerformanceWork(self.sweep.problem, ratios_of(table), *settings)
+        return PerformanceWork(
+            self.sweep.problem,
+            ratios=ratios_of(table),
+            frictions=frictions,
+            vary=table.vary,
+            band=band,
+            pull=table.pull,
+            output=0,
+            every=table.check_every,
+            harmonics=base.harmonics,
+            samples=base.samples,
+            measure=base.measure,
+        )
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -121,9 +132,21 @@ class BandPlan(Plan):
         table, base = self.table, self.sweep.forced_response()
         band = (min(base.frequencies), max(base.frequencies))
         levels = force_levels(base.problem, ratios_of(table), table.pull)
-        search = (0, table.cloud, table.starts, table.rule, table.share, table.seed)
-        measure = replace(base.measure, per_force=False)
-        return BoundsWork(base.problem, band, levels, "peak", *search, base.harmonics, base.samples, measure)
+        return BoundsWork(
+            base.problem,
+            frequencies=band,
+            levels=levels,
+            objective="peak",
+            output=0,
+            cloud=table.cloud,
+            starts=table.starts,
+            rule=table.rule,
+            share=table.share,
+            seed=table.seed,
+            harmonics=base.harmonics,
+            samples=base.samples,
+            measure=replace(base.measure, per_force=False),
+        )
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -158,14 +181,12 @@ def ratios_of(table: PerformanceTable | BandTable) -> tuple[float, ...]:
 KINDS = {
     "performance_curve": Kind(
         PerformancePlan.of,
-        "performance",
         {"performance_curve": PerformanceTable},
         required=("performance_curve",),
         checks={"performance_curve": ordered},
     ),
     "performance_band": Kind(
         BandPlan.of,
-        "performance_band",
         {"performance_band": BandTable},
         required=("performance_band",),
         checks={"performance_band": ordered},

@@ -335,9 +335,9 @@ class ResponseIdentificationPlan(Plan):
         tests = [self._thinned(test) for test in tests]
         return ResponseIdentificationWork(
             problem_of,
-            free,
-            tests,
-            table.start_states,
+            free=free,
+            tests=tests,
+            start_states=table.start_states,
             rule=table.rule,
             share=table.share,
             start_deviation=table.start_deviation,
@@ -369,7 +369,6 @@ TABLE = "response_identification"
 KINDS = {
     TABLE: Kind(
         ResponseIdentificationPlan.of,
-        TABLE,
         {TABLE: ResponseIdentificationTable},
         required=(TABLE,),
         checks={TABLE: free_parameters},

@@ -85,9 +85,17 @@ def law_of(table: SamplesTable) -> Law | None:
 
 def samples_work(base: ForcedResponseWork, table: SamplesTable) -> SamplesWork:
     """The curves from sampled start states, where and as finely as the forced response would be."""
-    where = (spread(base.frequencies, table.points), True) if table.points else (base.frequencies, base.exactly)
-    settings = (base.problem, *where, base.levels, table.rule, table.share, base.harmonics, base.samples)
-    work = SamplesWork(*settings, np.empty((0, 0)), base.measure)
+    work = SamplesWork(
+        base.problem,
+        frequencies=spread(base.frequencies, table.points) if table.points else base.frequencies,
+        exactly=base.exactly or bool(table.points),
+        levels=base.levels,
+        rule=table.rule,
+        share=table.share,
+        harmonics=base.harmonics,
+        samples=base.samples,
+        measure=base.measure,
+    )
     return work.of(draw(work.size, table.count, table.method, table.seed, law_of(table)))
 
 
@@ -98,10 +106,21 @@ def spread(ends: Sequence[float], points: int) -> tuple[float, ...]:
 
 def bounds_work(base: ForcedResponseWork, table: BoundsTable) -> BoundsWork:
     """The bounds over the band, or at the frequencies, of a forced response."""
-    frequencies = base.frequencies if base.exactly else spread(base.frequencies, table.points)
-    search = (table.cloud, table.starts, table.rule, table.share, table.seed)
-    settings = (*search, base.harmonics, base.samples, base.measure)
-    return BoundsWork(base.problem, frequencies, base.levels, table.objective, 0, *settings)
+    return BoundsWork(
+        base.problem,
+        frequencies=base.frequencies if base.exactly else spread(base.frequencies, table.points),
+        levels=base.levels,
+        objective=table.objective,
+        output=0,
+        cloud=table.cloud,
+        starts=table.starts,
+        rule=table.rule,
+        share=table.share,
+        seed=table.seed,
+        harmonics=base.harmonics,
+        samples=base.samples,
+        measure=base.measure,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,8 +194,6 @@ class SamplesPlan(Plan):
 
 
 KINDS = {
-    "response_bounds": Kind(BoundsPlan.of, "responses", {"response_bounds": BoundsTable}),
-    "response_samples": Kind(
-        SamplesPlan.of, "responses", {"response_samples": SamplesTable}, checks={"response_samples": law_of}
-    ),
+    "response_bounds": Kind(BoundsPlan.of, {"response_bounds": BoundsTable}),
+    "response_samples": Kind(SamplesPlan.of, {"response_samples": SamplesTable}, checks={"response_samples": law_of}),
 }

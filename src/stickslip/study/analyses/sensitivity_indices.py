@@ -104,8 +104,18 @@ class IndicesPlan(Plan):
     def work(self) -> DrawsWork:
         base, table = self.sweep.forced_response(), self.table
         band = Band(min(base.frequencies), max(base.frequencies))
-        rest = (0, table.seed, base.harmonics, base.samples)
-        return planned_draws(Varied(base.problem), self.box, band, base.levels[0], table.draws, *rest, measure=base.measure)
+        return planned_draws(
+            Varied(base.problem),
+            parameters=self.box,
+            band=band,
+            force=base.levels[0],
+            draws=table.draws,
+            output=0,
+            seed=table.seed,
+            harmonics=base.harmonics,
+            samples=base.samples,
+            measure=base.measure,
+        )
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -116,4 +126,4 @@ class IndicesPlan(Plan):
 
 
 TABLE = "sensitivity_indices"
-KINDS = {TABLE: Kind(IndicesPlan.of, TABLE, {TABLE: UncertainTable}, required=(TABLE,), checks={TABLE: ranges})}
+KINDS = {TABLE: Kind(IndicesPlan.of, {TABLE: UncertainTable}, required=(TABLE,), checks={TABLE: ranges})}

@@ -85,9 +85,16 @@ class SpeedSweepPlan(Plan):
     @cached_property
     def work(self) -> SpeedSweepWork:
         sweep, table = self.sweep, self.table
-        ends = table.speed[0], table.speed[1]
-        how = sweep.harmonics, sweep.samples, sweep.tolerance, sweep.peak_tolerance
-        return SpeedSweepWork.of(self.problem, ends, table.engine_orders, sweep.force_levels, *how)
+        return SpeedSweepWork.of(
+            self.problem,
+            speed=(table.speed[0], table.speed[1]),
+            engine_orders=table.engine_orders,
+            force=sweep.force_levels,
+            harmonics=sweep.harmonics,
+            samples=sweep.samples,
+            tolerance=sweep.tolerance,
+            peak_tolerance=sweep.peak_tolerance,
+        )
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -164,7 +171,6 @@ TABLE = "speed_sweep"
 KINDS = {
     TABLE: Kind(
         SpeedSweepPlan.of,
-        TABLE,
         {TABLE: SpeedSweepTable},
         required=(TABLE,),
         checks={TABLE: checked},

@@ -1,0 +1,102 @@
+"""The first screen of responses: the highest peak of each force level, how it compares and how sure it is, and every warning."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.analyses.truncation import ALL_MODES, ALL_NODES
+from stickslip.checks import counted
+from stickslip.report.conclusions import SAME, level_sentence, linear_limits, reference
+from stickslip.report.failures import failures_of, warnings_of
+from stickslip.report.markup import cell, table, text
+from stickslip.report.numbers import hertz, number, percent
+from stickslip.results.representative import representatives
+from stickslip.results.stability import peak_is_unstable
+from stickslip.results.view import Length, Peak, highest_peak, is_listed, level_text, peak_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_LEVELS, MOST_PEAKS, MOST_WARNINGS = 6, 8, 2
+"""Force levels, and peaks of all outputs, in the table, which the section on peaks has all; warnings that stand open."""
+SOURCES = {
+    "truncation_error": "harmonics",
+    "sampling_error": "samples",
+    ALL_MODES.variable: "coordinates",
+    ALL_NODES.variable: "contact points",
+}
+"""What can be too few for a peak, by the variable with its relative change by more of them."""
+AGAINST = {"stuck": "Against stuck contacts", "free": "Against no contacts"}
+"""Heads of the columns that compare with the linear responses."""
+LEAST = 1e-3
+"""Relative error below which its size does not matter to a reader."""
+
+
+def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
+    """A table of the highest peaks, and below it what is incomplete and all warnings, of the least certain curve first."""
+    cases = representatives(dataset, MOST_LEVELS).cases if dataset.sizes["case"] > 1 else [0]
+    outputs = range(dataset.sizes["output"] if len(cases) * dataset.sizes["output"] <= MOST_PEAKS else 1)
+    heads = ["Force level", *(["Output"] if dataset.sizes["output"] > 1 else []), "Frequency in Hz"]
+    heads += [f"Amplitude in {peak_unit(dataset).name}", "Estimated error", *(AGAINST[which] for which in linear_limits(dataset))]
+    name = "" if dataset.sizes["output"] > 1 else f" of {dataset['output'].values[0]}"
+    rows = [_row(dataset, case, output) for case in cases for output in outputs]
+    found = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows)
+    worst = sorted(range(dataset.sizes["case"]), key=lambda case: -_largest_error(dataset, case))
+    said = [f'<p class="warning">{text(words)}</p>' for words in (*failures_of(dataset), *warnings_of(dataset, worst))]
+    first, more = "".join(said[:MOST_WARNINGS]), "".join(said[MOST_WARNINGS:])
+    count = counted(len(said) - MOST_WARNINGS, "more warning")
+    return found + first + (f"<details><summary>{count}</summary>{more}</details>" if more else "")
+
+
+def _largest_error(dataset: xr.Dataset, case: int) -> float:
+    return max((size for k in range(dataset.sizes["output"]) for size in _errors(dataset, case, k).values()), default=0.0)
+
+
+def _errors(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
+    """The known estimates of error of a peak, relative, by what causes them."""
+    found = {source: float(dataset[name].values[case, output]) for name, source in SOURCES.items() if name in dataset}
+    return {source: abs(error) for source, error in found.items() if np.isfinite(error)}
+
+
+def _row(dataset: xr.Dataset, case: int, output: int) -> str:
+    peak, unit, limits = highest_peak(dataset, case, output), peak_unit(dataset), linear_limits(dataset)
+    begin = cell(level_text(dataset, case), float(dataset["force_level"][case]))
+    begin += cell(str(dataset["output"].values[output])) if dataset.sizes["output"] > 1 else ""
+    if peak is None:
+        none = level_sentence(dataset, case, output).partition(": ")[2]
+        return f'<tr>{begin}<td colspan="{3 + len(limits)}">{text(none)}</td></tr>'
+    changes = "".join(cell(_change(dataset, which, case, peak, output)) for which in limits)
+    return f"<tr>{begin}{_place(dataset, peak)}{_size(peak, unit)}{cell(_sure(dataset, case, output, peak))}{changes}</tr>"
+
+
+def _place(dataset: xr.Dataset, peak: Peak) -> str:
+    least = "" if peak.local or is_listed(dataset) else ", no peak in the band"
+    return cell(f"{hertz(peak.frequency)}{least}", peak.frequency)
+
+
+def _size(peak: Peak, unit: Length) -> str:
+    return cell(number(peak.amplitude / unit.metres), peak.amplitude)
+
+
+def _change(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int) -> str:
+    """Change of the amplitude and shift of the frequency against a linear resonance."""
+    linear = reference(dataset, which, case, peak, output)
+    if linear is None:
+        return "–"
+    change, shift = peak.amplitude / linear[1] - 1.0, peak.frequency - linear[0]
+    if abs(change) < SAME and abs(shift) < SAME * linear[0]:
+        return "the same"
+    sign, to = ("+" if value > 0.0 else "−" for value in (change, shift))
+    return f"{sign}{percent(abs(change))}, {to}{number(abs(shift), 3)} Hz"
+
+
+def _sure(dataset: xr.Dataset, case: int, output: int, peak: Peak) -> str:
+    """The largest estimate of error and what causes it."""
+    unstable = "unstable; " if peak_is_unstable(dataset, case, output, peak.point) else ""
+    errors = _errors(dataset, case, output)
+    if not errors:
+        return f"{unstable}not estimated"
+    source = max(errors, key=lambda name: errors[name])
+    return unstable + (f"{percent(errors[source])}, {source}" if errors[source] >= LEAST else f"below {percent(LEAST)}")

@@ -1,0 +1,68 @@
+"""The table that a report of responses opens with, against the result itself."""
+
+import re
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.analyses.truncation import ALL_NODES
+from stickslip.report.answer import peaks_at_a_glance
+from stickslip.report.failures import warnings_of
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    """Three levels: stuck, slipping a little, slipping much."""
+    return ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), [0.01, 1.0, 2.0], harmonics=3).dataset
+
+
+def cells_of(html):
+    rows = re.findall(r"<tr>(.*?)</tr>", html.partition("<tbody>")[2].partition("</tbody>")[0])
+    return [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in rows]
+
+
+def test_a_row_for_each_level(dataset):
+    html = peaks_at_a_glance("a", dataset)
+    cells = cells_of(html)
+    assert len(cells) == 3
+    levels = re.findall(r'data-value="([^"]+)"', html)[0::3]
+    assert [float(level) for level in levels] == [0.01, 1.0, 2.0]
+    peaks = re.findall(r'data-value="([^"]+)"', html)
+    assert [float(value) for value in peaks[2::3]] == pytest.approx(dataset["peak_amplitude"].values[:, 0, 0])
+    assert [float(value) for value in peaks[1::3]] == pytest.approx(dataset["peak_frequency"].values[:, 0, 0])
+
+
+def test_stuck_peaks_are_those_of_the_stuck_structure(dataset):
+    """Friction that never slips changes nothing; where it slips the peak is lower than with stuck contacts."""
+    stuck = [row[4] for row in cells_of(peaks_at_a_glance("a", dataset))]
+    assert stuck[0] == "the same"
+    assert stuck[1].startswith("−")
+    assert "−" in stuck[1].partition(", ")[2]
+
+
+def test_the_largest_estimate_is_shown_with_its_cause(dataset):
+    found = dataset.copy(deep=True)
+    found["truncation_error"][:] = [[0.02], [0.0004], [np.nan]]
+    found["sampling_error"][:] = [[0.01], [0.0002], [np.nan]]
+    found[ALL_NODES.variable] = ("case", "output"), np.array([[-0.05], [0.0], [np.nan]])
+    sure = [row[3] for row in cells_of(peaks_at_a_glance("a", found))]
+    assert sure == ["5.0 %, contact points", "below 0.1 %", "not estimated"]
+
+
+def test_the_least_certain_curve_warns_first(dataset):
+    found = dataset.copy(deep=True)
+    found["truncation_error"][:] = [[0.01], [0.4], [0.02]]
+    found["case_message"][:] = [f"Arrived. Warning {k}." for k in range(3)]
+    html = peaks_at_a_glance("a", found)
+    assert re.findall(r"Warning (\d)", html) == ["1", "2", "0"]
+    assert html.index("1 more warning") < html.index("Warning 0")
+    assert sum("Warning" in sentence for sentence in warnings_of(found)) == 3
+
+
+def test_a_curve_without_points_says_so(dataset):
+    found = dataset.copy(deep=True)
+    found["outcome"][1] = 2
+    for name in ("peak_frequency", "peak_amplitude"):
+        found[name][1] = np.nan
+    assert cells_of(peaks_at_a_glance("a", found))[1][1:] == ["no point converged."]

@@ -1,0 +1,156 @@
+"""What Python and study files say of one setting: equal defaults, and a wrong value in a file is refused where it stands."""
+
+import inspect
+import re
+import tomllib
+from contextlib import suppress
+from dataclasses import fields, replace
+
+import pytest
+from each import each
+
+import stickslip as ss
+from stickslip.analyses.identification.contact_law import ContactLawWork
+from stickslip.checks import Faults, InputError
+from stickslip.harmonic.measure import QUANTITIES, Measure
+from stickslip.study import job
+from stickslip.study.kinds import KINDS
+from stickslip.study.lines import with_line
+from stickslip.study.tables import SweepTable
+from stickslip.study.templates import KINDS as TEMPLATES
+from stickslip.study.templates import write_new
+
+FUNCTIONS = {"identification": "identify", "response_identification": "identify_response"}
+"""Analyses that have another name in Python."""
+
+DIFFERENT_MEANING = {
+    (
+        "mistuned_population",
+        "blade",
+    ): "in Python the nodes of a blade (`blade_nodes` in a file), in a file the pattern of the blades",
+    ("mistuned_population", "count"): "one disk, the default of a file, is `mistuned_disk` in Python",
+    ("speed_sweep", "engine_orders"): "in Python a problem may hold its engine order",
+}
+"""Keys that mean something else in a file than the argument of that name, or have their default for a reason."""
+
+NOTHING = (None, {}, (), "")
+
+
+def defaults_in_files(analysis):
+    """The default of every key of the tables of an analysis; its own tables go before [sweep]."""
+    kind = KINDS[analysis]
+    tables = [*([SweepTable] if kind.on_problem else []), *kind.tables.values()]
+    fields = {key: field for table in tables for key, field in table.model_fields.items()}
+    return {
+        key: inspect.Parameter.empty if field.is_required() else field.get_default(call_default_factory=True, validated_data={})
+        for key, field in fields.items()
+    }
+
+
+def plain(key, default):
+    """A default as both sides mean it: one of a list is it alone, and the first output has the number 0 or no name."""
+    if isinstance(default, list | tuple):
+        default = default[0] if len(default) == 1 else tuple(default)
+    return None if default in NOTHING or (key == "output" and default == 0) else default
+
+
+@each("analysis", KINDS)
+def test_a_setting_has_one_default_in_python_and_in_files(analysis):
+    parameters = inspect.signature(getattr(ss, FUNCTIONS.get(analysis, analysis))).parameters
+    differ = {
+        key: (parameters[key].default, default)
+        for key, default in defaults_in_files(analysis).items()
+        if key in parameters and plain(key, parameters[key].default) != plain(key, default)
+    }
+    assert set(differ) == {key for name, key in DIFFERENT_MEANING if name == analysis}, differ
+
+
+WRONG = ("1e50", "1e-50", "-1.0", '"text"')
+"""Values too large and too small for any quantity, of the wrong sign, and of the wrong type."""
+
+NUMBER = re.compile(r"(\w+) = (\[*)(-?[\d.]+(?:e-?\d+)?)\b(.*)")
+"""A line of a study that gives a number, or a list that begins with one."""
+
+PLACED = re.compile(r"Line \d+, \[+\w+\]+")
+SLOW = ("jointed_beams", "beams_with_a_gap")
+"""Templates with finite-element models, whose tables others have too."""
+
+
+def faults_of(text, folder):
+    try:
+        job(text, folder, "study")
+    except Faults as error:
+        document = tomllib.loads(text)
+        return [with_line(message, text, document) for message in error.faults]
+    except InputError as error:
+        return [str(error)]
+    return []
+
+
+@pytest.mark.parametrize("kind", [kind for kind in TEMPLATES if kind not in SLOW])
+def test_a_wrong_value_is_refused_with_its_line_and_table(kind, tmp_path):
+    path = tmp_path / f"{kind}.toml"
+    write_new(kind, path)
+    lines, refused, elsewhere = path.read_text().splitlines(), 0, []
+    for k, line in enumerate(lines):
+        if not (found := NUMBER.match(line)):
+            continue
+        key, opening, _, rest = found.groups()
+        for value in WRONG:
+            faults = faults_of("\n".join([*lines[:k], f"{key} = {opening}{value}{rest}", *lines[k + 1 :]]) + "\n", tmp_path)
+            refused += bool(faults)
+            elsewhere += [f"{key} = {value}: {fault}" for fault in faults if not PLACED.match(fault)]
+    assert elsewhere == []
+    assert refused > 0
+
+
+@each("value", ["1e50", "1e-50"])
+def test_a_size_out_of_range_is_refused_with_a_remedy(value, tmp_path):
+    path = tmp_path / "study.toml"
+    write_new("damper_cycle", path, overwrite=True)
+    (told,) = faults_of(re.sub(r"pull = [\d.]+", f"pull = {value}", path.read_text()), tmp_path)
+    assert re.fullmatch(r"Line \d+, \[damper\]: pull must .*, but is 1e[+-]50\. Check its unit\.", told), told
+
+
+NOT_IN_NAMES = {
+    ("ForcedResponseWork", "choice"): "a sentence that tells how the harmonics were chosen",
+    ("DesignWork", "known"): "how many of the points were asked for, of which each is a case",
+}
+"""Fields of works on which no result of a case depends."""
+
+
+def another(value):
+    """A value of the same form; None where a form has no other."""
+    match value:
+        case bool():
+            return not value
+        case int() | float():
+            return 2 * value + 1
+        case str():
+            return f"{value} and more"
+        case Measure():
+            return replace(value, quantity=QUANTITIES["velocity" if value.order != 1 else "displacement"])
+        case (bool() | int() | float() | str() | tuple() as first, *rest):
+            return (another(first), *rest)
+    return None
+
+
+def forgotten(work):
+    """Fields of a work that its names do not tell apart; that of a contact law is made with the work."""
+    found = set()
+    if isinstance(work, ContactLawWork):
+        return found
+    for field in fields(work):
+        other = another(getattr(work, field.name))
+        with suppress(InputError):
+            if other is not None and tuple(replace(work, **{field.name: other}).names) == tuple(work.names):
+                found.add(field.name)
+    return found
+
+
+@pytest.mark.parametrize("kind", [kind for kind in TEMPLATES if kind not in SLOW])
+def test_a_case_is_named_by_everything_that_its_result_depends_on(kind, tmp_path):
+    path = tmp_path / f"{kind}.toml"
+    write_new(kind, path)
+    for work in job(path.read_text(), tmp_path, kind).plan.works.values():
+        assert forgotten(work) == {field for name, field in NOT_IN_NAMES if name == type(work).__name__}
