@@ -70,6 +70,7 @@ def presentation_of(dataset: xr.Dataset) -> Presentation:
     return presentation_named(analysis_of(dataset))
 
 
+@cache
 def presentation_named(analysis: str) -> Presentation:
     """The presentation of an analysis by its name, its figures and tables in the units of the study."""
     known = presentations()
