@@ -4,7 +4,7 @@ import stickslip as ss
 
 disk = ss.rigs.lumped_blisk("W")
 band = ss.hertz(140, 156)
-population = ss.mistuned_population(disk, band, 2, ss.Scatter(blade=0.003), 0.4, harmonics=3, samples=96, seed=1)
+population = ss.mistuned_population(disk, band, 2, ss.Scatter(blade=0.003), force=0.4, harmonics=3, samples=96, seed=1)
 
 for sample in range(2):
     one = population.dataset.isel(sample=sample)

@@ -254,4 +254,6 @@ def test_the_rest_of_a_sweep_outside_its_band_is_not_called_isolated():
     peak = float(whole.peaks().frequency[0])
     narrow = ss.forced_response(problem, ss.hertz(peak + 0.02, 0.9 * peak), harmonics=5, samples=64).with_isolated(mode)
     message = str(narrow.dataset.case_message.values[1])
-    assert message == "A curve that the sweep does not meet in this band, though it may in a wider one, which leaves the band."
+    assert message.startswith(
+        "A curve that the sweep does not meet in this band, though it may in a wider one, which leaves the band."
+    )

@@ -98,3 +98,16 @@ def test_no_template_is_warned_of_but_what_it_means(kind, tmp_path):
     write_new(kind, tmp_path / "study.toml")
     found = [note for note in notes_of((tmp_path / "study.toml").read_text(), tmp_path) if "arning" in note or "Negative" in note]
     assert len(found) == (kind == "flutter")
+
+
+def test_peaks_of_one_of_several_excited_harmonics(tmp_path):
+    """The peaks of two harmonics are those of the first, unless the largest motion in time is asked for."""
+    path, *_ = write_new("lumped", tmp_path / "study.toml")
+
+    def warned(text):
+        return sum("has the harmonics 1, 2" in note for note in job(text, tmp_path, "study").notes)
+
+    text = path.read_text()
+    two = f'{text}\n[[force]]\ndirection = "1.y"\namplitude = 1.0\nharmonic = 2\n'
+    assert (warned(text), warned(two)) == (0, 1)
+    assert warned(two.replace("[sweep]", '[sweep]\nmeasure = "max_abs"')) == 0

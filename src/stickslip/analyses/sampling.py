@@ -74,11 +74,17 @@ def without_ripples(balance: HarmonicBalance, curve: Curve) -> Curve:
 
 
 def _hills(places: Sequence[int], sizes: Array, dip: float) -> list[list[int]]:
-    """Maxima, by their places along the curve in order, in groups within which it dips by no more than a share of the lower."""
+    """Maxima, by their places along the curve in order, in groups within which it dips by no more than a share of the lower.
+
+    A shoulder of a higher hill is in another group: no point between the two is lower, and only the search has seen the dip.
+    """
     groups: list[list[int]] = []
     for k in sorted(places):
         before = groups[-1][-1] if groups else None
-        if before is not None and 1.0 - sizes[before : k + 1].min() / min(sizes[before], sizes[k]) <= dip:
+        low, high = (0.0, np.inf) if before is None else sorted((sizes[before], sizes[k]))
+        lowest = 0.0 if before is None else sizes[before : k + 1].min()
+        shoulder = lowest >= low and low < (1.0 - DEEPEST) * high
+        if before is not None and lowest >= (1.0 - dip) * low and not shoulder:
             groups[-1].append(k)
         else:
             groups.append([k])

@@ -111,7 +111,7 @@ def check(
 
     job = prepared(read_job(study))
     say(f"{study} is valid: {job.plan.summary}.")
-    for sentence in model_summary(job.sweep, job.plan.condition) if job.sweep else []:
+    for sentence in model_summary(job.sweep, job.plan.condition, job.units) if job.sweep else []:
         say(sentence)
     if time := run_time(job, estimated_seconds(job)):
         say(time)

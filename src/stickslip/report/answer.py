@@ -8,13 +8,14 @@ import numpy as np
 
 from stickslip.analyses.truncation import ALL_MODES, ALL_NODES
 from stickslip.checks import counted
+from stickslip.outcome import Outcome
 from stickslip.report.conclusions import SAME, level_sentence, linear_limits, reference
 from stickslip.report.failures import failures_of, warnings_of
 from stickslip.report.markup import cell, table, text
 from stickslip.report.numbers import hertz, number, percent
 from stickslip.results.representative import representatives
 from stickslip.results.stability import peak_is_unstable
-from stickslip.results.view import Length, Peak, highest_peak, is_listed, level_text, peak_unit
+from stickslip.results.view import Length, Peak, highest_peak, is_listed, level_text, measure_in, peak_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +40,8 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     cases = representatives(dataset, MOST_LEVELS).cases if dataset.sizes["case"] > 1 else [0]
     outputs = range(dataset.sizes["output"] if len(cases) * dataset.sizes["output"] <= MOST_PEAKS else 1)
     heads = ["Force level", *(["Output"] if dataset.sizes["output"] > 1 else []), "Frequency in Hz"]
-    heads += [f"Amplitude in {peak_unit(dataset).name}", "Estimated error", *(AGAINST[which] for which in linear_limits(dataset))]
+    heads += [f"{_size_word(dataset)} in {peak_unit(dataset).name}", "Estimated error"]
+    heads += [AGAINST[which] for which in linear_limits(dataset)]
     name = "" if dataset.sizes["output"] > 1 else f" of {dataset['output'].values[0]}"
     rows = [_row(dataset, case, output) for case in cases for output in outputs]
     found = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows)
@@ -48,6 +50,13 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     first, more = "".join(said[:MOST_WARNINGS]), "".join(said[MOST_WARNINGS:])
     count = counted(len(said) - MOST_WARNINGS, "more warning")
     return found + first + (f"<details><summary>{count}</summary>{more}</details>" if more else "")
+
+
+def _size_word(dataset: xr.Dataset) -> str:
+    """What the peaks are of, "Amplitude" or "Rms of the acceleration"."""
+    measure = measure_in(dataset)
+    word = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
+    return word if measure.quantity.name == "displacement" else f"{word} of the {measure.quantity.name}"
 
 
 def _largest_error(dataset: xr.Dataset, case: int) -> float:
@@ -68,12 +77,17 @@ def _row(dataset: xr.Dataset, case: int, output: int) -> str:
         none = level_sentence(dataset, case, output).partition(": ")[2]
         return f'<tr>{begin}<td colspan="{3 + len(limits)}">{text(none)}</td></tr>'
     changes = "".join(cell(_change(dataset, which, case, peak, output)) for which in limits)
-    return f"<tr>{begin}{_place(dataset, peak)}{_size(peak, unit)}{cell(_sure(dataset, case, output, peak))}{changes}</tr>"
+    return f"<tr>{begin}{_place(dataset, case, peak)}{_size(peak, unit)}{cell(_sure(dataset, case, output, peak))}{changes}</tr>"
 
 
-def _place(dataset: xr.Dataset, peak: Peak) -> str:
-    least = "" if peak.local or is_listed(dataset) else ", no peak in the band"
-    return cell(f"{hertz(peak.frequency)}{least}", peak.frequency)
+def _place(dataset: xr.Dataset, case: int, peak: Peak) -> str:
+    return cell(hertz(peak.frequency), peak.frequency, "" if peak.local else _no_peak(dataset, case))
+
+
+def _no_peak(dataset: xr.Dataset, case: int) -> str:
+    if int(dataset["case_outcome"].values[case]) == Outcome.STOPPED:
+        return "not finished"
+    return "largest listed" if is_listed(dataset) else "no peak in the band"
 
 
 def _size(peak: Peak, unit: Length) -> str:
@@ -81,8 +95,8 @@ def _size(peak: Peak, unit: Length) -> str:
 
 
 def _change(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int) -> str:
-    """Change of the amplitude and shift of the frequency against a linear resonance."""
-    linear = reference(dataset, which, case, peak, output)
+    """Change of the amplitude and shift of the frequency against a linear resonance; of a peak, not of a largest point."""
+    linear = reference(dataset, which, case, peak, output) if peak.local else None
     if linear is None:
         return "–"
     change, shift = peak.amplitude / linear[1] - 1.0, peak.frequency - linear[0]

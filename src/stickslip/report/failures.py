@@ -80,7 +80,8 @@ def warnings_of(dataset: xr.Dataset, cases: Iterable[int] | None = None) -> list
             sentences.append(f"{level_text(dataset, case)}: {more}")
         for output, name in enumerate(dataset.output.values):
             peak = highest_peak(dataset, case, output)
-            if peak is not None and not peak.local and not is_listed(dataset):
+            known = not is_listed(dataset) and int(dataset.case_outcome[case]) != Outcome.STOPPED
+            if peak is not None and not peak.local and peak.amplitude > 0.0 and known:
                 sentences.append(f"{level_text(dataset, case)}: {name} has no peak inside the band.")
             if peak is not None and is_unstable(dataset, case, peak.point) and "Unstable motion" not in more:
                 sentences.append(

@@ -15,7 +15,7 @@ from stickslip.problem.many_periods import MOST_PERIODS
 from stickslip.study.analysis import Asked, Sweep
 from stickslip.study.fields import Table, by_form
 from stickslip.study.tables import Ends
-from stickslip.study.units import LENGTH
+from stickslip.study.units import LENGTH, with_si
 
 ModeNumber = Annotated[int, Field(ge=1, le=MOST)]
 ModeNumbers = Annotated[
@@ -84,7 +84,8 @@ class FurtherCurves:
             if table is not None and asked.sweep is not None and isinstance(asked.sweep.frequencies, tuple):
                 raise fault(f"[{name}]", "must go with a band, [sweep] frequency", "listed frequencies, [sweep] at")
         found = cls(
-            isolated if isinstance(isolated, IsolatedTable) else None, branches if isinstance(branches, BranchesTable) else None
+            with_si(isolated, asked.units) if isinstance(isolated, IsolatedTable) else None,
+            branches if isinstance(branches, BranchesTable) else None,
         )
         if found.isolated is not None and found.isolated.mode is not None and asked.sweep is not None:
             found._refuse_modes(found.isolated, asked.sweep)

@@ -8,13 +8,15 @@ from stickslip.disks.tuned import TunedDisk
 from stickslip.problem import Problem
 from stickslip.problem.at_rest import normal_loads_at_rest
 from stickslip.problem.loose_motions import soft_springs
+from stickslip.results.shown_units import in_system
 from stickslip.study.analysis import Sweep
+from stickslip.units import UnitSystem
 
 SHOWN = 6
 """How many frequencies, and how many contacts, a sentence lists."""
 
 
-def model_summary(sweep: Sweep, condition: str = "") -> list[str]:
+def model_summary(sweep: Sweep, condition: str = "", system: UnitSystem | None = None) -> list[str]:
     """Natural frequencies without contacts and with all stuck, whether friction alone holds a body, and normal loads at rest.
     condition: when all that holds, "at 6000 rev/min".
     """
@@ -24,7 +26,7 @@ def model_summary(sweep: Sweep, condition: str = "") -> list[str]:
     lines = [f"Natural frequencies in Hz{when}, {listed}."]
     lines += _waves(sweep.problem)
     if held_by_friction_alone(sweep.problem):
-        lines.append(f"{HELD_BY_FRICTION} {_proposed(sweep.problem)}")
+        lines.append(f"{HELD_BY_FRICTION} {_proposed(sweep.problem, system)}")
     return lines + _loads(sweep.problem, when)
 
 
@@ -32,20 +34,21 @@ def _waves(problem: Problem) -> list[str]:
     """Natural frequencies of a disk at nodal diameters 0 and N/2, which its own analysis of the sector gives too."""
     if not isinstance(problem, TunedDisk):
         return []
+    wave = problem.engine_order % problem.sectors
     return [
         f"At nodal diameter {n}, without contacts: {_listed(problem.modes(n, stuck=False).frequencies)}."
-        for n in dict.fromkeys((0, problem.engine_order % problem.sectors, problem.sectors // 2))
+        for n in dict.fromkeys((0, min(wave, problem.sectors - wave), problem.sectors // 2))
     ]
 
 
-def _proposed(problem: Problem) -> str:
-    """Soft springs for the mean of each loose motion, as a study holds them."""
-    tables = []
+def _proposed(problem: Problem, system: UnitSystem | None) -> str:
+    """Soft springs for the mean of each loose motion, as a study holds them, in its units."""
+    tables, (factor, unit) = [], in_system("N/m", system)
     for spring in soft_springs(problem):
         largest = max(map(abs, spring.direction.values()))
         parts = {dof: round(c / largest, 3) for dof, c in spring.direction.items()}
         direction = ", ".join(f'"{dof}" = {c:g}' for dof, c in parts.items() if c)
-        tables.append(f"direction = {{ {direction} }}, k of about {spring.stiffness * largest**2:.1g} N/m")
+        tables.append(f"direction = {{ {direction} }}, k of about {factor * spring.stiffness * largest**2:.1g} {unit}")
     return f"A soft spring on the mean holds it and leaves the vibration as it is, [[mean_spring]]: {'; '.join(tables)}."
 
 

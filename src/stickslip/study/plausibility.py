@@ -16,6 +16,7 @@ from scipy import linalg
 
 from stickslip.checks import Array
 from stickslip.contact.point import Contact
+from stickslip.loads import excited_harmonics
 from stickslip.problem import Problem
 from stickslip.problem.at_rest import normal_loads_at_rest
 from stickslip.problem.warnings import LARGEST_FRICTION
@@ -110,7 +111,19 @@ def plausibility_warnings(sweep: Sweep, system: UnitSystem | None = None, forced
     """
     study = _Study(sweep, system)
     levels = (_amplitudes, _friction) if forced else ()
-    return [words for check in (_band, _at_rest, _distances, _bodies, *levels) for words in check(study)]
+    return [words for check in (_band, _harmonics, _at_rest, _distances, _bodies, *levels) for words in check(study)]
+
+
+def _harmonics(study: _Study) -> list[str]:
+    """A warning where several harmonics are excited and the peaks are those of one."""
+    excited = excited_harmonics(study.problem.forces)
+    if len(excited) < 2 or study.sweep.measure.kind != "amplitude":
+        return []
+    listed = ", ".join(map(str, sorted(excited)))
+    return [
+        f"Warning: the excitation has the harmonics {listed}, but peaks are those of the first harmonic of the motion, which a "
+        'resonance of another one hardly shows. Write `measure = "max_abs"` in [sweep] for the largest motion in time.'
+    ]
 
 
 def _size(problem: Problem) -> float:

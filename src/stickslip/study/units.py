@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from math import pi
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field
 
 from stickslip.study.fields import Table
 from stickslip.units import UNIT_SYSTEMS, UnitSystem
+
+AnyTable = TypeVar("AnyTable", bound=Table)
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,11 @@ def in_si(table: Table, units: Units) -> dict[str, Any]:
         dimension = next((item for item in field.metadata if isinstance(item, Dimension)), DIMENSIONLESS)
         values[name] = scaled(getattr(table, name), units.factor(dimension))
     return values
+
+
+def with_si(table: AnyTable, units: Units) -> AnyTable:
+    """The table with every dimensional number in SI."""
+    return table.model_copy(update=in_si(table, units))
 
 
 def scaled(value: Any, factor: float) -> Any:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stickslip.results.shown_units import ATTRIBUTE
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -32,4 +34,5 @@ def detached(dataset: xr.Dataset) -> xr.Dataset:
     bounds = bounds.rename({name: name.removeprefix(PREFIX) for name in every})
     bounds = bounds.assign_coords(force_level=("case", dataset["force_level"].values))
     bounds.attrs = {str(k).removeprefix(PREFIX): v for k, v in dataset.attrs.items() if str(k).startswith(PREFIX)}
+    bounds.attrs |= {ATTRIBUTE: dataset.attrs[ATTRIBUTE]} if ATTRIBUTE in dataset.attrs else {}
     return bounds

@@ -19,6 +19,7 @@ from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Table
 from stickslip.study.further_curves import Amplitudes, ModeNumbers, ordered
+from stickslip.study.units import with_si
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class ModesPlan(Plan):
         sweep = sweep_of(asked)
         if sweep.harmonics == "auto":
             raise fault("harmonics", "must be a number or a list for nonlinear modes", "auto")
-        plan = cls(sweep, table)
+        plan = cls(sweep, with_si(table, asked.units))
         _ = plan.work
         return plan
 

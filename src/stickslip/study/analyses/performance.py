@@ -21,6 +21,7 @@ from stickslip.study.analyses.response_variability import StartsTable
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Positive, Table
 from stickslip.study.tables import Ends
+from stickslip.study.units import FORCE, with_si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,7 +37,7 @@ class PerformanceTable(Table):
         Field(min_length=1, description="coefficients of all contacts; those of the problem unless given"),
     ] = None
     vary: Annotated[Literal["force", "preload"], Field(description="which of the two forces changes")] = "force"
-    pull: Annotated[Positive | None, Field(description="F_C of the problem, N; its largest static force unless given")] = None
+    pull: Annotated[Positive | None, FORCE, Field(description="F_C of the problem; its largest static force unless given")] = None
     check_every: Annotated[int, Field(ge=1, le=MOST, description="points between two full sweeps that look for new peaks")] = 10
 
 
@@ -45,7 +46,7 @@ class BandTable(StartsTable):
 
     force_ratio: Annotated[Ends, Field(description="[low, high] of F_C/F_E")]
     points: Annotated[int, Field(ge=2, le=MOST, description="values of F_C/F_E, in equal ratios")] = 6
-    pull: Annotated[Positive | None, Field(description="F_C of the problem, N; its largest static force unless given")] = None
+    pull: Annotated[Positive | None, FORCE, Field(description="F_C of the problem; its largest static force unless given")] = None
     share: Annotated[
         Literal["element", "direction", "contact", "all"], Field(description="which friction elements have one in common")
     ] = "contact"
@@ -72,7 +73,8 @@ class PerformancePlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> PerformancePlan:
         """The plan of a study."""
-        return cls(sweep_at_ratios(asked), PerformanceTable.model_validate(asked.tables["performance_curve"]))
+        table = PerformanceTable.model_validate(asked.tables["performance_curve"])
+        return cls(sweep_at_ratios(asked), with_si(table, asked.units))
 
     @property
     def summary(self) -> str:
@@ -120,7 +122,7 @@ class BandPlan(Plan):
         """The plan of a study."""
         sweep = sweep_at_ratios(asked)
         refuse_discs(sweep.problem)
-        return cls(sweep, BandTable.model_validate(asked.tables["performance_band"]))
+        return cls(sweep, with_si(BandTable.model_validate(asked.tables["performance_band"]), asked.units))
 
     @property
     def summary(self) -> str:

@@ -1,0 +1,82 @@
+"""Numbers of the tables of an analysis are in the units of the study: what is computed is the same in every system."""
+
+import numpy as np
+import pytest
+
+from stickslip import study
+
+SYSTEMS = {"m-kg-s": (1.0, 1.0, 1.0), "mm-t-s": (1e3, 1.0, 1e-3), "kN": (1.0, 1e-3, 1.0)}
+"""How many units of length, force and mass one metre, newton and kilogram are."""
+
+
+def work(folder, system, analysis, table):
+    """The plan of one mass of 1 kg on 1 N/m with a slider of 1 N/m and 2 N, pulled by 5 N."""
+    metre, newton, kilogram = SYSTEMS[system]
+    stiffness = newton / metre
+    levels = "" if analysis.startswith("performance") else "force_levels = [0.5]\n"
+    np.savez(folder / f"{system}.npz", M=[[kilogram]], K=[[stiffness]])
+    units = 'units = { force = "kN" }' if system == "kN" else f'units = "{system}"' if system != "m-kg-s" else ""
+    text = f"""
+{units}
+[study]
+title = "a"
+analysis = "{analysis}"
+[structure]
+matrices = "{system}.npz"
+dofs = ["1.x"]
+[damping]
+modal = 0.01
+[[contact]]
+law = "macroslip"
+between = ["1.x", "ground"]
+kt = {stiffness}
+mu = 0.5
+normal_load = {2.0 * newton}
+[[force]]
+direction = "1.x"
+amplitude = {newton}
+static = {5.0 * newton}
+[sweep]
+frequency = [0.05, 0.3]
+{levels}harmonics = 3
+samples = 64
+outputs = ["1.x"]
+{table(metre, newton)}
+"""
+    return study.job(text, folder, "a").plan
+
+
+def modes(name):
+    return lambda metre, newton: f"[{name}]\nmode = 1\namplitude = [{0.01 * metre}, {2.0 * metre}]"
+
+
+def ratios(name):
+    return lambda metre, newton: f"[{name}]\nforce_ratio = [1.0, 10.0]\npoints = 3\npull = {7.0 * newton}"
+
+
+@pytest.mark.parametrize("system", ["mm-t-s", "kN"])
+@pytest.mark.parametrize("analysis", ["nonlinear_modes", "limit_cycles"])
+def test_ends_of_a_nonlinear_mode(tmp_path, system, analysis):
+    plans = [work(tmp_path, each, analysis, modes(analysis)) for each in ("m-kg-s", system)]
+    works = [getattr(plan, "modes", plan).work for plan in plans]
+    assert works[0].ends == (0.01, 2.0)
+    assert works[1].ends == pytest.approx((0.01, 2.0))
+
+
+@pytest.mark.parametrize("system", ["mm-t-s", "kN"])
+def test_ends_of_the_mode_of_isolated_curves(tmp_path, system):
+    plans = [work(tmp_path, each, "forced_response", modes("isolated")) for each in ("m-kg-s", system)]
+    assert [plan.further.isolated.ends for plan in plans] == [(0.01, 2.0), pytest.approx((0.01, 2.0))]
+
+
+@pytest.mark.parametrize("system", ["mm-t-s", "kN"])
+def test_the_pull_of_a_performance_curve(tmp_path, system):
+    pulls = [work(tmp_path, each, "performance_curve", ratios("performance_curve")).work.pull for each in ("m-kg-s", system)]
+    assert pulls == [7.0, pytest.approx(7.0)]
+
+
+@pytest.mark.parametrize("system", ["mm-t-s", "kN"])
+def test_the_pull_of_a_performance_band(tmp_path, system):
+    levels = [work(tmp_path, each, "performance_band", ratios("performance_band")).work.levels for each in ("m-kg-s", system)]
+    assert levels[1] == pytest.approx(levels[0])
+    assert max(levels[0]) == pytest.approx(7.0)
