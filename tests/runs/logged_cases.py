@@ -141,3 +141,12 @@ class Stoppable(LoggedCases):
         except KeyboardInterrupt as stop:
             raise CaseStopped({"done": np.array(done)}) from stop
         return {"done": np.array(done)}
+
+
+@dataclass(frozen=True)
+class KillsWhatStarts(LoggedCases):
+    """Kills the processes that have been started before any of them can begin."""
+
+    def prepare(self):
+        for child in active_children():
+            child.kill()

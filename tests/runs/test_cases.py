@@ -9,7 +9,7 @@ from multiprocessing import active_children
 
 import numpy as np
 import pytest
-from runs.logged_cases import Broken, KilledWhileItAnswers, LoggedCases, SlowToArrive, Stoppable, Unprepared
+from runs.logged_cases import Broken, KilledWhileItAnswers, KillsWhatStarts, LoggedCases, SlowToArrive, Stoppable, Unprepared
 
 import stickslip as ss
 from stickslip.checks import Faults
@@ -68,9 +68,9 @@ def test_a_killed_process_loses_nothing(whole):
 
 
 def test_a_process_that_ends_before_it_begins_is_no_loss(tmp_path):
-    work = LoggedCases(str(tmp_path / "log"), 5, 0.2)
+    work = KillsWhatStarts(str(tmp_path / "log"), 5, 0.2)
     with pytest.warns(RuntimeWarning, match="A process ended while it started"):
-        results = all_cases(work, workers=2, progress=lambda fraction, text: [child.kill() for child in active_children()])
+        results = all_cases(work, workers=2)
     assert [int(arrays["square"]) for arrays in results] == [0, 1, 4, 9, 16]
 
 
