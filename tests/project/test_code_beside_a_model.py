@@ -121,7 +121,7 @@ def test_a_cluster_whose_processes_take_safe_paths(folder):
     try:
         file = folder.place / "dask.json"
         ends = time.monotonic() + 120.0
-        while not file.exists():
+        while not file.exists() or not file.read_text():
             assert time.monotonic() < ends
             time.sleep(0.1)
         address = json.loads(file.read_text())["address"]

@@ -9,7 +9,7 @@ from multiprocessing import active_children
 
 import numpy as np
 import pytest
-from runs.logged_cases import Broken, KilledWhileItAnswers, KillsWhatStarts, LoggedCases, SlowToArrive, Stoppable, Unprepared
+from runs.logged_cases import Broken, KilledWhileItAnswers, KillsWhatStarts, SlowToArrive, Stoppable, Unprepared
 
 import stickslip as ss
 from stickslip.checks import Faults
