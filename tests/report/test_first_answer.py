@@ -7,6 +7,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.truncation import ALL_NODES
+from stickslip.outcome import Outcome
 from stickslip.report.answer import peaks_at_a_glance
 from stickslip.report.failures import warnings_of
 
@@ -66,3 +67,22 @@ def test_a_curve_without_points_says_so(dataset):
     for name in ("peak_frequency", "peak_amplitude"):
         found[name][1] = np.nan
     assert cells_of(peaks_at_a_glance("a", found))[1][1:] == ["no point converged."]
+
+
+def test_a_structure_without_contacts_is_compared_with_nothing():
+    alone = ss.Problem(ss.Structure([[1.0]], [[1.0]], ("a.x",), C=[[0.1]]), (), (ss.Force("a.x", 1.0),), ("a.x",))
+    html = peaks_at_a_glance("a", ss.forced_response(alone, ss.radians_per_second(0.5, 2.0), 1.0, harmonics=1).dataset)
+    assert [len(row) for row in cells_of(html)] == [4]
+    assert "Against" not in html
+
+
+def test_a_largest_point_is_not_compared_as_a_peak(dataset):
+    """In a band on the flank the curve has no peak, and of a stopped curve none is known."""
+    flank = ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 0.8), 1.0, harmonics=3).dataset
+    row = cells_of(peaks_at_a_glance("a", flank))[0]
+    assert "no peak in the band" in row[1]
+    assert row[4:] == ["–", "–"]
+    flank["case_outcome"][:] = Outcome.STOPPED
+    html = peaks_at_a_glance("a", flank)
+    assert "not finished" in cells_of(html)[0][1]
+    assert "no peak" not in html

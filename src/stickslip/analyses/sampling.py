@@ -74,21 +74,22 @@ def without_ripples(balance: HarmonicBalance, curve: Curve) -> Curve:
 
 
 def _hills(places: Sequence[int], sizes: Array, dip: float) -> list[list[int]]:
-    """Maxima, by their places along the curve in order, in groups within which it dips by no more than a share of the lower.
-
-    A shoulder of a higher hill is in another group: no point between the two is lower, and only the search has seen the dip.
-    """
+    """Maxima, by their places along the curve in order, in groups within which it dips by no more than a share of the lower."""
     groups: list[list[int]] = []
     for k in sorted(places):
-        before = groups[-1][-1] if groups else None
-        low, high = (0.0, np.inf) if before is None else sorted((sizes[before], sizes[k]))
-        lowest = 0.0 if before is None else sizes[before : k + 1].min()
-        shoulder = lowest >= low and low < (1.0 - DEEPEST) * high
-        if before is not None and lowest >= (1.0 - dip) * low and not shoulder:
+        if groups and _on_one_hill(sizes[groups[-1][-1] : k + 1], dip):
             groups[-1].append(k)
         else:
             groups.append([k])
     return groups
+
+
+def _on_one_hill(sizes: Array, dip: float) -> bool:
+    """Whether a curve dips by no more than a share between two maxima, its ends. A shoulder of a hill that is much higher is a
+    peak of its own: no point between the two is lower, and only the search has seen the dip."""
+    low, high = sorted((sizes[0], sizes[-1]))
+    shoulder = sizes.min() >= low and low < (1.0 - DEEPEST) * high
+    return bool(sizes.min() >= (1.0 - dip) * low and not shoulder)
 
 
 def broken_warning(contacts: Sequence[Contact], samples: int, curve: Curve, open_share: Array) -> str:

@@ -15,7 +15,7 @@ from stickslip.report.markup import cell, table, text
 from stickslip.report.numbers import hertz, number, percent
 from stickslip.results.representative import representatives
 from stickslip.results.stability import peak_is_unstable
-from stickslip.results.view import Length, Peak, highest_peak, is_listed, level_text, measure_in, peak_unit
+from stickslip.results.view import Peak, highest_peak, is_listed, level_text, measure_in, peak_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,7 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     outputs = range(dataset.sizes["output"] if len(cases) * dataset.sizes["output"] <= MOST_PEAKS else 1)
     heads = ["Force level", *(["Output"] if dataset.sizes["output"] > 1 else []), "Frequency in Hz"]
     heads += [f"{_size_word(dataset)} in {peak_unit(dataset).name}", "Estimated error"]
-    heads += [AGAINST[which] for which in linear_limits(dataset)]
+    heads += [AGAINST[which] for which in _limits(dataset)]
     name = "" if dataset.sizes["output"] > 1 else f" of {dataset['output'].values[0]}"
     rows = [_row(dataset, case, output) for case in cases for output in outputs]
     found = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows)
@@ -50,6 +50,11 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     first, more = "".join(said[:MOST_WARNINGS]), "".join(said[MOST_WARNINGS:])
     count = counted(len(said) - MOST_WARNINGS, "more warning")
     return found + first + (f"<details><summary>{count}</summary>{more}</details>" if more else "")
+
+
+def _limits(dataset: xr.Dataset) -> list[str]:
+    """The linear responses to compare with; none for a structure without contacts, which is one itself."""
+    return list(linear_limits(dataset)) if dataset.sizes["contact"] else []
 
 
 def _size_word(dataset: xr.Dataset) -> str:
@@ -70,14 +75,15 @@ def _errors(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
 
 
 def _row(dataset: xr.Dataset, case: int, output: int) -> str:
-    peak, unit, limits = highest_peak(dataset, case, output), peak_unit(dataset), linear_limits(dataset)
+    peak, unit, limits = highest_peak(dataset, case, output), peak_unit(dataset), _limits(dataset)
     begin = cell(level_text(dataset, case), float(dataset["force_level"][case]))
     begin += cell(str(dataset["output"].values[output])) if dataset.sizes["output"] > 1 else ""
     if peak is None:
         none = level_sentence(dataset, case, output).partition(": ")[2]
         return f'<tr>{begin}<td colspan="{3 + len(limits)}">{text(none)}</td></tr>'
+    size = cell(number(peak.amplitude / unit.metres), peak.amplitude)
     changes = "".join(cell(_change(dataset, which, case, peak, output)) for which in limits)
-    return f"<tr>{begin}{_place(dataset, case, peak)}{_size(peak, unit)}{cell(_sure(dataset, case, output, peak))}{changes}</tr>"
+    return f"<tr>{begin}{_place(dataset, case, peak)}{size}{cell(_sure(dataset, case, output, peak))}{changes}</tr>"
 
 
 def _place(dataset: xr.Dataset, case: int, peak: Peak) -> str:
@@ -88,10 +94,6 @@ def _no_peak(dataset: xr.Dataset, case: int) -> str:
     if int(dataset["case_outcome"].values[case]) == Outcome.STOPPED:
         return "not finished"
     return "largest listed" if is_listed(dataset) else "no peak in the band"
-
-
-def _size(peak: Peak, unit: Length) -> str:
-    return cell(number(peak.amplitude / unit.metres), peak.amplitude)
 
 
 def _change(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int) -> str:

@@ -145,6 +145,8 @@ def _unfinished(busy: Mapping[connection.Connection, int | None]) -> dict[int, A
                 answer = pipe.recv()
                 if isinstance(answer, CaseStopped):
                     results[case] = answer.arrays
+                elif isinstance(answer, Mapping):  # completed at the same time
+                    results[case] = answer
     return results
 
 
