@@ -82,6 +82,10 @@ def test_a_largest_point_is_not_compared_as_a_peak(dataset):
     row = cells_of(peaks_at_a_glance("a", flank))[0]
     assert "no peak in the band" in row[1]
     assert row[4:] == ["–", "–"]
+    listed = ss.forced_response(ss.rigs.single_mass(), [0.15, 0.2, 0.23, 0.24], 1.0, harmonics=3).dataset
+    row = cells_of(peaks_at_a_glance("a", listed))[0]
+    assert "largest listed" in row[1]
+    assert row[4:] == ["–", "–"]
     flank["case_outcome"][:] = Outcome.STOPPED
     html = peaks_at_a_glance("a", flank)
     assert "not finished" in cells_of(html)[0][1]
