@@ -43,7 +43,7 @@ def test_the_first_screen_says_so(unstable):
     assert ", unstable" in str(unstable)
     assert "motion is unstable." in headline(unstable.dataset).replace("\xa0", " ")
     (one,) = [sentence for sentence in warnings_of(unstable.dataset) if "nstable" in sentence]
-    assert "the vibration does not stay there" in one
+    assert "the vibration grows into another one" in one
 
 
 def test_a_stable_curve_says_nothing():

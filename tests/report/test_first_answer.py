@@ -61,6 +61,13 @@ def test_the_least_certain_curve_warns_first(dataset):
     assert sum("Warning" in sentence for sentence in warnings_of(found)) == 3
 
 
+def test_the_first_sentence_of_a_warning_stands_open(dataset):
+    found = dataset.copy(deep=True)
+    found["case_message"][:] = ["Arrived. Too few samples. Take 512.", "Arrived.", "Arrived."]
+    html = peaks_at_a_glance("a", found)
+    assert re.search(r'<details class="warning"><summary>[^<]*Too few samples. </summary>Take 512.</details>', html)
+
+
 def test_a_curve_without_points_says_so(dataset):
     found = dataset.copy(deep=True)
     found["outcome"][1] = 2

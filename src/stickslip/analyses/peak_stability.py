@@ -94,12 +94,13 @@ def instability_warning(balance: HarmonicBalance, curve: Curve, measure: Measure
     """What to say where a highest peak or the end of a curve is unstable; empty where none is known to be."""
     highest, names = highest_points(balance, curve, measure), balance.problem.output_names
     unstable = [k for k, flag in enumerate(flags["highest_stability"]) if flag == Stability.UNSTABLE]
-    places = [f"the highest point of {names[k]} ({balance.hertz(highest[k].point.omega):.6g} Hz)" for k in unstable]
+    peaks = [f"{names[k]} ({balance.hertz(highest[k].point.omega):.6g} Hz)" for k in unstable]
+    places = [f"the highest {'points' if len(peaks) > 1 else 'point'} of {', '.join(peaks)}"] if peaks else []
     if flags["end_stability"] == Stability.UNSTABLE:
         places.append(f"the end of the curve ({balance.hertz(curve.points[-1].point.omega):.6g} Hz)")
     if not places:
         return ""
     return (
-        f"Unstable motion at {' and at '.join(places)}: the vibration does not stay there but grows into another one. Compute "
-        "the stability of all points ([stability], `with_stability()`), and use `time_response` to find that motion."
+        f"Unstable motion at {' and at '.join(places)}: the vibration grows into another one. Compute the stability of all "
+        "points ([stability], `with_stability()`), and use `time_response` to find that motion."
     )

@@ -20,8 +20,10 @@ from stickslip.results.view import Peak, highest_peak, is_listed, level_text, me
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_LEVELS, MOST_PEAKS, MOST_WARNINGS = 6, 8, 2
-"""Force levels, and peaks of all outputs, in the table, which the section on peaks has all; warnings that stand open."""
+MOST_LEVELS, MOST_PEAKS, MOST_WARNINGS = 6, 4, 2
+"""Force levels, and peaks of all outputs, in the table, so that the first chart is on the first screen too; the section on peaks
+has all. Warnings whose first sentence is shown.
+"""
 SOURCES = {
     "truncation_error": "harmonics",
     "sampling_error": "samples",
@@ -42,14 +44,22 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     heads = ["Force level", *(["Output"] if dataset.sizes["output"] > 1 else []), "Frequency in Hz"]
     heads += [f"{_size_word(dataset)} in {peak_unit(dataset).name}", "Estimated error"]
     heads += [AGAINST[which] for which in _limits(dataset)]
-    name = "" if dataset.sizes["output"] > 1 else f" of {dataset['output'].values[0]}"
+    name = "" if len(outputs) > 1 else f" of {dataset['output'].values[0]}"
     rows = [_row(dataset, case, output) for case in cases for output in outputs]
     found = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows)
     worst = sorted(range(dataset.sizes["case"]), key=lambda case: -_largest_error(dataset, case))
-    said = [f'<p class="warning">{text(words)}</p>' for words in (*failures_of(dataset), *warnings_of(dataset, worst))]
+    said = [_warning(words) for words in (*failures_of(dataset), *warnings_of(dataset, worst))]
     first, more = "".join(said[:MOST_WARNINGS]), "".join(said[MOST_WARNINGS:])
     count = counted(len(said) - MOST_WARNINGS, "more warning")
     return found + first + (f"<details><summary>{count}</summary>{more}</details>" if more else "")
+
+
+def _warning(words: str) -> str:
+    """A warning by its first sentence, with the others behind it."""
+    first, stop, rest = words.partition(". ")
+    if not rest:
+        return f'<p class="warning">{text(words)}</p>'
+    return f'<details class="warning"><summary>{text(first + stop)}</summary>{text(rest)}</details>'
 
 
 def _limits(dataset: xr.Dataset) -> list[str]:
