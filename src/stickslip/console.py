@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from time import monotonic
 from typing import Any
@@ -24,6 +24,8 @@ EVERY = 30.0
 """Seconds between two lines of progress where nobody sees a bar."""
 LEAST_KNOWN = 0.02
 """Share of the work below which the remaining time is anybody's guess."""
+STANDING = 0.05
+"""Share of what was done at all below which the second half of the time brought nothing; at a steady pace it brings half."""
 CONTROLS = {code: "\ufffd" for code in (*range(32), *range(127, 160)) if chr(code) not in "\t\n"}
 """Characters that command a terminal, which titles and names of a foreign file may hold, and what is printed in their place."""
 WRONG_INPUT, FAILED, INTERRUPTED, TERMINATED, INCOMPLETE = 2, 1, 130, 143, 3
@@ -104,6 +106,7 @@ def progress_bar(title: str) -> Iterator[Report]:
 def _lines(title: str) -> Report:
     """Progress in lines on the error stream, for files of output: every half minute what is done and the remaining time."""
     began = said = monotonic()
+    known = [(began, 0.0)]
 
     def report(fraction: float, text: str) -> None:
         nonlocal said
@@ -111,10 +114,23 @@ def _lines(title: str) -> Report:
         if now - said < EVERY:
             return
         said = now
-        left = f", about {_duration((now - began) * (1.0 / fraction - 1.0))} left" if fraction > LEAST_KNOWN else ""
-        warn(f"{title}: {text}: {100.0 * min(max(fraction, 0.0), 1.0):.0f} % after {_duration(now - began)}{left}")
+        known.append((now, fraction))
+        warn(f"{title}: {text}: {100.0 * min(max(fraction, 0.0), 1.0):.0f} % after {_duration(now - began)}{_left(known)}")
 
     return report
+
+
+def _left(known: Sequence[tuple[float, float]]) -> str:
+    """The remaining time at the pace of the second half of the time so far, from times in seconds with the share that was done;
+    curves that fold many times stand at one share for long."""
+    (began, _), (now, fraction) = known[0], known[-1]
+    half, before = next(pair for pair in reversed(known) if pair[0] <= 0.5 * (began + now))
+    if fraction <= LEAST_KNOWN:
+        return ""
+    if fraction - before < STANDING * fraction:
+        since = next(time for time, share in known if fraction - share < STANDING * fraction)
+        return f", no further for {_duration(now - since)}: curves fold there, and the remaining time is unknown"
+    return f", about {_duration((now - half) * (1.0 - fraction) / (fraction - before))} left"
 
 
 def _duration(seconds: float) -> str:

@@ -154,6 +154,24 @@ def test_progress_without_a_terminal_is_a_line_every_half_minute(capfd, monkeypa
     lines = capfd.readouterr().err.splitlines()
     assert lines == [
         "Forced response: level 1: 1 % after 31 s",
-        "Forced response: level 2: 50 % after 70 s, about 70 s left",
-        "Forced response: level 3: 75 % after 4 min, about 83 s left",
+        "Forced response: level 2: 50 % after 70 s, about 40 s left",
+        "Forced response: level 3: 75 % after 4 min, about 3 min left",
+    ]
+
+
+def test_the_remaining_time_is_that_at_the_last_pace_and_unknown_where_a_curve_folds(capfd, monkeypatch):
+    """57 % after 30 s and still after five minutes: the whole pace would promise 4 min more."""
+    clock = iter([0.0, 31.0, 62.0, 120.0, 300.0, 600.0])
+    monkeypatch.setattr("stickslip.console.monotonic", lambda: next(clock))
+    with progress_bar("Forced response") as report:
+        for fraction in (0.57, 0.57, 0.58, 0.58, 0.9):
+            report(fraction, "level 8")
+    ends = [line.partition(" after ")[2] for line in capfd.readouterr().err.splitlines()]
+    unknown = "curves fold there, and the remaining time is unknown"
+    assert ends == [
+        "31 s, about 23 s left",
+        f"62 s, no further for 31 s: {unknown}",
+        f"2 min, no further for 89 s: {unknown}",
+        f"5 min, no further for 4 min: {unknown}",
+        "10 min, about 94 s left",
     ]

@@ -121,7 +121,11 @@ class CurvePoint:
 
     def turn(self, following: CurvePoint) -> float:
         """Cosine of the angle between the tangents here and at another point, in the metric of this one."""
-        a, b, metric = self.tangent, following.tangent, self.metric
+        return self.cosine(following.tangent)
+
+    def cosine(self, tangent: Tangent) -> float:
+        """Cosine of the angle between the tangent here and another one, in the metric of this point."""
+        a, b, metric = self.tangent, tangent, self.metric
         dot = float(np.vdot(metric.weight * a.motion, b.motion)) + metric.parameter * a.parameter * b.parameter
         return dot / metric.length(b.motion, b.parameter)
 

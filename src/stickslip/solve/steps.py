@@ -24,6 +24,9 @@ BEYOND = (1e-3, 1e-2, 1e-4)
 SHORT = (1e-4, 1e-3, 1e-5, 1e-2)
 """Steps along the tangent from beyond a kink, in the order in which they are tried; `SHORT` where each must be reversible."""
 
+SAME = 0.999
+"""Cosine of the angle between tangents above which no kink lies between their places."""
+
 RETURN = 0.03
 """Share of a step by which the step back may miss the point that it came from."""
 
@@ -266,7 +269,9 @@ class Steps:
         return min(distance * min(max(growth * effort, 0.3), most), self.control.largest)
 
     def _beyond_kink(self, current: CurvePoint) -> CurvePoint | None:
-        """Tangents taken a little ahead and a little behind the point, where the state is already the other one."""
+        """Along tangents taken a little ahead and a little behind the point, where the state is already the other one; where the
+        tangent is the same still, the kink lies further ahead, and one short step towards it is tried last."""
+        towards: list[Tangent] = []
         for ahead in (1e-4, 1e-3, 1e-2, -1e-4, -1e-3):
             tangent = current.tangent
             place = self._along(current, tangent, ahead)
@@ -276,11 +281,20 @@ class Steps:
             if factors.orientation == 0.0:
                 continue
             turned = self._tangent(self.balance.tangent(evaluation, self.parameter, factors), factors, current.metric)
-            for distance in SHORT if self.control.reversible else BEYOND:
-                found = self._try_turned(current, turned, distance)
-                if found is not None:
-                    self.step = max(distance, 1e-3)
-                    return found
+            if current.cosine(turned) > SAME:
+                towards.append(turned)
+                continue
+            found = self._turned_step(current, turned)
+            if found is not None:
+                return found
+        return self._turned_step(current, towards[0]) if towards else None
+
+    def _turned_step(self, current: CurvePoint, tangent: Tangent) -> CurvePoint | None:
+        for distance in SHORT if self.control.reversible else BEYOND:
+            found = self._try_turned(current, tangent, distance)
+            if found is not None:
+                self.step = max(distance, 1e-3)
+                return found
         return None
 
     def _try_turned(self, current: CurvePoint, tangent: Tangent, distance: float) -> CurvePoint | None:

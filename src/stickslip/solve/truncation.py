@@ -64,10 +64,11 @@ def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: 
 
 class Changed(NamedTuple):
     """motion: ΔX/|X| of the outputs, (outputs, columns of the finer balance, 0 in those that do not count); work: of all contacts
-    in a period after the change, J."""
+    in a period after the change, J; following: length of the next step with the same matrix, relative too, (outputs,)."""
 
     motion: Array
     work: float
+    following: Array
 
 
 def contact_work(balance: HarmonicBalance, evaluation: Evaluation) -> float:
@@ -80,16 +81,22 @@ def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Eval
     motion, and the work that the contacts would do.
 
     One Newton step of `finer` at the same frequency, from the padded solution: it includes the coupling of the truncated
-    harmonics, which matters where one of them falls on a mode. 0 for an output at rest.
+    harmonics, which matters where one of them falls on a mode. 0 for an output at rest. Where a further step with the same matrix
+    is not much shorter, contacts change between stick and slip on the way, and the first step says little.
     """
     point, rows = evaluation.point, slice(balance.rows, None)
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
-    step = respond(finer, padded, solved_factors(finer, padded), -padded.residual[None])
+    factors = solved_factors(finer, padded)
+    step = respond(finer, padded, factors, -padded.residual[None])
+    moved = finer.evaluate(Point(padded.point.forces + step.forces[0], point.omega, point.level))
+    further = respond(finer, padded, factors, -moved.residual[None]).motion[0]
     change, contacts = step.motion[0], slice(finer.rows)
-    work = float(cycle_work(padded.point.forces + step.forces[0], padded.w[contacts] + change[contacts]).sum())
+    work = float(cycle_work(moved.point.forces, padded.w[contacts] + change[contacts]).sum())
     size = np.linalg.norm(evaluation.w[rows, counted], axis=1)
     whole = np.linalg.norm(evaluation.w[:, 1:], axis=1)
     moving = size > max(AT_REST * whole[rows].max(initial=0.0), ROUNDING * whole.max(initial=0.0))
     relative = np.zeros((size.size, finer.columns))
     relative[moving, counted] = change[rows, counted][moving] / size[moving, None]
-    return Changed(relative, work)
+    following = np.zeros(size.size)
+    following[moving] = np.linalg.norm(further[rows, counted][moving], axis=1) / size[moving]
+    return Changed(relative, work, following)
