@@ -38,7 +38,7 @@ class Place(NamedTuple):
 
 
 class Solver(NamedTuple):
-    """How a step is solved: iterations, halvings and patience of Newton's method.
+    """How a step is solved: iterations and halvings of Newton's method.
 
     scale: of the parameter in arc length; by_level: the parameter is the level; orientation: sign of the bordered determinant
     along the curve, 0 for any; contacts, outputs: the largest sizes of their motion so far.
@@ -46,7 +46,6 @@ class Solver(NamedTuple):
 
     iterations: int
     halvings: int
-    patience: int
     scale: float
     by_level: bool
     orientation: float
@@ -143,7 +142,7 @@ def step(given: AnySystem, rows: int, place: Place, along: Tangent, distance: fl
     if outside:
         start, omega, level = place.forces.copy(), place.omega, place.level
     iterations = 0 if outside else solver.iterations
-    found = newton(system, start, omega, level, border, iterations, solver.halvings, solver.patience, NEAR)
+    found = newton(system, start, omega, level, border, iterations, solver.halvings, 0, NEAR)
     contacts, outputs = solver.contacts, solver.outputs
     if outside or not found.converged:
         nothing = empty_table(0, 0)

@@ -35,7 +35,6 @@ RETURN = 0.03
 class StepControl:
     """Steps in arc length: first, smallest, largest; one may exceed the last `growth` times, below `short` `recovery` times.
 
-    patient: steps in which Newton may take steps that reduce nothing, over a kink; longer ones are cheaper to shorten.
     iterations: of Newton's method before a step is shortened; error: the prediction error aimed at; cosine: the sharpest turn
     accepted in one step; straight: prediction error relative to the step up to which a curve goes straight on over a branch
     point, where the cosine is below `reversed`; reversible: believe a step only if the step back leads to where it came from,
@@ -49,7 +48,6 @@ class StepControl:
     growth: float = 2.0
     short: float = 0.1
     recovery: float = 5.0
-    patient: tuple[float, float] = (5e-3, 0.1)
     iterations: int = 7
     error: float = 0.03
     cosine: float = 0.1
@@ -123,7 +121,6 @@ class Steps:
         before: CurvePoint | None = None,
         iterations: int = 7,
         halvings: int = 4,
-        patience: int = 0,
     ) -> Stepped:
         """A step along a tangent; before: the point that the curve comes from, for a prediction of second order."""
         point, state, length = current.point, current.evaluation.state, current.length
@@ -132,7 +129,7 @@ class Steps:
         metric, behind, unknown = current.metric, before.tangent, before.evaluation.unknown
         place = Place(point.forces, state.w, state.unknown, point.omega, point.level, metric, behind, unknown, length)
         by_level = self.parameter == "level"
-        solver = Solver(iterations, halvings, patience, self.scale, by_level, self.orientation, *self.largest)
+        solver = Solver(iterations, halvings, self.scale, by_level, self.orientation, *self.largest)
         found = step(self.balance.placed_system, self.balance.rows, place, tangent, distance, solver)
         self.largest = [found.contacts, found.outputs]
         return found
@@ -190,8 +187,6 @@ class Steps:
         stepped = self._stepped(current, current.tangent, distance, before, self.control.iterations)
         if stepped.outside:
             return 0.5
-        if not stepped.found.converged and self.control.patient[0] < distance < self.control.patient[1]:
-            stepped = self._stepped(current, current.tangent, distance, before, iterations=20, patience=10)
         if not stepped.found.converged:
             return 0.3
         following, error, turn = self._solved(stepped, distance), stepped.error, stepped.turn
