@@ -214,3 +214,5 @@ def test_a_study_names_places_of_stress(beam):
     assert plan.recovery.rows.shape == (1, len(COMPONENTS), 7)
     with pytest.raises(ss.InputError, match="stress must go with a model"):
         job(STUDY.replace('model = "disk.inp"\nkeep = { tip = "TIP" }\nmodes = 4', 'rig = "single_mass"'), beam[0].parent, "beam")
+    with pytest.raises(ss.InputError, match='stress must go with analysis = "forced_response", but the analysis is'):
+        job(STUDY.replace('"forced_response"', '"nonlinear_modes"'), beam[0].parent, "beam")
