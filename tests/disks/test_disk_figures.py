@@ -6,6 +6,8 @@ import pytest
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.nodal_diameters import nodal_diameters
 from stickslip.contact.stiffness import static_normal_load
+from stickslip.disks.tuned import TunedDisk
+from stickslip.loads import Force
 from stickslip.plots.chart import Chart
 from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, placed_sectors
 from stickslip.plots.forced_response import figures_of
@@ -15,6 +17,9 @@ from stickslip.results.files import open_results, save
 from stickslip.rigs import lumped_blisk
 from stickslip.rigs.blisk_sector import BliskSector
 from stickslip.rigs.octopus_blisk import octopus_blisk
+from stickslip.structure.cyclic import sector_chain
+from stickslip.structure.damping import ModalDamping
+from stickslip.structure.matrices import Structure
 
 
 @pytest.fixture(scope="module")
@@ -79,3 +84,13 @@ def test_figures_say_what_they_show(dataset):
     assert "F_C/(2 cos α)" in load.entries
     assert load.panels[0].x.label == "force level in N"
     assert "shares of the period" in damper_ring(dataset).get_suptitle()
+
+
+def test_a_disk_without_contacts_has_no_picture_of_its_dampers(dataset):
+    ring = sector_chain(Structure([[1.0]], [[1e6]], ("tip.x",), damping=ModalDamping(0.01)), 6, [[-1e5]])
+    bare = TunedDisk(ring, (), (Force("tip.x", 1.0),), ("tip.x",), engine_order=2)
+    alone = forced_response(bare, [100.0, 200.0], [1.0], harmonics=1, samples=24).dataset
+    assert figures_of(dataset).keys() - figures_of(alone).keys() >= {"dampers", "mean_normal_load"}
+    page = disk_section({"alone": alone}, Charts(["alone"]))
+    assert "States of the dampers" not in page
+    assert "Campbell diagram" in page

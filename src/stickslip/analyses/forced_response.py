@@ -32,7 +32,7 @@ from stickslip.analyses.sampling import broken_warning, samples_warning, samplin
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stability import with_stability
-from stickslip.analyses.stress import stress, with_stress
+from stickslip.analyses.stress import own_recovery, stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
     ALL_MODES,
@@ -214,13 +214,24 @@ class ForcedResponse(Result):
         inertance, which are names too."""
         return as_quantity(self.dataset, name, per_force)
 
-    def stress(self, case: int, point: int, recovery: StressRecovery) -> xr.Dataset:
-        """Stress of one point at the places of a recovery (`stickslip.structure.stress`): harmonics and largest values, Pa."""
-        return stress(self.dataset, self.problem, case, point, recovery)
+    def stress(self, case: int, point: int, recovery: StressRecovery | None = None) -> xr.Dataset:
+        """Stress of one point: harmonics and largest values, Pa, at the places that its models name
+        (`read_structure(stress=...)`)
+        unless a recovery is given (`stickslip.structure.stress`).
+        """
+        return stress(self.dataset, self.problem, case, point, self._recovery(recovery))
 
-    def with_stress(self, recovery: StressRecovery) -> ForcedResponse:
-        """A copy whose dataset also holds the stress along its curves, for figures, report and tables."""
-        return replace(self, dataset=with_stress(self.dataset, self.problem, recovery))
+    def with_stress(self, recovery: StressRecovery | None = None) -> ForcedResponse:
+        """A copy whose dataset also holds the stress along its curves, for figures, report and tables; places as in `stress`."""
+        return replace(self, dataset=with_stress(self.dataset, self.problem, self._recovery(recovery)))
+
+    def _recovery(self, given: StressRecovery | None) -> StressRecovery:
+        found = own_recovery(self.problem) if given is None else given
+        if found is None:
+            raise InputError(
+                "Stress needs places: give a recovery, or read the model with stress={NAME: node, set or coordinates}."
+            )
+        return found
 
     def with_motion(self) -> ForcedResponse:
         """A copy whose dataset also holds the motion of the dampers and of meshed bodies at its highest peaks, which the report

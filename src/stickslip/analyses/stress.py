@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.checks import fault
-from stickslip.harmonic.fourier import complex_harmonics
+from stickslip.checks import Array, fault
+from stickslip.disks.tuned import TunedDisk
+from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
-from stickslip.structure.stress import COMPONENTS, StressRecovery, von_mises
+from stickslip.structure.stress import COMPONENTS, StressRecovery, joined, von_mises
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +24,7 @@ def stress(dataset: xr.Dataset, problem: Problem, case: int, point: int, recover
     import xarray as xr
 
     here, points = degrees_of_freedom(problem, recovery), SolvedPoints(dataset, problem)
-    harmonics = recovery.rows @ points.whole_motion(case, point)[here]
+    harmonics = stress_harmonics(problem, recovery, points.whole_motion(case, point)[here])
     over_time = np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E)
     complex_stress = complex_harmonics(harmonics)
     pascals = {"units": "Pa"}
@@ -59,7 +60,7 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
     largest = np.full(sizes, np.nan)
     amplitude, mean = np.full((2, *sizes, len(COMPONENTS)), np.nan)
     for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED):
-        harmonics = recovery.rows @ points.whole_motion(case, point)[here]
+        harmonics = stress_harmonics(problem, recovery, points.whole_motion(case, point)[here])
         largest[case, point] = von_mises(np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E)).max(axis=1)
         amplitude[case, point], mean[case, point] = np.hypot(harmonics[..., 1], harmonics[..., 2]), harmonics[..., 0]
     dims = ("case", "point", "place")
@@ -71,6 +72,23 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
         place=("place", list(recovery.places), {"units": "1", "long_name": "place of stress"}),
         component=("component", list(COMPONENTS), {"units": "1", "long_name": "component of stress in the axes of the body"}),
     )
+
+
+def stress_harmonics(problem: Problem, recovery: StressRecovery, q: Array) -> Array:
+    """Stress (places, 6, 2H+1) [Pa] of the motion q (dofs, 2H+1) [m], both in real storage.
+
+    Of a tuned disk, whose harmonic h travels at nodal diameter h EO: in the first sector. All others have the same later.
+    """
+    if not isinstance(problem, TunedDisk):
+        return np.asarray(recovery.rows @ q)
+    motion = complex_harmonics(q)
+    waves = [recovery.at(h * problem.engine_order) @ motion[:, h] for h in range(motion.shape[1])]
+    return real_harmonics(np.stack(waves, axis=-1))
+
+
+def own_recovery(problem: Problem) -> StressRecovery | None:
+    """The recovery at the places that the models of a problem name; None without any."""
+    return joined(problem.structure.stresses) if problem.structure.stresses else None
 
 
 def has_stress(dataset: xr.Dataset) -> bool:

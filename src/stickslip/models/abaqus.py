@@ -59,7 +59,7 @@ def _matrix_input(path: Path, entries: Array, deck: Deck) -> Content:
     pairs = rows.reshape(-1, 2)
     matrix = _square(path.name, pairs[:, 0], pairs[:, 1], entries[:, 4], len(found))
     dofs = tuple(dof(int(node), int(direction)) for node, direction in found)
-    return Content("Abaqus matrix", {"": matrix}, dofs, deck.nodes, deck.sets, deck.notes, deck.cells)
+    return Content("Abaqus matrix", {"": matrix}, dofs, deck.nodes, deck.sets, deck.notes, deck.cells, deck.solids)
 
 
 def _square(what: str, rows: Index, columns: Index, values: Array, size: int) -> Sparse:
@@ -88,7 +88,7 @@ def _substructure(path: Path, deck: Deck) -> Content:
         elif card.data:
             skipped.append(f"*{card.keyword}")
     notes = (f"{path.name}: the lines below {', '.join(skipped)} are not read.",) if skipped else ()
-    return Content("Abaqus substructure", matrices, dofs, deck.nodes, deck.sets, (*deck.notes, *notes), deck.cells)
+    return Content("Abaqus substructure", matrices, dofs, deck.nodes, deck.sets, (*deck.notes, *notes), deck.cells, deck.solids)
 
 
 def _element_nodes(text: str) -> list[str]:

@@ -51,7 +51,7 @@ def read(path: Path) -> Content:
     missing = (f"No {deck.name} beside the matrices: no coordinates and no sets of nodes.",)
     notes = found.notes if deck.is_file() else missing
     if not several:
-        return Content("CalculiX matrices", matrices, dofs, found.nodes, found.sets, notes, found.cells)
+        return Content("CalculiX matrices", matrices, dofs, found.nodes, found.sets, notes, found.cells, found.solids)
     nodes = {node: point for node, point in found.nodes.items() if node not in several}
     sets = {name: tuple(own for node in each for own in several.get(node, [node])) for name, each in found.sets.items()}
     return Content("CalculiX matrices", matrices, dofs, nodes, sets, (*notes, _expanded(names.name, several)))

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stickslip.checks import Faults, counted, fault, nearest
 from stickslip.structure.matrices import Point
 from stickslip.structure.mesh_surface import Cells
+
+if TYPE_CHECKING:
+    from stickslip.models.solids import Solids
 
 SYNONYMS = {
     "M": ("M", "MAA", "MAAX", "MGG", "MXX", "MHH", "MASS"),
@@ -27,7 +30,8 @@ class Content:
     """Matrices by their names in the file (dense or sparse), and what the file says about their rows.
 
     dofs: the name NODE.DIRECTION of each row, or none; nodes: coordinates, in the file's unit of length; sets: nodes by the name
-    of a set; cells: corner nodes of the elements by kind, where known; notes: what the reader left out or took for granted.
+    of a set; cells: corner nodes of the elements by kind, where known; notes: what the reader left out or took for granted;
+    solids: elements with their materials, where stress can be recovered.
     """
 
     format: str
@@ -37,6 +41,7 @@ class Content:
     sets: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     cells: Cells = field(default_factory=dict)
+    solids: Solids | None = None
 
 
 def chosen(content: Content, variables: Mapping[Any, str], file: str, needed: Sequence[str] = NEEDED) -> dict[str, Any]:

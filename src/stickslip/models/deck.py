@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 from stickslip.checks import counted, fault, first_of
 from stickslip.structure.matrices import Point
 from stickslip.structure.mesh_surface import Cells
+
+if TYPE_CHECKING:
+    from stickslip.models.solids import Solids
 
 MOST_GENERATED = 1_000_000
 """Members of a generated set of nodes: more is a slip of the deck."""
@@ -21,7 +25,8 @@ SHOWN = 8
 class Deck:
     """nodes: coordinates by node; sets: nodes by the name of a set, in capitals; cells: corner nodes of elements by kind; notes:
     what was not read; turned: what to say where rows of matrices follow the axes that nodes have of their own;
-    rows: the names of the rows of matrices, where the deck says them."""
+    rows: the names of the rows of matrices, where the deck says them; solids: elements with materials, where
+    stress can be recovered."""
 
     nodes: dict[str, Point] = field(default_factory=dict)
     sets: dict[str, tuple[str, ...]] = field(default_factory=dict)
@@ -29,11 +34,12 @@ class Deck:
     cells: Cells = field(default_factory=dict)
     turned: str = ""
     rows: tuple[str, ...] = ()
+    solids: Solids | None = None
 
     @property
     def along_own_axes(self) -> Deck:
         """The deck where rows follow the axes of nodes: with a note, and without cells, which would be drawn wrong."""
-        return replace(self, notes=(*self.notes, self.turned), cells={}) if self.turned else self
+        return replace(self, notes=(*self.notes, self.turned), cells={}, solids=None) if self.turned else self
 
 
 OWN_AXES = "axes of their own"

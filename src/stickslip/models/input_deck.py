@@ -24,6 +24,7 @@ from stickslip.models.included_files import Lines
 from stickslip.models.input_cards import MODEL_CARDS, Card, cards, fields, included, label
 from stickslip.models.input_points import GLOBAL, Frame, between, cartesian, frame, on_line, turned_about
 from stickslip.models.numbers import coordinate, integer
+from stickslip.models.solids import Solids
 from stickslip.structure.matrices import Point
 
 ELEMENT = re.compile(r"[DA]?(C3D|SC|S|STRI|M3D)(\d{1,2})(?!V)[A-Z]*\d?[A-Z]*")
@@ -49,7 +50,8 @@ class Mesh:
     """Nodes, sets and elements of a part, an instance, or the deck itself with its assembly; `frame` is that of *SYSTEM.
 
     elements: all nodes by element; turned: nodes and sets of *TRANSFORM, which may stand before these; unsorted: sets whose
-    members keep their order; placed: the data lines that place an instance.
+    members keep their order; kinds: names of the kinds of elements; sections: sets of elements and their materials; placed: the
+    data lines that place an instance.
     """
 
     nodes: dict[str, Point] = field(default_factory=dict)
@@ -59,6 +61,8 @@ class Mesh:
     cells: FoundCells = field(default_factory=FoundCells)
     turned: list[str] = field(default_factory=list)
     unsorted: set[str] = field(default_factory=set)
+    kinds: dict[str, str] = field(default_factory=dict)
+    sections: list[tuple[str, str]] = field(default_factory=list)
     frame: Frame = GLOBAL
     placed: list[str] = field(default_factory=list)
 
@@ -76,6 +80,8 @@ def read_deck(path: Path) -> Deck:
             except InputError as error:
                 raise _with_line(error, card) from None
     deck = reader.deck(path.name)
+    if met.missing:  # elements that are not read share the stress at a node
+        deck.solids = None
     none = () if deck.nodes else (f"{path.name} holds no nodes.",)
     deck.notes = (*none, *given_twice(reader.repeated, path.name), *deck.notes, *met.notes(path.name))
     return deck
@@ -96,6 +102,8 @@ class _Reader:
         self.parts: dict[str, Mesh] = {}
         self.instances: dict[str, Mesh] = {}
         self.made = self.listed = self.repeated = 0
+        self.material = ""
+        self.materials: dict[str, list[Card]] = {}
 
     def node(self, card: Card) -> None:
         kind = card.name("SYSTEM") or "R"
@@ -177,7 +185,17 @@ class _Reader:
                 self.mesh.cells.add(shape, words[1:])
             self.mesh.cells.lost += not whole
             self.mesh.elements[words[0]] = tuple(words[1:])
+            self.mesh.kinds[words[0]] = kind
             own[words[0]] = None
+
+    def solid_section(self, card: Card) -> None:
+        self.mesh.sections.append((card.name("ELSET"), card.name("MATERIAL")))
+
+    def named_material(self, card: Card) -> None:
+        self.material = card.name("NAME")
+
+    def elastic(self, card: Card) -> None:
+        self.materials.setdefault(self.material, []).append(card)
 
     def transform(self, card: Card) -> None:
         self.mesh.turned.append(card.name("NSET"))
@@ -216,7 +234,7 @@ class _Reader:
             (part,) = self.parts.values()
             self.whole = whole = replace(part, sets=part.sets | whole.sets, turned=part.turned + whole.turned)
         sets = {name: tuple(members) for name, members in whole.sets.items()}
-        return Deck(whole.nodes, sets, whole.cells.notes(file), whole.cells.cells, self._turned(file))
+        return Deck(whole.nodes, sets, whole.cells.notes(file), whole.cells.cells, self._turned(file), solids=self._solids(whole))
 
     def _assembled(self, file: str) -> Deck:
         (first, only), *others = self.instances.items()
@@ -232,7 +250,13 @@ class _Reader:
         alone = {name.rpartition(".")[2]: each for name, each in own if bare[name.rpartition(".")[2]] == 1}
         notes = () if plain else (NUMBERED_ANEW.format(file=file, node=f"{first}.{next(iter(only.nodes), 1)}"),)
         cells = only.cells.cells if plain else {}
-        return Deck(nodes, alone | sets | dict(own), (*notes, *only.cells.notes(file)), cells, self._turned(file))
+        solids = self._solids(only) if plain else None
+        named_sets = alone | sets | dict(own)
+        return Deck(nodes, named_sets, (*notes, *only.cells.notes(file)), cells, self._turned(file), solids=solids)
+
+    def _solids(self, mesh: Mesh) -> Solids:
+        sections = [(mesh.elsets.get(elset, {}).keys(), material) for elset, material in mesh.sections]
+        return Solids(mesh.elements, mesh.kinds, sections, self.materials)
 
     def _turned(self, file: str) -> str:
         meshes = [(self.whole, ""), *((mesh, f"{name}.") for name, mesh in self.instances.items())]
@@ -356,6 +380,9 @@ READ: Mapping[str, Callable[[_Reader, Card], None]] = {
     "END ASSEMBLY": _Reader.end_part,
     "INSTANCE": _Reader.instance,
     "END INSTANCE": _Reader.end_instance,
+    "SOLID SECTION": _Reader.solid_section,
+    "MATERIAL": _Reader.named_material,
+    "ELASTIC": _Reader.elastic,
 }
 """What each card that counts does."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
 from typing import Any, NamedTuple
@@ -14,6 +14,7 @@ from stickslip.checks import SMALLEST, Array, Faults, Index, InputError, counted
 from stickslip.models.content import NEEDED, Content, chosen
 from stickslip.models.conversion import matrices_in_si
 from stickslip.models.limits import rows_with_entries
+from stickslip.models.solids import Solids
 from stickslip.structure.matrices import Point, check_names, freedoms
 from stickslip.structure.mesh_surface import Cells, outer_faces, thinned, triangulated
 from stickslip.structure.sparse import Sparse, square_sparse, symmetric_sparse
@@ -41,7 +42,7 @@ class Model:
 
     M, K: (n, n), symmetric; C: (n, n) or None; dofs: n names NODE.DIRECTION; nodes: coordinates of nodes, m, where known;
     sets: nodes by the name of a set; cells: corner nodes of elements by kind, where known; format, file: what it was read from;
-    notes: what the reader left out or took for granted.
+    notes: what the reader left out or took for granted; solids: elements with their materials, where stress can be recovered.
     """
 
     M: Sparse
@@ -54,6 +55,7 @@ class Model:
     file: str = ""
     notes: tuple[str, ...] = ()
     cells: Cells = field(default_factory=dict)
+    solids: Solids | None = None
 
     def __repr__(self) -> str:
         return f"Model {self.file!r}: {freedoms(self.dofs)}, {counted(len(self.nodes), 'node')} with coordinates"
@@ -133,8 +135,10 @@ def model_of(
     notes = (*content.notes, *structural, *unused, *held_by_nothing)
     converted = matrices_in_si(matrices, names, units)
     nodes = {node: _in_metres(node, point, units.metres) for node, point in content.nodes.items()}
+    pascals = units.newtons / units.metres**2
+    solids = None if content.solids is None else replace(content.solids, pascals=pascals)
     matrices_of = (converted["M"], converted["K"], names, converted.get("C"))
-    return Model(*matrices_of, nodes, content.sets, content.format, file, notes, content.cells)
+    return Model(*matrices_of, nodes, content.sets, content.format, file, notes, content.cells, solids)
 
 
 def _refuse_negative_mass(what: str, mass: Sparse) -> None:

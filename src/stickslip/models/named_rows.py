@@ -90,7 +90,7 @@ def with_names(content: Content, path: Path) -> Content:
     deck = Deck(nodes, {name: tuple(found) for name, found in members.items()})
     if "direction" in rows[0]:
         dofs = tuple(checked_name(f"{row['node']}.{_direction(row['direction'])}") for row in rows)
-        content = replace(content, dofs=dofs, nodes={}, sets={}, cells={})
+        content = replace(content, dofs=dofs, nodes={}, sets={}, cells={}, solids=None)
     return with_nodes(content, deck, path.name)
 
 
@@ -112,7 +112,9 @@ def with_nodes(content: Content, deck: Deck, file: str) -> Content:
     nodes, sets = {**content.nodes, **deck.nodes}, {**content.sets, **deck.sets}
     deck = deck.along_own_axes
     notes = (*content.notes, *deck.notes, *_missing(known, deck, file))
-    return replace(content, nodes=nodes, sets=sets, notes=notes, cells=deck.cells or content.cells)
+    return replace(
+        content, nodes=nodes, sets=sets, notes=notes, cells=deck.cells or content.cells, solids=deck.solids or content.solids
+    )
 
 
 def _missing(known: set[str], deck: Deck, file: str) -> Iterator[str]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Faults, InputError, fault, nearest, several, vector
+from stickslip.checks import Array, Faults, InputError, fault, nearest, several, vector
 from stickslip.models.model import Model
 
 Where = str | int | Sequence[float]
@@ -93,9 +93,13 @@ def nearest_node(model: Model, point: ArrayLike, metres: float = 1.0) -> tuple[s
 
     Near means: not farther than that node's own nearest neighbour.
     """
+    return nearest_of(*model.located, point, metres)
+
+
+def nearest_of(names: Sequence[str], points: Array, point: ArrayLike, metres: float = 1.0) -> tuple[str, float]:
+    """The same of nodes with coordinates `points` (nodes, 3), m."""
     asked = vector("Coordinates", point, 3)
     place = metres * asked
-    names, points = model.located
     if not names:
         raise fault(
             "Coordinates", "must go with a model that has coordinates", asked.tolist(), "Name nodes, or give a file of names."

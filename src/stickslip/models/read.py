@@ -32,8 +32,9 @@ from stickslip.models.content import NEEDED, SYNONYMS, Content, chosen
 from stickslip.models.describe import implausible
 from stickslip.models.model import Model, model_of
 from stickslip.models.named_rows import with_names
-from stickslip.models.places import Keep, places_of
+from stickslip.models.places import Keep, Where, places_of
 from stickslip.models.reduction import Progress, quiet, structure_of
+from stickslip.models.stress_places import stress_rows_of
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
 from stickslip.structure.sparse import square_sparse
@@ -83,6 +84,7 @@ def read_structure(
     dofs: Sequence[str] = (),
     variables: Mapping[str, str] | None = None,
     own_damping: bool = True,
+    stress: Mapping[str, Where] | None = None,
     progress: Progress = quiet,
 ) -> Structure:
     """A finite-element model of another program as a `Structure`, in SI.
@@ -92,6 +94,8 @@ def read_structure(
     fixed-interface modes (30), and without `keep` the model is taken whole. names: a deck (.cdb, .inp, .bdf) or a table (CSV)
     with names of rows, coordinates and sets; dofs: the names themselves; variables: {"K": "KELAST"} where the matrices have
     unusual names; damping: a rule where the file has no C, or own_damping=False leaves that out;
+    stress: places {name: node, set or coordinates} whose stress `ForcedResponse.with_stress()` gives, from the elements of
+    a deck;
     progress(share, text) is called during long work, and with the places found.
     """
     system = unit_system(units)
@@ -99,7 +103,10 @@ def read_structure(
     places = None if keep is None else places_of(model, keep, system.metres)
     for place in places or ():
         progress(0.0, str(place))
-    return structure_of(model, places, modes, damping, progress)
+    recovered = None if stress is None else stress_rows_of(model, stress, system.metres)
+    for note in recovered.notes if recovered else ():
+        progress(0.0, note)
+    return structure_of(model, places, modes, damping, progress, recovered)
 
 
 def read_model(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from stickslip.models.describe import indefinite_mass
 from stickslip.models.limits import within_memory
 from stickslip.models.model import Model
 from stickslip.models.places import Place
+from stickslip.models.stress_places import StressRows
 from stickslip.structure.craig_bampton import craig_bampton
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Point, Structure
@@ -40,7 +42,7 @@ def quiet(share: float, text: str) -> None:
     """Progress that nobody watches."""
 
 
-def whole(model: Model, damping: Damping | None = None) -> Structure:
+def whole(model: Model, damping: Damping | None = None, stress: StressRows | None = None) -> Structure:
     """The model as it stands, dense."""
     if model.size > WHOLE_SIZE:
         remedy = "Name the places of contacts, loads and outputs in `keep`: the rest is then reduced to modes."
@@ -50,11 +52,18 @@ def whole(model: Model, damping: Damping | None = None) -> Structure:
     sets = {name: tuple(node for node in members if node in model.directions) for name, members in model.sets.items()}
     found = model.surface
     surfaces = () if found is None else (MeshSurface(*found[:2], selection(found.numbers, model.size), model.dofs),)
-    return Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets, surfaces=surfaces)
+    stresses = () if stress is None else (stress.recovery(stress.rows.toarray(), model.dofs),)
+    made = Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets)
+    return replace(made, surfaces=surfaces, stresses=stresses)
 
 
 def reduced(
-    model: Model, places: tuple[Place, ...], modes: int | None, damping: Damping | None = None, progress: Progress = quiet
+    model: Model,
+    places: tuple[Place, ...],
+    modes: int | None,
+    damping: Damping | None = None,
+    progress: Progress = quiet,
+    stress: StressRows | None = None,
 ) -> Structure:
     """The model by its places and `modes` fixed-interface modes (30, or all of a smaller model); C is projected too."""
     kept = {name: row for place in places for name, row in place.dofs.items()}
@@ -62,10 +71,10 @@ def reduced(
     if modes is not None and modes not in range(inside + 1):
         raise fault("modes", f"must be a whole number from 0 to {inside}, the rows that are not kept", modes)
     number = min(MODES, inside) if modes is None else int(modes)
-    file = cache_folder() / f"{_key(model, kept, number)}.npz"
-    matrices = from_cache(file, ("M", "K", "C", "recovery"))
+    file = cache_folder() / f"{_key(model, kept, number, stress)}.npz"
+    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress"))
     if matrices is None:
-        matrices = _reduce(model, kept, number, progress)
+        matrices = _reduce(model, kept, number, progress, stress)
         to_cache(file, matrices)
     else:
         progress(1.0, f"reduction found in {file}")
@@ -74,7 +83,9 @@ def reduced(
     nodes, sets, mesh = kept_nodes(model, kept), kept_sets(model, places), model.located[1]
     found = model.surface
     surfaces = () if found is None else (MeshSurface(*found[:2], matrices["recovery"], dofs),)
-    return Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=mesh, surfaces=surfaces)
+    stresses = () if stress is None else (stress.recovery(matrices["stress"], dofs),)
+    made = Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=mesh)
+    return replace(made, surfaces=surfaces, stresses=stresses)
 
 
 def kept_nodes(model: Model, kept: dict[str, int]) -> dict[str, Point]:
@@ -93,7 +104,7 @@ def _mode_names(number: int) -> tuple[str, ...]:
     return tuple(f"mode/{index}.q" for index in range(1, number + 1))
 
 
-def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress) -> dict[str, Array]:
+def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, stress: StressRows | None) -> dict[str, Array]:
     basis = 8 * model.size * (len(kept) + modes)
     within_memory("The basis of the reduction", 3 * basis)
     if indefinite_mass(model.M):
@@ -105,7 +116,8 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress) 
     C = np.zeros((0, 0)) if model.C is None else np.asarray(T.T @ (model.C @ T))
     numbers = np.zeros((0, 3), dtype=int) if model.surface is None else model.surface.numbers
     K = _as_free(model, kept, reduction.structure.K)
-    return {"M": reduction.structure.M, "K": K, "C": C, "recovery": recovery_rows(T, numbers)}
+    stresses = np.zeros((0, T.shape[1])) if stress is None else np.asarray(stress.rows @ T)
+    return {"M": reduction.structure.M, "K": K, "C": C, "recovery": recovery_rows(T, numbers), "stress": stresses}
 
 
 def _as_free(model: Model, kept: dict[str, int], K: Array) -> Array:
@@ -124,10 +136,11 @@ def cache_folder() -> Path:
     return Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "stickslip" / "models"
 
 
-def _key(model: Model, kept: dict[str, int], modes: int) -> str:
+def _key(model: Model, kept: dict[str, int], modes: int, stress: StressRows | None) -> str:
     surface = b"" if model.surface is None else model.surface.numbers.tobytes()
     located = model.located[1].tobytes()
-    key = repr((stickslip.__version__, model.fingerprint, sorted(kept.values()), list(kept.values()), modes, surface, located))
+    wanted = sorted(kept.values()), list(kept.values()), modes, surface, located, stress and stress.bytes
+    key = repr((stickslip.__version__, model.fingerprint, *wanted))
     return sha256(key.encode()).hexdigest()[:32]
 
 
@@ -149,13 +162,18 @@ def to_cache(file: Path, matrices: dict[str, Any]) -> None:
 
 
 def structure_of(
-    model: Model, places: tuple[Place, ...] | None, modes: int | None, damping: Damping | None, progress: Progress = quiet
+    model: Model,
+    places: tuple[Place, ...] | None,
+    modes: int | None,
+    damping: Damping | None,
+    progress: Progress = quiet,
+    stress: StressRows | None = None,
 ) -> Structure:
-    """The model whole, or by its places."""
+    """The model whole, or by its places; with the stress where it is asked for."""
     if damping is not None and model.C is not None:
         where = f"{model.file} has" if model.file else "the structure has"
         remedy = "Leave [damping] out (in Python: damping), or write own_damping = false, so that C counts for nothing."
         raise InputError(f"Damping must be given once, but {where} a matrix C beside the damping rule. {remedy}")
     if places is None and modes is not None:
         raise InputError("modes must go with keep or a contact surface, the places that are not reduced, but stands alone.")
-    return whole(model, damping) if places is None else reduced(model, places, modes, damping, progress)
+    return whole(model, damping, stress) if places is None else reduced(model, places, modes, damping, progress, stress)

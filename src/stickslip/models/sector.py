@@ -19,11 +19,12 @@ import stickslip
 from stickslip.checks import Index, InputError, between, counted, fault, finite, first_of
 from stickslip.models.deck import OWN_AXES
 from stickslip.models.model import Model
-from stickslip.models.places import Keep, Place, places_of
+from stickslip.models.places import Keep, Place, Where, places_of
 from stickslip.models.read import Paths, read_model
 from stickslip.models.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, quiet, to_cache
 from stickslip.models.sector_faces import interpolation_error, paired
 from stickslip.models.spin_softening import spin_softening
+from stickslip.models.stress_places import StressRows, stress_rows_of
 from stickslip.structure.cyclic import MOST_SECTORS, CyclicStructure, Waves, cyclic
 from stickslip.structure.cyclic_reduction import Sector, hermitian, mode_names
 from stickslip.structure.damping import Damping
@@ -78,6 +79,7 @@ def read_sector(
     units: str | UnitSystem = "SI",
     damping: Damping | None = None,
     names: str | Path | None = None,
+    stress: Mapping[str, Where] | None = None,
     progress: Progress = quiet,
 ) -> CyclicStructure:
     """Read the finite-element model of one sector and return the disk of `sectors` equal sectors, reduced for every nodal
@@ -87,7 +89,9 @@ def read_sector(
     about the axis. keep: the nodes to retain, as in `read_structure`, none of them on the faces. axis: of rotation, "x", "y" or
     "z" through the origin, or (point, direction) in the units of the model. modes: number of fixed-interface modes of each nodal
     diameter, in addition to the retained nodes. interpolated: for faces with different meshes; the displacements of the finer
-    face are interpolated between the nodes of the other. progress is called with what is being done and what was found.
+    face are interpolated between the nodes of the other. stress: places {name: node, set or coordinates} whose stress is
+    recovered from the elements of the deck, none of them on the faces. progress is called with what is being done
+    and what was found.
 
     A pair of nodes on the faces is fixed if either node is fixed. Matrices with a constraint between the faces are refused: in
     CalculiX write them without *CYCLIC SYMMETRY MODEL, or with CYCMPC=INACTIVE.
@@ -95,7 +99,9 @@ def read_sector(
     system = unit_system(units)
     model = read_model(path, units=system, names=names)
     joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
-    disks, notes = disks_of([model], joint, places_of(model, keep, system.metres), modes, damping, progress)
+    recovered = None if stress is None else stress_rows_of(model, stress, system.metres)
+    places = places_of(model, keep, system.metres)
+    disks, notes = disks_of([model], joint, places, modes, damping, progress, stress=recovered)
     for note in notes:
         progress(1.0, note)
     return disks[0]
@@ -113,6 +119,7 @@ def read_sector_at_speeds(
     units: str | UnitSystem = "SI",
     damping: Damping | None = None,
     names: str | Path | None = None,
+    stress: Mapping[str, Where] | None = None,
     progress: Progress = quiet,
 ) -> dict[float, CyclicStructure]:
     """Read the models of one sector at several rotor speeds, {speed in rev/min: path}, and return {speed: disk}, all of them
@@ -128,7 +135,9 @@ def read_sector_at_speeds(
     system = unit_system(units)
     models = [read_model(paths[speed], units=system, names=names) for speed in speeds]
     joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
-    disks, notes = disks_of(models, joint, places_of(models[0], keep, system.metres), modes, damping, progress, speeds)
+    recovered = None if stress is None else stress_rows_of(models[0], stress, system.metres)
+    places = places_of(models[0], keep, system.metres)
+    disks, notes = disks_of(models, joint, places, modes, damping, progress, speeds, recovered)
     for note in notes:
         progress(1.0, note)
     return dict(zip(speeds, disks, strict=True))
@@ -142,24 +151,27 @@ def disks_of(
     damping: Damping | None = None,
     progress: Progress = quiet,
     speeds: Sequence[float] = (),
+    stress: StressRows | None = None,
 ) -> tuple[list[CyclicStructure], tuple[str, ...]]:
     """The disks of the models of one sector, at `speeds` in rev/min where they are known, and notes on what was found."""
     if any(model.C is not None for model in models):
         raise InputError("The model of a sector must not contain C. Use a damping rule, or pass the matrices to `with_damping`.")
     model = models[0]
     read = sector_of_model(model, faces)
+    refuse_stress_on_faces(model, faces, stress)
     stiffnesses = [read.sector.solid.K, *(_stiffness(model, each, read) for each in models[1:])]
     kept = {name: int(read.rows[row]) for place in places for name, row in place.dofs.items()}
     held = sorted(name for name, row in kept.items() if row < 0)
     if held:
         raise fault("Kept degrees of freedom", "must not be fixed by their partner on the other face", held)
     number = MODES if modes is None else modes
-    file = cache_folder() / f"{_key(models, faces, kept, number)}.npz"
-    arrays = from_cache(file, ("M", "K", "error"))
+    file = cache_folder() / f"{_key(models, faces, kept, number, stress)}.npz"
+    arrays = from_cache(file, ("M", "K", "error", "stress"))
     if arrays is None:
-        masses, reduced = _reduced(read.sector, stiffnesses, kept, number, progress)
+        own = None if stress is None else stress.rows[:, np.flatnonzero(read.rows >= 0)]
+        masses, reduced, stresses = _reduced(read.sector, stiffnesses, kept, number, progress, own)
         error = interpolation_error(read.sector) if faces.interpolated else 0.0
-        arrays = {"M": masses, "K": reduced, "error": np.array(error)}
+        arrays = {"M": masses, "K": reduced, "error": np.array(error), "stress": stresses}
         to_cache(file, arrays)
     else:
         progress(1.0, f"reduction found in {file}")
@@ -173,6 +185,7 @@ def disks_of(
             sets=sets,
             mesh_points=model.located[1],
             damping=damping,
+            stresses=() if stress is None else (stress.recovery(arrays["stress"], dofs, faces.sectors),),
         )
         for waves in arrays["K"]
     ]
@@ -180,32 +193,49 @@ def disks_of(
     prestress = [prestress_note(each, faces.axis, speed) for each, speed in zip(models, speed_of, strict=True)]
     change = f"The lowest frequencies change by up to {100.0 * float(arrays['error']):.1g} % if the other face follows instead"
     error_note = (change,) if faces.interpolated else ()
-    return disks, (*map(str, places), *read.notes, *error_note, *filter(None, prestress))
+    return disks, (*map(str, places), *(stress.notes if stress else ()), *read.notes, *error_note, *filter(None, prestress))
 
 
-def _key(models: Sequence[Model], faces: Faces, kept: Mapping[str, int], modes: int) -> str:
+def refuse_stress_on_faces(model: Model, faces: Faces, stress: StressRows | None) -> None:
+    """Stress at a node is the mean over its elements, some of which belong to the neighbour there."""
+    on_faces = {node for face in (faces.low, faces.high) for node in model.sets[face]}
+    named = [name for name, node in (stress.nodes if stress else {}).items() if node in on_faces]
+    if named:
+        raise fault("A place of stress", "must not lie on a face of the sector", named[0], "Choose a node beside it.")
+
+
+def _key(models: Sequence[Model], faces: Faces, kept: Mapping[str, int], modes: int, stress: StressRows | None) -> str:
     """Identifies a reduction."""
     members = [models[0].sets[face] for face in (faces.low, faces.high)]
     nodes = [(node, models[0].nodes[node]) for face in members for node in face]
-    key = repr((stickslip.__version__, [model.fingerprint for model in models], faces, nodes, list(kept.values()), modes))
+    models_key = [model.fingerprint for model in models], faces, nodes, list(kept.values()), modes
+    key = repr((stickslip.__version__, *models_key, stress and stress.bytes))
     return sha256(key.encode()).hexdigest()[:32]
 
 
 def _reduced(
-    sector: Sector, stiffnesses: Sequence[Sparse], kept: Mapping[str, int], modes: int, progress: Progress
-) -> tuple[Waves, NDArray[np.complex128]]:
-    """M of all nodal diameters (N//2 + 1, m, m) and K of each model (models, N//2 + 1, m, m), on the shapes of the mean K.
+    sector: Sector,
+    stiffnesses: Sequence[Sparse],
+    kept: Mapping[str, int],
+    modes: int,
+    progress: Progress,
+    stress: sparse.csr_array | None,
+) -> tuple[Waves, NDArray[np.complex128], NDArray[np.complex128]]:
+    """M of all nodal diameters (N//2 + 1, m, m), K of each model (models, N//2 + 1, m, m), on the shapes of the mean K, and the
+    stress (N//2 + 1, rows, m).
 
     Frequencies at both ends then err by the square of what the speed changes of the shapes.
     """
     mean = stiffnesses[0] if len(stiffnesses) == 1 else sparse.csc_array(0.5 * (stiffnesses[0] + stiffnesses[-1]))
     solid = replace(sector.solid, K=mean)
-    masses, reduced = [], []
+    masses, reduced, stresses = [], [], []
     for wave in reduced_waves(replace(sector, solid=solid), kept, modes, progress):
         T = wave.transformation
         masses.append(wave.M)
+        stresses.append(np.zeros((0, len(wave.M))) if stress is None else stress @ T)
         reduced.append([wave.K] if len(stiffnesses) == 1 else [hermitian(T.conj().T @ (K @ T)) for K in stiffnesses])
-    return np.array(masses, dtype=complex), np.array(reduced, dtype=complex).swapaxes(0, 1)
+    waves = np.array(reduced, dtype=complex).swapaxes(0, 1)
+    return np.array(masses, dtype=complex), waves, np.array(stresses, dtype=complex)
 
 
 def _stiffness(model: Model, other: Model, read: ReadSector) -> Sparse:

@@ -73,7 +73,7 @@ PERCENTILES_FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {"percentiles"
 def figures_of(dataset: xr.Dataset) -> Figures:
     """The figures that a result has."""
     figures = FIGURES | (_bounds_figures(dataset) if has_bounds(dataset) else {})
-    figures |= DISK_FIGURES if has_disk(dataset) else {}
+    figures |= DISK_FIGURES if has_disk(dataset) and dataset.sizes["contact"] else {}
     figures |= TUNED_DISK_FIGURES if "disk_frequency" in dataset.variables else {}
     figures |= {"disk_mode": disk_mode} if "disk_shape" in dataset.variables else {}
     figures |= {"stress": stress_curves} if has_stress(dataset) else {}

@@ -31,8 +31,9 @@ def _part(charts: Charts, k: int, label: str, dataset: xr.Dataset, several: bool
     parts = [f"<h3>{text(label)}</h3>"] if several else []
     if "disk_shape" in dataset.variables:
         parts.append(picture(disk_mode(dataset), "The disk in its first mode", "png"))
-    parts.append(picture(damper_ring(dataset), "States of the dampers around the disk"))
-    parts.append(charts.drawn(f"chart-load-{k}", mean_normal_load(dataset), "Mean normal load over the force level"))
+    if dataset.sizes["contact"]:
+        parts.append(picture(damper_ring(dataset), "States of the dampers around the disk"))
+        parts.append(charts.drawn(f"chart-load-{k}", mean_normal_load(dataset), "Mean normal load over the force level"))
     if "disk_frequency" in dataset.variables:
         words = "Natural frequencies over the nodal diameter"
         parts.append(charts.drawn(f"chart-diameters-{k}", nodal_diameter_diagram(dataset), words))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import linalg
@@ -69,8 +69,9 @@ def assemble(bodies: Mapping[str, Structure], springs: Sequence[Spring] = ()) ->
     mesh = np.concatenate([body.mesh_points for body in parts])
     outlines = {prefixed(name, node): corners for name, body in bodies.items() for node, corners in body.outlines.items()}
     surfaces = tuple(surface.prefixed(name) for name, body in bodies.items() for surface in body.surfaces)
-    C = _damping(bare, parts, springs)
-    return Structure(M, K, dofs, C=C, nodes=nodes, sets=sets, mesh_points=mesh, outlines=outlines, surfaces=surfaces)
+    stresses = tuple(stress.prefixed(name) for name, body in bodies.items() for stress in body.stresses)
+    whole = Structure(M, K, dofs, C=_damping(bare, parts, springs), nodes=nodes, sets=sets, mesh_points=mesh)
+    return replace(whole, outlines=outlines, surfaces=surfaces, stresses=stresses)
 
 
 def _damping(bare: Structure, parts: Sequence[Structure], springs: Sequence[Spring]) -> Array | None:

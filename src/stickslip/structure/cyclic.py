@@ -140,7 +140,8 @@ def with_bodies(disk: CyclicStructure, bodies: Mapping[str, Structure]) -> Cycli
     masses, stiffnesses = waves(disk.masses, added.M), waves(disk.stiffnesses, added.K)
     whole = cyclic(disk.sectors, (*disk.dofs, *added.dofs), masses, stiffnesses, axis=disk.axis)
     nodes = {**disk.nodes, **added.nodes}
-    return replace(whole, nodes=nodes, sets=disk.sets, mesh_points=disk.mesh_points, outlines=added.outlines)
+    whole = replace(whole, sets=disk.sets, mesh_points=disk.mesh_points, stresses=disk.stresses)
+    return replace(whole, nodes=nodes, outlines=added.outlines)
 
 
 def circulant(waves: Waves, sectors: int) -> Array:

@@ -28,6 +28,7 @@ from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
 
 if TYPE_CHECKING:
     from stickslip.structure.mesh_surface import MeshSurface
+    from stickslip.structure.stress import StressRecovery
 
 Point = tuple[float, float, float]
 """Coordinates, m."""
@@ -42,6 +43,7 @@ class Structure:
     nodes: coordinates of nodes, m, and sets: nodes by the name of a set, where they are known; contact surfaces need them.
     mesh_points: coordinates of all nodes of the mesh behind a reduced model, (points, 3) [m], for drawings only.
     surfaces: outer surfaces of meshed bodies with their motion, for deformed shapes only.
+    stresses: at named places of models, from the motion q.
     outlines: sections of rigid bodies by the node at their mass centre, corners (k, 3) [m], for drawings only.
     shapes: where M, C, K are (m, m), of m coordinates y fewer than degrees of freedom, the motion q = shapes y, (n, m);
     `Problem.truncated` makes such structures.
@@ -57,6 +59,7 @@ class Structure:
     mesh_points: Array = field(default_factory=lambda: np.zeros((0, 3)), kw_only=True)
     outlines: Mapping[str, Array] = field(default_factory=dict, kw_only=True)
     surfaces: tuple[MeshSurface, ...] = field(default=(), kw_only=True)
+    stresses: tuple[StressRecovery, ...] = field(default=(), kw_only=True)
     shapes: Array | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:

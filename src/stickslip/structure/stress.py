@@ -5,12 +5,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg
 
 from stickslip.checks import Array, counted, fault, vector
 from stickslip.structure.craig_bampton import Reduction
@@ -24,14 +25,41 @@ INSIDE = 1e-6
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StressRecovery:
-    """σ = rows q at named places. rows (places, 6, dofs) [Pa/m], components xx, yy, zz, xy, yz, zx; dofs: names of q."""
+    """σ = rows q at named places. rows (places, 6, dofs) [Pa/m], components xx, yy, zz, xy, yz, zx; dofs: names of q.
+
+    waves (N//2 + 1, places, 6, dofs), complex: of one of N `sectors` of a disk, the rows for each nodal diameter.
+    """
 
     places: tuple[str, ...]
     rows: Array
     dofs: tuple[str, ...]
+    waves: NDArray[Any] | None = None
+    sectors: int = 1
+
+    def at(self, nodal_diameter: int) -> NDArray[Any]:
+        """The rows of a nodal diameter, any whole number: that of N − n runs the other way, its rows are conjugate."""
+        if self.waves is None:
+            return self.rows
+        n = nodal_diameter % self.sectors
+        return np.asarray(self.waves[self.sectors - n].conj() if 2 * n > self.sectors else self.waves[n])
+
+    def prefixed(self, body: str) -> StressRecovery:
+        """The same within an assembly, where places and degrees of freedom are named "BODY/..."."""
+        places, dofs = (tuple(f"{body}/{name}" if body else name for name in names) for names in (self.places, self.dofs))
+        return replace(self, places=places, dofs=dofs)
 
     def __repr__(self) -> str:
         return f"StressRecovery: {counted(len(self.places), 'place')} from {freedoms(self.dofs)}"
+
+
+def joined(recoveries: Sequence[StressRecovery]) -> StressRecovery:
+    """One recovery of several bodies."""
+    if len(recoveries) == 1:
+        return recoveries[0]
+    places = tuple(place for each in recoveries for place in each.places)
+    dofs = tuple(dof for each in recoveries for dof in each.dofs)
+    blocks = linalg.block_diag(*(each.rows.reshape(-1, len(each.dofs)) for each in recoveries))
+    return StressRecovery(places, blocks.reshape(len(places), len(COMPONENTS), len(dofs)), dofs)
 
 
 def stress_recovery(

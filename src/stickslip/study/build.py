@@ -50,7 +50,7 @@ def rig_named(table: StructureTable) -> Problem:
     """The ready problem that a [structure] table names."""
     misplaced = [
         key
-        for key in ("names", "variables", "units", "keep", "modes", "shift", "own_damping", "sector")
+        for key in ("names", "variables", "units", "keep", "modes", "shift", "own_damping", "sector", "stress")
         if key in table.model_fields_set
     ]
     if misplaced:

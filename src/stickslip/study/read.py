@@ -350,6 +350,10 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     """A problem from models, bodies, contacts and forces."""
     units = tables.units
     _check_disk(tables, document, found)
+    asks_for_stress = any(table is not None and table.stress is not None for table in tables.structures)
+    if asks_for_stress and tables.study is not None and tables.study.analysis != "forced_response":
+        rule = f'must go with analysis = "forced_response", but the analysis is {tables.study.analysis!r}'
+        found.messages.append(f"[structure]: stress {rule}. Leave it out.")
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
     structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages)

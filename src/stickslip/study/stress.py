@@ -8,6 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from stickslip import rigs
+from stickslip.analyses.stress import own_recovery
 from stickslip.checks import InputError
 from stickslip.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked
@@ -27,16 +28,17 @@ class StressTable(Table):
 
 
 def recovery_of(asked: Asked) -> StressRecovery | None:
-    """The recovery at the places of [stress], from the very elements of the rig; None where no stress is asked for."""
+    """The recovery at the places of the models, or of [stress] from the elements of a rig; None where no stress is asked for."""
     table = asked.tables.get("stress")
     if not isinstance(table, StressTable):
-        return None
+        return None if asked.sweep is None else own_recovery(asked.sweep.problem)
     rig, parameters = asked.rig
     maker = rigs.STRESS.get(rig)
     if maker is None:
         known = " or ".join(rigs.STRESS)
         raise InputError(
-            f"[stress] must go with a rig whose finite elements are known ({known}), but stands beside {rig or 'matrices'!r}."
+            f"[stress] must go with a rig whose finite elements are known ({known}), but stands beside {rig or 'matrices'!r}. "
+            "Places of a model are named in [structure] stress."
         )
     shared = inspect.signature(maker).parameters
     return maker(table.places, **{name: value for name, value in parameters.items() if name in shared})

@@ -18,6 +18,7 @@ from stickslip.models.places import places_of
 from stickslip.models.read import read_content
 from stickslip.models.reduction import Progress, structure_of
 from stickslip.models.sector import Faces, disks_of
+from stickslip.models.stress_places import StressRows, stress_rows_of
 from stickslip.structure.cyclic import CyclicStructure
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
@@ -25,9 +26,9 @@ from stickslip.structure.rotation_axis import RotationAxis
 from stickslip.study.tables import FilesTable, MatricesTable, SectorTable, StructureTable
 from stickslip.study.units import SYSTEMS, Units
 
-OF_A_COPY = ("name", "keep", "modes", "shift")
+OF_A_COPY = ("name", "keep", "modes", "shift", "stress")
 """What structures of one and the same model may differ in."""
-ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift", "sector")
+ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift", "sector", "stress")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,13 +59,14 @@ def structure(
     key = repr([(name, value) for name, value in table if name not in OF_A_COPY])
     model = models[key] = models.get(key) or _model(table, folder, own)
     keep = {} if table.keep is None else table.keep
+    stress = None if table.stress is None else stress_rows_of(model, table.stress, own.system.metres)
     if table.sector is not None:
-        return _disk(table, table.sector, model, surfaces, folder, own, progress)
+        return _disk(table, table.sector, model, surfaces, folder, own, progress, stress)
     besides = [name for name in surfaces if name in model.sets and name not in keep]
     reduced = table.keep is not None or (table.modes is not None and besides)
     places = places_of(model, keep, own.system.metres, besides) if reduced else None
-    notes = (*map(str, places or ()), *model.notes, *implausible(model))
-    made = structure_of(model, places, table.modes, damping, progress)
+    notes = (*map(str, places or ()), *(stress.notes if stress else ()), *model.notes, *implausible(model))
+    made = structure_of(model, places, table.modes, damping, progress, stress)
     made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
     return Built(made, notes, {})
 
@@ -77,6 +79,7 @@ def _disk(
     folder: Path,
     units: Units,
     progress: Progress,
+    stress: StressRows | None,
 ) -> Built:
     """The disk of which a model is one sector; its damping follows, with the bodies."""
     if table.shift is not None:
@@ -94,7 +97,7 @@ def _disk(
     others = [_model(table.model_copy(update={"model": each.model}), folder, units) for each in sector.at_speeds]
     axis = RotationAxis.of((sector.axis.point, sector.axis.direction)).scaled(units.system.metres)
     faces = Faces(sector.sectors, sector.low, sector.high, axis, sector.faces == "interpolated")
-    disks, notes = disks_of([model, *others], faces, places, table.modes, None, progress, speeds)
+    disks, notes = disks_of([model, *others], faces, places, table.modes, None, progress, speeds, stress)
     return Built(disks[0], (*notes, *model.notes, *implausible(model)), dict(zip(speeds, disks, strict=bool(speeds))))
 
 

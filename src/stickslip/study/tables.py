@@ -187,6 +187,14 @@ class StructureTable(Table):
             description="fixed-interface modes of the reduction, 30 unless given; of a sector for each nodal diameter",
         ),
     ] = None
+    stress: Annotated[
+        dict[str, Where] | None,
+        Field(
+            min_length=1,
+            description="places whose stress is recovered from the elements of the deck: NAME = node, set or [x, y, z]",
+        ),
+        Words("table of places"),
+    ] = None
     shift: Annotated[
         Vector | None,
         Field(description="of all nodes, in the unit of length of the model: the same blade again, beside itself"),

@@ -1,0 +1,218 @@
+"""Stress at nodes of a user's own mesh: against CalculiX, beam theory, the unreduced body, and waves of a sector."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from models.test_sector import COARSE, write
+from scipy.sparse import linalg as sparse_linalg
+from structure.calculix_elements import CALCULIX
+from structure.cantilever import LENGTH, THICKNESS, cantilever, static_stress
+
+import stickslip as ss
+from stickslip.disks.tuned import TunedDisk
+from stickslip.models.read import read_model
+from stickslip.models.sector import Faces, sector_of_model
+from stickslip.models.stress_places import MOST_PLACES, stress_rows_of
+from stickslip.structure.mesh_surface import HEXAHEDRON_OF_SKFEM
+from stickslip.structure.nodal_stress import BRICK, BRICK_EDGES, nodal_stress
+from stickslip.structure.solid import STEEL, Material
+from stickslip.structure.stress import COMPONENTS, von_mises
+from stickslip.study import job
+
+NODES = BRICK[np.array([*((k, k) for k in range(8)), *BRICK_EDGES])].mean(axis=1)
+MATERIAL = f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{STEEL.young}, {STEEL.poisson}\n*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n"
+
+
+@pytest.mark.parametrize("kind", CALCULIX)
+def test_stress_at_nodes_is_that_of_calculix(kind):
+    points, motion, expected = (np.array(each) for each in CALCULIX[kind])
+    rows = nodal_stress(kind, 1e-3 * points, Material(200e9, 0.3))
+    found = np.einsum("ncmx,mx->nc", rows, 1e-3 * motion)
+    np.testing.assert_allclose(found, 1e6 * expected, atol=3e-5 * 1e6 * np.abs(expected).max())
+
+
+def elements(mesh, points, kind="C3D20R"):
+    """The cells of a hexahedral mesh as elements with their nodes among points (n, 3)."""
+    weights = np.prod(np.where(BRICK[None], NODES[:, None], 1.0 - NODES[:, None]), axis=2)  # trilinear, of the corners
+    lines = []
+    for number, cell in enumerate(mesh.t.T, start=1):
+        corners = mesh.p[:, cell[list(HEXAHEDRON_OF_SKFEM)]].T
+        if np.linalg.det(corners[[1, 3, 4]] - corners[0]) < 0.0:
+            corners = corners[[4, 5, 6, 7, 0, 1, 2, 3]]
+        places = weights @ corners
+        nodes = [str(1 + int(np.linalg.norm(points - place, axis=1).argmin())) for place in places]
+        lines.append(f"{number}, {', '.join(nodes[:10])},\n{', '.join(nodes[10:])}\n")
+    return f"*ELEMENT, TYPE={kind}, ELSET=ALL\n{''.join(lines)}{MATERIAL}"
+
+
+@pytest.fixture(scope="module")
+def beam(tmp_path_factory):
+    """The files of CalculiX of the clamped box in SI, its mesh and its body."""
+    mesh, body, _, _ = cantilever(20)
+    folder = tmp_path_factory.mktemp("beam")
+    sector = replace(COARSE.sector(), solid=body, left=np.array([0]), right=np.array([0]))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(type(COARSE), "contact_nodes", lambda self: {})
+        patch.setattr(type(COARSE), "tip", lambda self: (0.0, LENGTH, 0.0))
+        write(folder, sector)
+    deck = folder / "disk.inp"
+    deck.write_text(deck.read_text() + elements(mesh, body.points))
+    return deck, mesh, body
+
+
+MIDDLE = (0.5 * THICKNESS, 0.5 * LENGTH, 0.0)
+
+
+def test_bending_stress_of_a_cantilever(beam):
+    """σ_yy = −F (L − y) x/I of beam theory, and the same from the reduced model as from the whole one."""
+    deck, _, body = beam
+    where = {"middle": MIDDLE, "clamp": (0.5 * THICKNESS, 0.0, 0.0)}
+    model = read_model(deck)
+    rows = stress_rows_of(model, where)
+    assert "have no rows and count as fixed" in rows.notes[0]
+    load = np.zeros(model.size)
+    load[model.rows[f"{body.node((0.0, LENGTH, 0.0)) + 1}.x"]] = 100.0
+    whole = (rows.rows @ sparse_linalg.spsolve(model.K, load)).reshape(2, 6)
+    assert whole[0, 1] == pytest.approx(static_stress(100.0, MIDDLE), rel=0.01)
+    assert von_mises(whole[0]) == pytest.approx(abs(whole[0, 1]), rel=0.03)
+    assert whole[1, 1] == pytest.approx(static_stress(100.0, where["clamp"]), rel=0.2), "a singular place, but not without stress"
+    blade = ss.read_structure(deck, keep={"tip": "TIP"}, modes=4, stress=where)
+    (recovery,) = blade.stresses
+    assert recovery.places == ("middle", "clamp")
+    pushed = np.zeros(blade.size)
+    pushed[blade.index("tip.x")] = 100.0
+    np.testing.assert_allclose(recovery.rows @ np.linalg.solve(blade.K, pushed), whole, atol=1e-7 * np.abs(whole).max())
+
+
+def test_constant_strain_gives_its_stress_at_every_node_of_a_set(beam):
+    """The whole of a set, with names NAME/NODE, and where elements of one node are averaged."""
+    deck, _, body = beam
+    model = read_model(deck)
+    inner = [k for k in range(len(body.points)) if body.points[k, 1] > 0.021][: MOST_PLACES - 1]
+    model = replace(model, sets={"INNER": tuple(str(k + 1) for k in inner)})
+    rows = stress_rows_of(model, {"all": "INNER"})
+    assert next(iter(rows.nodes)) == f"all/{inner[0] + 1}"
+    gradient = np.array([[1.0, 0.4, -0.2], [0.1, -0.7, 0.3], [0.5, 0.2, 0.9]]) * 1e-3
+    motion = np.zeros(model.size)
+    for dof, row in model.rows.items():
+        node, _, axis = dof.rpartition(".")
+        motion[row] = (gradient @ body.points[int(node) - 1])["xyz".index(axis)]
+    lam, shear = STEEL.lame
+    strain = 0.5 * (gradient + gradient.T)
+    sigma = lam * np.trace(strain) * np.eye(3) + 2.0 * shear * strain
+    expected = [sigma[0, 0], sigma[1, 1], sigma[2, 2], sigma[0, 1], sigma[1, 2], sigma[2, 0]]
+    found = (rows.rows @ motion).reshape(-1, 6)
+    np.testing.assert_allclose(found, np.tile(expected, (len(inner), 1)), rtol=1e-8)
+
+
+def test_two_bodies_have_the_places_of_both(beam):
+    deck = beam[0]
+    blades = {
+        name: ss.read_structure(deck, keep={"tip": "TIP"}, modes=4, stress={"middle": MIDDLE}) for name in ("left", "right")
+    }
+    pair = ss.assemble(blades)
+    rig = ss.Problem(pair.with_damping(ss.ModalDamping(0.01)), (), (ss.Force("right/tip.x", 100.0),), ("right/tip.x",))
+    stress = ss.forced_response(rig, [10.0]).stress(0, 0)
+    assert stress["place"].values.tolist() == ["left/middle", "right/middle"]
+    bending = stress["amplitude"].sel(component="yy")
+    assert float(bending[1]) == pytest.approx(abs(static_stress(100.0, MIDDLE)), rel=0.01)
+    assert float(bending[0]) < 1e-9 * float(bending[1])
+    plain = ss.Problem(ss.read_structure(deck, keep={"tip": "TIP"}, modes=4), (), (ss.Force("tip.x", 1.0),), ("tip.x",))
+    with pytest.raises(ss.InputError, match="Stress needs places"):
+        ss.forced_response(plain, [10.0]).with_stress()
+
+
+@pytest.fixture(scope="module")
+def disk_deck(tmp_path_factory):
+    sector = COARSE.sector()
+    deck = write(tmp_path_factory.mktemp("disk"), sector).with_suffix(".inp")
+    deck.write_text(deck.read_text() + elements(COARSE.mesh(), sector.solid.points))
+    return deck
+
+
+@pytest.mark.parametrize("engine_order", [1, 2, 5])
+def test_stress_of_a_travelling_wave_is_that_of_the_unreduced_sector(disk_deck, engine_order):
+    """Static force of each engine order: K_n u = p of the whole sector, also where the wave runs against the numbering."""
+    faces = Faces(6, "LOW", "HIGH")
+    place = {"root": int(read_model(disk_deck).sets["RIGHT"][0])}
+    disk = ss.read_sector(disk_deck, sectors=6, faces=("LOW", "HIGH"), keep={"tip": "TIP"}, modes=8, stress=place)
+    rig = TunedDisk(disk, (), (ss.Force("tip.x", 1.0),), ("tip.x",), engine_order=engine_order)
+    found = ss.forced_response(rig, [1e-3]).stress(0, 0)["stress"].values[0, :, 1]
+    model = read_model(disk_deck)
+    read = sector_of_model(model, faces)
+    n = min(engine_order, 6 - engine_order)
+    T = read.sector.constraint(n)
+    load = np.zeros(read.sector.solid.size)
+    load[read.rows[model.rows[f"{model.sets['TIP'][0]}.x"]]] = 1.0
+    K = (T.conj().T @ read.sector.solid.K @ T).tocsc()
+    motion = T @ sparse_linalg.spsolve(K, T.conj().T @ load)
+    rows = stress_rows_of(model, place).rows[:, np.flatnonzero(read.rows >= 0)]
+    expected = rows @ (motion if n == engine_order else motion.conj())
+    np.testing.assert_allclose(found[:, 0] + 1j * found[:, 1], expected, atol=1e-6 * np.abs(expected).max())
+    assert np.abs(expected.imag).max() > 1e-3 * np.abs(expected).max()
+
+
+def test_a_place_on_a_face_of_a_sector_is_refused(disk_deck):
+    node = int(read_model(disk_deck).sets["LOW"][0])
+    with pytest.raises(ss.InputError, match="must not lie on a face of the sector, but is 'side'"):
+        ss.read_sector(disk_deck, sectors=6, faces=("LOW", "HIGH"), keep={"tip": "TIP"}, modes=5, stress={"side": node})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "stress", "said"),
+    [
+        ("", "", {"a": "NOSET"}, "stress, a: Node or set 'NOSET' does not exist"),
+        ("", "", {"a": 99999}, "Node or set '99999' does not exist"),
+        ("", "", {"a": (0.0, 3.0, 0.0)}, "must lie within"),
+        ("", "", {}, "must be from 1 to 200, but is 0"),
+        ("TYPE=C3D20R", "TYPE=C3D20", {"a": MIDDLE}, "must be one of C3D4, C3D8, C3D10, C3D20R, but is 'C3D20'"),
+        ("TYPE=C3D20R", "TYPE=C3D8", {"a": MIDDLE}, "A C3D8 at a place of stress must have 8 nodes, but"),
+        ("*SOLID SECTION, ELSET=ALL", "*SOLID SECTION, ELSET=OTHER", {"a": MIDDLE}, "must have a *SOLID SECTION with a material"),
+        ("*ELASTIC\n", "*ELASTIC, TYPE=ORTHO\n", {"a": MIDDLE}, "the same in all directions, but is 'another TYPE'"),
+        ("*ELASTIC\n", "*ELASTIC\n1e11, 0.3, 20\n", {"a": MIDDLE}, "in one line of *ELASTIC"),
+        (f", {STEEL.poisson}\n", ", 0.6\n", {"a": MIDDLE}, "The material STEEL: Material.poisson must lie between -1 and 0.5"),
+        ("*MATERIAL", "*ELCOPY\n*MATERIAL", {"a": MIDDLE}, "must come with the elements of its deck"),
+    ],
+)
+def test_what_cannot_be_recovered_is_refused(beam, tmp_path, old, new, stress, said):
+    for file in beam[0].parent.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    text = (tmp_path / "disk.inp").read_text()
+    assert old in text
+    (tmp_path / "disk.inp").write_text(text.replace(old, new, 1) if old else text)
+    with pytest.raises(ss.InputError) as raised:
+        ss.read_structure(tmp_path / "disk.inp", keep={"tip": "TIP"}, modes=4, stress=stress)
+    assert said in str(raised.value)
+
+
+STUDY = """
+units = "SI"
+[study]
+analysis = "forced_response"
+[structure]
+model = "disk.inp"
+keep = { tip = "TIP" }
+modes = 4
+stress = { middle = [0.01, 0.1, 0.0] }
+[damping]
+modal = 0.01
+[[force]]
+direction = "tip.x"
+amplitude = 100.0
+[sweep]
+at = [10.0]
+force_levels = [1.0]
+harmonics = 1
+outputs = ["tip.x"]
+"""
+
+
+def test_a_study_names_places_of_stress(beam):
+    plan = job(STUDY, beam[0].parent, "beam").plan
+    assert plan.recovery.places == ("middle",)
+    assert plan.recovery.rows.shape == (1, len(COMPONENTS), 7)
+    with pytest.raises(ss.InputError, match="stress must go with a model"):
+        job(STUDY.replace('model = "disk.inp"\nkeep = { tip = "TIP" }\nmodes = 4', 'rig = "single_mass"'), beam[0].parent, "beam")
+    with pytest.raises(ss.InputError, match='stress must go with analysis = "forced_response", but the analysis is'):
+        job(STUDY.replace('"forced_response"', '"nonlinear_modes"'), beam[0].parent, "beam")
