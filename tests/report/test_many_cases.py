@@ -13,7 +13,9 @@ from report.synthetic import synthetic
 
 import stickslip as ss
 from stickslip import analyses
+from stickslip.analyses.fatigue import with_fatigue
 from stickslip.plots.forced_response import figures_of
+from stickslip.plots.haigh import haigh_diagram
 from stickslip.plots.look import MOST_ENTRIES, PAGE
 from stickslip.plots.stress import stress_curves
 from stickslip.report.page import page
@@ -21,6 +23,7 @@ from stickslip.report.responses import sentences
 from stickslip.report.sections import MOST_SHOWN
 from stickslip.results.representative import representatives, spread
 from stickslip.results.result import Result
+from stickslip.structure.stress import COMPONENTS
 
 MANY = 40
 BESIDE_CASES = 5  # further entries of a legend: linear curves, failures, "others"
@@ -149,7 +152,7 @@ OF_ONE = {
 }
 """Their figures have no axis of cases."""
 DRAWN_ON_EVERY_CHANGE = {"ForcedResponse", "ContactLaw"}
-NOT_DRAWN = {"force_plane", "posterior", "stress"}
+NOT_DRAWN = {"force_plane", "posterior", "stress", "haigh"}
 """Of one case, with arguments of their own; of stress, which `test_stress_at_forty_places` draws."""
 
 
@@ -217,6 +220,9 @@ def test_stress_at_forty_places():
     assert_fits_a_page(figure)
     assert figure.axes[-1].get_title(loc="left") == "place 39"
     assert "4 of 40 places, the most stressed" in figure.get_suptitle().lower()
+    mean = xr.zeros_like(stress).expand_dims(component=list(COMPONENTS), axis=-1)
+    data = with_fatigue(data.assign(stress_alternating=stress, stress_mean=mean), ss.FatigueLimit(4e8, 9e8))
+    assert_fits_a_page(haigh_diagram(data).plot())
 
 
 def test_a_cloud_is_represented_by_its_lowest_median_and_highest():

@@ -17,6 +17,7 @@ from threadpoolctl import threadpool_limits
 from stickslip.analyses.base_motion import absolute
 from stickslip.analyses.deformed_shape import deformed_shape, with_shapes
 from stickslip.analyses.dense_output import response_at
+from stickslip.analyses.fatigue import with_fatigue
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.isolated import isolated_curves
@@ -81,6 +82,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from stickslip.structure.fatigue import FatigueLimit
     from stickslip.structure.stress import StressRecovery
 
 
@@ -224,6 +226,16 @@ class ForcedResponse(Result):
     def with_stress(self, recovery: StressRecovery | None = None) -> ForcedResponse:
         """A copy whose dataset also holds the stress along its curves, for figures, report and tables; places as in `stress`."""
         return replace(self, dataset=with_stress(self.dataset, self.problem, self._recovery(recovery)))
+
+    def with_fatigue(self, limit: FatigueLimit, mean: Mapping[str, float] | None = None) -> ForcedResponse:
+        """A copy of a response with stress whose dataset also holds its fatigue margin, for figures, report and tables.
+
+        As Sines compares a stress of several components with tests in tension: its amplitude is the largest von Mises stress of
+        the vibration over the period, its mean σ_m the sum of the mean normal stresses, which is the stress itself in tension.
+        The margin `fatigue_limit` / `stress_alternating` says by how much the vibration may grow at the same mean stress.
+        mean: what the response does not hold, such as the stress of the rotation, Pa by place.
+        """
+        return replace(self, dataset=with_fatigue(self.dataset, limit, mean))
 
     def _recovery(self, given: StressRecovery | None) -> StressRecovery:
         found = own_recovery(self.problem) if given is None else given

@@ -52,20 +52,23 @@ def stress(dataset: xr.Dataset, problem: Problem, case: int, point: int, recover
 def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery) -> xr.Dataset:
     """A forced response with the stress at every converged point of every curve, Pa.
 
-    `stress_von_mises` (case, point, place), its largest over the period, with the mean; `stress_amplitude` and `stress_mean`
-    (case, point, place, component), first harmonic and mean of each component.
+    `stress_von_mises` (case, point, place), its largest over the period, with the mean; `stress_alternating`, the same without
+    the mean; `stress_amplitude` and `stress_mean` (case, point, place, component), first harmonic and mean of each component.
     """
     here, points = degrees_of_freedom(problem, recovery), SolvedPoints(dataset, problem)
     sizes = (*dataset["outcome"].shape, len(recovery.places))
-    largest = np.full(sizes, np.nan)
+    largest, alternating = np.full((2, *sizes), np.nan)
     amplitude, mean = np.full((2, *sizes, len(COMPONENTS)), np.nan)
     for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED):
         harmonics = stress_harmonics(problem, recovery, points.whole_motion(case, point)[here])
-        largest[case, point] = von_mises(np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E)).max(axis=1)
+        over_time = np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E)
+        largest[case, point] = von_mises(over_time).max(axis=1)
+        alternating[case, point] = von_mises(over_time - harmonics[:, None, :, 0]).max(axis=1)
         amplitude[case, point], mean[case, point] = np.hypot(harmonics[..., 1], harmonics[..., 2]), harmonics[..., 0]
     dims = ("case", "point", "place")
     return dataset.assign(
         stress_von_mises=(dims, largest, {"units": "Pa", "long_name": "largest von Mises stress over the period, with the mean"}),
+        stress_alternating=(dims, alternating, {"units": "Pa", "long_name": "largest von Mises stress of the vibration"}),
         stress_amplitude=((*dims, "component"), amplitude, {"units": "Pa", "long_name": "first harmonic of the stress"}),
         stress_mean=((*dims, "component"), mean, {"units": "Pa", "long_name": "mean stress"}),
     ).assign_coords(

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stickslip.analyses.fatigue import has_fatigue
 from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.stress import has_stress
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
@@ -18,6 +19,7 @@ from stickslip.plots.cycles import bound_cycles
 from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
 from stickslip.plots.energy import dissipation, loss_factor
 from stickslip.plots.files import Figures, write_figures
+from stickslip.plots.haigh import haigh_diagram
 from stickslip.plots.response_bounds import loss_factors, response_bounds
 from stickslip.plots.response_curves import peaks_over_force, response_curves
 from stickslip.plots.response_percentiles import response_percentiles
@@ -77,6 +79,7 @@ def figures_of(dataset: xr.Dataset) -> Figures:
     figures |= TUNED_DISK_FIGURES if "disk_frequency" in dataset.variables else {}
     figures |= {"disk_mode": disk_mode} if "disk_shape" in dataset.variables else {}
     figures |= {"stress": stress_curves} if has_stress(dataset) else {}
+    figures |= {"haigh": haigh_diagram} if has_fatigue(dataset) else {}
     figures |= SAMPLES_FIGURES if "start_variable" in dataset.variables else {}
     return figures | (PERCENTILES_FIGURES if has_percentiles(dataset) else {})
 

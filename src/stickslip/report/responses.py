@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.fatigue import has_fatigue
 from stickslip.analyses.stress import has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
@@ -19,6 +20,7 @@ from stickslip.plots.files import Figures
 from stickslip.plots.forced_response import figures_of
 from stickslip.report.bounds import bounds_table
 from stickslip.report.failures import bounds_failures, bounds_warnings
+from stickslip.report.fatigue import fatigue_sentences, fatigue_table
 from stickslip.report.percentiles import percentiles_table
 from stickslip.report.presentation import Presentation, presents
 from stickslip.report.stress import stress_sentences, stress_table
@@ -55,7 +57,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
     lines += isolated_sentences(dataset)
     lines += stability_sentences(dataset) if has_stability(dataset) else []
-    return [*lines, *(stress_sentences(dataset) if has_stress(dataset) else [])]
+    lines += stress_sentences(dataset) if has_stress(dataset) else []
+    return [*lines, *(fatigue_sentences(dataset) if has_fatigue(dataset) else [])]
 
 
 def _bounds_alone(dataset: xr.Dataset) -> bool:
@@ -197,7 +200,8 @@ def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """What only some results hold."""
     found = {"bounds": bounds_table(detached(dataset))} if has_bounds(dataset) else {}
     found |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
-    return found | ({"stress": stress_table(dataset)} if has_stress(dataset) else {})
+    found |= {"stress": stress_table(dataset)} if has_stress(dataset) else {}
+    return found | ({"fatigue": fatigue_table(dataset)} if has_fatigue(dataset) else {})
 
 
 def figures(dataset: xr.Dataset) -> Figures:

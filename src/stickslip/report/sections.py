@@ -21,6 +21,7 @@ from stickslip.report.answer import peaks_at_a_glance
 from stickslip.report.charts import Charts, Choice, Opening
 from stickslip.report.conclusions import bounds_headline, further_curves_sentence, headline, level_sentence
 from stickslip.report.failures import failures_of, warnings_of
+from stickslip.report.fatigue import fatigue_headline
 from stickslip.report.markup import cell, section, table, text
 from stickslip.report.numbers import hertz, number
 from stickslip.results.representative import representatives, spread
@@ -270,7 +271,11 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     chosen = str(dataset.attrs.get("harmonics_chosen", ""))
     how = [*([f"Chosen by “auto”: {chosen}."] if chosen else []), *finer_sentences(dataset)]
     note = f"<details><summary>{text(solved)}</summary>{text(' '.join(how))}</details>" if how else text(solved)
-    said = [*([bounds_headline(detached(dataset))] if has_bounds(dataset) else []), further_curves_sentence(dataset)]
+    said = [
+        fatigue_headline(dataset),
+        *([bounds_headline(detached(dataset))] if has_bounds(dataset) else []),
+        further_curves_sentence(dataset),
+    ]
     answers = "".join(f'<p class="headline">{text(answer)}</p>' for answer in said if answer)
     return f'{head}{answers}{peaks_at_a_glance(label, dataset)}<div class="note">{note}</div>'
 

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.analyses.stress import has_stress
 from stickslip.plots.stress import MPa, stress_curves
 from stickslip.report.charts import Charts
+from stickslip.report.fatigue import fatigue_part
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number
 from stickslip.results.shown_units import in_system, system_of
@@ -90,7 +91,8 @@ def _part(charts: Charts, k: int, label: str, dataset: xr.Dataset) -> str:
     heads = ["force level", "place", "frequency in Hz", f"von Mises in {name}", "component"]
     heads += [f"vibrating in {name}", f"mean in {name}"]
     figure = charts.drawn(f"chart-stress-{k}", stress_curves(dataset), "Von Mises stress along the curves")
-    return figure + table(f"stress-{k}", f"{label}: largest stress at each place", heads, _rows(dataset))
+    largest = table(f"stress-{k}", f"{label}: largest stress at each place", heads, _rows(dataset))
+    return fatigue_part(charts, str(k), label, dataset) + figure + largest
 
 
 def _rows(dataset: xr.Dataset) -> Iterator[str]:

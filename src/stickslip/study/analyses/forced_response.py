@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,6 +11,7 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.runs.work import Arrays
 from stickslip.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.fatigue import FatigueTable, fatigue_of
 from stickslip.study.further_curves import BranchesTable, FurtherCurves, IsolatedTable, ordered
 from stickslip.study.stability import StabilityTable, stability_of
 from stickslip.study.stress import StressTable, recovery_of
@@ -26,12 +27,15 @@ class ForcedResponsePlan(Plan):
     sweep: Sweep
     further: FurtherCurves
     recovery: StressRecovery | None = None
+    fatigue: Callable[[xr.Dataset], xr.Dataset] | None = None
     stability: StabilityTable | None = None
 
     @classmethod
     def of(cls, asked: Asked) -> ForcedResponsePlan:
         """The plan of a study."""
-        plan = cls(sweep_of(asked), FurtherCurves.of(asked), recovery_of(asked), stability_of(asked))
+        recovery = recovery_of(asked)
+        fatigue = fatigue_of(asked, recovery)
+        plan = cls(sweep_of(asked), FurtherCurves.of(asked), recovery, fatigue, stability_of(asked))
         if plan.further.periods > 1 and plan.sweep.harmonics != "auto":
             _ = plan.works
         return plan
@@ -48,7 +52,8 @@ class ForcedResponsePlan(Plan):
         work = self.works[""]
         response = self.further.added(work.gathered(results[""]), work)
         response = response if self.stability is None else response.with_stability(self.stability.highest)
-        return (response if self.recovery is None else response.with_stress(self.recovery)).with_motion().dataset
+        found = (response if self.recovery is None else response.with_stress(self.recovery)).with_motion().dataset
+        return found if self.fatigue is None else self.fatigue(found)
 
 
 def checked(table: IsolatedTable) -> None:
@@ -66,7 +71,13 @@ def sweep_of(asked: Asked) -> Sweep:
 KINDS = {
     "forced_response": Kind(
         ForcedResponsePlan.of,
-        {"stress": StressTable, "stability": StabilityTable, "isolated": IsolatedTable, "branches": BranchesTable},
+        {
+            "stress": StressTable,
+            "fatigue": FatigueTable,
+            "stability": StabilityTable,
+            "isolated": IsolatedTable,
+            "branches": BranchesTable,
+        },
         checks={"isolated": checked},
         repeats=True,
     )

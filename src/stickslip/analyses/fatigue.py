@@ -1,0 +1,100 @@
+"""Fatigue margin along response curves: the stress amplitude that a material stands over that of the vibration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stickslip.analyses.stress import has_stress
+from stickslip.checks import InputError, fault, finite, nearest
+from stickslip.structure.fatigue import FatigueLimit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NORMAL = ("xx", "yy", "zz")
+
+DRAWN = 61
+"""Points of the line of the limit that a figure is drawn from."""
+
+
+def with_fatigue(dataset: xr.Dataset, limit: FatigueLimit, mean: Mapping[str, float] | None = None) -> xr.Dataset:
+    """A response with stress (`with_stress`) and its fatigue margin.
+
+    As Sines compares a stress of several components with tests in tension: its amplitude is the largest von Mises stress of the
+    vibration over the period (`stress_alternating`), its mean σ_m the sum of the mean normal stresses, which is the stress
+    itself in tension. `fatigue_mean` (case, point, place): σ_m [Pa]; `fatigue_limit`: the amplitude that the material stands
+    there; their margin is `fatigue_limit` / `stress_alternating`, by which the vibration may grow at the same mean stress.
+    mean: what the response does not hold, such as the stress of the rotation, Pa by place; of a set by its name.
+    """
+    import xarray as xr
+
+    if not has_stress(dataset):
+        raise InputError("A fatigue margin needs stress along the curves: take it of `response.with_stress()`.")
+    places = [str(place) for place in dataset["place"].values]
+    added = np.zeros(len(places))
+    for name, size in (mean or {}).items():
+        here = [k for k, place in enumerate(places) if place == name or place.startswith(f"{name}/")]
+        if not here:
+            raise fault("mean", "must name places of stress", name, nearest(name, places))
+        added[here] = finite(f"mean of {name}", size)
+    sizes = dataset["stress_mean"].sel(component=list(NORMAL)).values.sum(axis=-1) + added
+    allowed = np.where(np.isfinite(sizes), limit.amplitude(np.nan_to_num(sizes)), np.nan)
+    dims = ("case", "point", "place")
+    drawn = np.linspace(min(0.0, float(np.nanmin(sizes, initial=0.0))), limit.largest_mean, DRAWN)
+    return dataset.assign(
+        fatigue_mean=(dims, sizes, {"units": "Pa", "long_name": "mean stress: sum of the mean normal stresses"}),
+        fatigue_limit=(
+            dims,
+            allowed,
+            {"units": "Pa", "long_name": "stress amplitude that the material stands"},
+        ),
+        haigh_mean=xr.DataArray(drawn, dims="haigh", attrs={"units": "Pa", "long_name": "mean stress of the Haigh diagram"}),
+        haigh_limit=xr.DataArray(
+            limit.amplitude(drawn), dims="haigh", attrs={"units": "Pa", "long_name": "stress amplitude of the Haigh diagram"}
+        ),
+    ).assign_attrs(fatigue_criterion=limit.words)
+
+
+def has_fatigue(dataset: xr.Dataset) -> bool:
+    """Whether a result holds fatigue margins."""
+    return "fatigue_limit" in dataset.variables
+
+
+class Margin(NamedTuple):
+    """The smallest margin of one curve at one place: where, Hz; amplitude and mean of the stress, the amplitude that the material
+    stands, Pa."""
+
+    case: int
+    place: str
+    point: int
+    frequency: float
+    alternating: float
+    mean: float
+    allowed: float
+
+    @property
+    def size(self) -> float:
+        """By how much the vibration may grow; infinite where nothing vibrates."""
+        return self.allowed / self.alternating if self.alternating > 0.0 else np.inf
+
+
+def margins(dataset: xr.Dataset) -> Iterator[Margin]:
+    """Of every curve and place where a point was solved, the smallest along the curve."""
+    alternating, allowed = dataset["stress_alternating"].values, dataset["fatigue_limit"].values
+    with np.errstate(divide="ignore", invalid="ignore"):
+        size = np.where(alternating > 0.0, allowed / alternating, np.where(np.isfinite(alternating), np.inf, np.nan))
+    for case in range(size.shape[0]):
+        for k, place in enumerate(dataset["place"].values):
+            if np.isfinite(alternating[case, :, k]).any():
+                point = int(np.nanargmin(size[case, :, k]))
+                found = (alternating[case, point, k], dataset["fatigue_mean"].values[case, point, k], allowed[case, point, k])
+                frequency = float(dataset["frequency"].values[case, point])
+                yield Margin(case, str(place), point, frequency, *map(float, found))
+
+
+def smallest_margin(dataset: xr.Dataset) -> Margin | None:
+    """The smallest of all curves and places; None without a point."""
+    return min(margins(dataset), key=lambda margin: margin.size, default=None)

@@ -1,0 +1,70 @@
+"""Fatigue margin in a study: the table [fatigue] of a forced response with places of stress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from stickslip.analyses.fatigue import with_fatigue
+from stickslip.checks import InputError, fault, nearest
+from stickslip.structure.fatigue import FatigueLimit
+from stickslip.structure.stress import StressRecovery
+from stickslip.study.analysis import Asked
+from stickslip.study.fields import Groups, Number, Positive, Table, Words
+from stickslip.study.units import PRESSURE, in_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Pair = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
+
+
+class FatigueTable(Table):
+    """The fatigue limit of the material at the places of stress, and mean stresses that the study does not hold."""
+
+    exactly_one: ClassVar[Groups] = (("fatigue_strength", "points"),)
+
+    fatigue_strength: Annotated[
+        Positive | None, Field(description="amplitude of stress that the material stands without mean stress"), PRESSURE
+    ] = None
+    ultimate_strength: Annotated[Positive | None, Field(description="ultimate tensile strength"), PRESSURE] = None
+    yield_strength: Annotated[
+        Positive | None, Field(description="yield strength; given, amplitude and mean together stay below it"), PRESSURE
+    ] = None
+    criterion: Annotated[
+        Literal["goodman", "gerber", "soderberg"], Field(description="how a mean stress lowers the amplitude")
+    ] = "goodman"
+    points: Annotated[
+        list[Pair] | None,
+        Field(min_length=2, description="pairs of mean stress and amplitude, a measured Haigh diagram in place of the strengths"),
+        PRESSURE,
+        Words("list of pairs"),
+    ] = None
+    mean: Annotated[
+        dict[str, Number] | None,
+        Field(description="PLACE = mean stress that the study does not hold, such as that of the rotation; added to its own"),
+        PRESSURE,
+        Words("table of stresses"),
+    ] = None
+
+
+def fatigue_of(asked: Asked, recovery: StressRecovery | None) -> Callable[[xr.Dataset], xr.Dataset] | None:
+    """What adds the fatigue margin to a response with stress; None where it is not asked for."""
+    table = asked.tables.get("fatigue")
+    if not isinstance(table, FatigueTable):
+        return None
+    if recovery is None:
+        raise InputError("[fatigue] must go with places of stress, but there are none. Name them in [structure] stress.")
+    given = in_si(table, asked.units)
+    mean = {name: asked.units.factor(PRESSURE) * size for name, size in (table.mean or {}).items()}
+    for name in mean:
+        if not any(place == name or place.startswith(f"{name}/") for place in recovery.places):
+            raise fault("[fatigue]: mean", "must name places of stress", name, nearest(name, recovery.places))
+    strengths = {key: given[key] for key in ("fatigue_strength", "ultimate_strength", "yield_strength", "criterion")}
+    try:
+        limit = FatigueLimit(**strengths, points=given["points"] or ())
+    except InputError as error:
+        raise InputError(f"[fatigue]: {error}") from None
+    return lambda dataset: with_fatigue(dataset, limit, mean)

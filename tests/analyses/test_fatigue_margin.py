@@ -1,0 +1,141 @@
+"""Fatigue margins of a cantilever that rubs: against its stress over time, beam theory, and in a study."""
+
+import re
+
+import numpy as np
+import pytest
+from structure.cantilever import cantilever_rig, cantilever_stress, resonant_stress
+from typer.testing import CliRunner
+
+import stickslip as ss
+from stickslip import report, rigs
+from stickslip.analyses.fatigue import margins, smallest_margin
+from stickslip.checks import InputError
+from stickslip.cli import app
+from stickslip.plots.haigh import haigh_diagram
+from stickslip.report.fatigue import fatigue_headline, fatigue_table
+from stickslip.structure.stress import COMPONENTS, von_mises
+
+PLACES = {"half way": (0.01, 0.1, 0.0), "root/1": (-0.01, 0.06, 0.0), "root/2": (0.01, 0.06, 0.0)}
+LIMIT = ss.FatigueLimit(fatigue_strength=400e6, ultimate_strength=1000e6)
+
+
+@pytest.fixture(scope="module")
+def stressed():
+    response = ss.forced_response(cantilever_rig(push=50.0), [410.0, 417.0, 425.0], [5.0, 50.0], harmonics=3)
+    return response.with_stress(cantilever_stress(PLACES))
+
+
+def test_margins_are_those_of_the_stress_over_time(stressed):
+    dataset = stressed.with_fatigue(LIMIT, {"root": 250e6}).dataset
+    for margin in margins(dataset):
+        recovery = cantilever_stress(PLACES)
+        parts = stressed.stress(margin.case, margin.point, recovery)["stress"].sel(place=margin.place).values
+        harmonics = parts[..., 0] + 1j * parts[..., 1]
+        phase = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 4096, endpoint=False)[:, None] * np.arange(harmonics.shape[1]))
+        over_time = (phase[:, None, :] * harmonics).real.sum(axis=-1)
+        mean = float(over_time.mean(axis=0)[:3].sum()) + (250e6 if margin.place.startswith("root") else 0.0)
+        alternating = float(von_mises(over_time - over_time.mean(axis=0)).max())
+        assert margin.alternating == pytest.approx(alternating, rel=2e-3)
+        assert margin.mean == pytest.approx(mean, rel=1e-9)
+        assert margin.size == pytest.approx(400e6 * (1.0 - max(mean, 0.0) / 1000e6) / alternating, rel=2e-3)
+
+
+def test_bending_has_the_margin_of_beam_theory(stressed):
+    dataset = stressed.with_fatigue(LIMIT).dataset
+    margin = next(found for found in margins(dataset) if found.case == 1 and found.place == "half way")
+    beam = abs(resonant_stress(float(dataset["amplitude"][1, margin.point, 0]), PLACES["half way"]))
+    assert margin.size == pytest.approx(400e6 * (1.0 - max(margin.mean, 0.0) / 1000e6) / beam, rel=0.02)
+    assert dataset["component"].values.tolist() == list(COMPONENTS)
+
+
+def test_the_smallest_margin_opens_the_report(stressed, tmp_path):
+    response = stressed.with_fatigue(ss.FatigueLimit(fatigue_strength=1e3, ultimate_strength=1000e6))
+    worst = smallest_margin(response.dataset)
+    assert worst.size == min(margin.size for margin in margins(response.dataset)) < 1.0
+    headline = fatigue_headline(response.dataset)
+    assert headline.startswith("Smallest fatigue margin")
+    assert worst.place in headline
+    assert headline.endswith("The material does not stand it.")
+    assert headline.replace("\xa0", " ") in str(response).replace("\xa0", " ")
+    page = report.write(response.dataset, tmp_path / "report.html").read_text()
+    assert page.index(headline[:23]) < page.index('<table id="answer-')
+    assert '<table id="fatigue-0"' in page
+    table = fatigue_table(response.dataset)
+    assert table["margin"].min() == worst.size
+    assert table["allowed amplitude [m]"].to_numpy() == pytest.approx(
+        table["margin"].to_numpy() * [float(response.dataset["amplitude"][m.case, m.point, 0]) for m in margins(response.dataset)]
+    )
+
+
+def test_the_diagram_has_the_limit_and_each_place(stressed):
+    chart = haigh_diagram(stressed.with_fatigue(LIMIT).dataset)
+    limit, *levels = chart.panels[0].layers
+    assert np.interp(250.0, limit.x, limit.y) == pytest.approx(300.0, rel=1e-6)
+    assert [len(level.x) for level in levels] == [3, 3]
+
+
+def test_what_has_no_stress_has_no_margin(stressed):
+    with pytest.raises(InputError, match="needs stress along the curves"):
+        ss.forced_response(ss.rigs.single_mass(), [0.2], 1.0).with_fatigue(LIMIT)
+    with pytest.raises(InputError, match="must name places of stress"):
+        stressed.with_fatigue(LIMIT, {"rot": 1.0})
+
+
+STUDY = """
+[study]
+analysis = "forced_response"
+[structure]
+rig = "cantilever"
+parameters = { push = 50.0 }
+[stress]
+places = { "half way" = [0.01, 0.1, 0.0] }
+[fatigue]
+FATIGUE
+[sweep]
+at = [417.0]
+force_levels = [5.0]
+harmonics = 3
+"""
+
+
+@pytest.fixture
+def rig(monkeypatch):
+    monkeypatch.setitem(rigs.RIGS, "cantilever", cantilever_rig)
+    monkeypatch.setitem(rigs.STRESS, "cantilever", cantilever_stress)
+
+
+def test_a_study_says_the_margin(rig, tmp_path):
+    table = 'fatigue_strength = 400e6\nultimate_strength = 1000e6\nmean = { "half way" = 500e6 }'
+    (tmp_path / "beam.toml").write_text(STUDY.replace("FATIGUE", table))
+    result = CliRunner().invoke(app, ["run", str(tmp_path / "beam.toml"), "--out", str(tmp_path / "out"), "--workers", "1"])
+    assert result.exit_code == 0, result.output
+    assert "Smallest fatigue margin" in result.output
+    (mean,) = re.findall(r"at a mean of (\d+)\sMPa", result.output)
+    assert float(mean) == pytest.approx(500.0, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("fatigue_strength = 400e6", 'ultimate_strength must go with criterion = "goodman"'),
+        ("ultimate_strength = 400e6", "fatigue_strength"),
+        ('fatigue_strength = 4e8\nultimate_strength = 9e8\nmean = { "half" = 1.0 }', "must name places of stress"),
+        ("fatigue_strength = 4e8\nultimate_strength = 9e8\ncriterion = 'smith'", "criterion"),
+    ],
+)
+def test_faults_of_the_table_are_named(rig, tmp_path, table, words):
+    (tmp_path / "beam.toml").write_text(STUDY.replace("FATIGUE", table))
+    result = CliRunner().invoke(app, ["check", str(tmp_path / "beam.toml")])
+    assert result.exit_code == 2, result.output
+    assert words in result.output
+    assert "fatigue" in result.output
+
+
+def test_the_table_needs_places_of_stress(tmp_path):
+    text = STUDY.replace('[stress]\nplaces = { "half way" = [0.01, 0.1, 0.0] }', "").replace("cantilever", "single_mass")
+    text = text.replace("parameters = { push = 50.0 }", "").replace("at = [417.0]", "at = [0.2]")
+    (tmp_path / "mass.toml").write_text(text.replace("FATIGUE", "fatigue_strength = 4e8\nultimate_strength = 9e8"))
+    result = CliRunner().invoke(app, ["check", str(tmp_path / "mass.toml")])
+    assert result.exit_code == 2
+    assert "[fatigue] must go with places of stress" in result.output
