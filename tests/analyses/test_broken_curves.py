@@ -164,6 +164,7 @@ def test_only_a_prescribed_start_is_blamed_for_a_static_state_that_is_not_found(
     assert "may be" in outcome.sentence
 
 
+@pytest.mark.usefixtures("few_points")
 def test_a_lost_curve_without_damping_or_of_a_body_that_friction_alone_holds_says_so():
     chain = np.array([[1.0, -1.0], [-1.0, 1.0]])
     slider = ss.Contact("slider", ss.Macroslip(kt=0.5, mu=0.5, normal_load=1.0), (ss.between("1.x", "ground"),))
