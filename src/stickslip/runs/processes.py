@@ -248,8 +248,8 @@ def _serve(fractions: Any, pipe: connection.Connection) -> None:
     except (EOFError, OSError):
         return
     cases: queue.Queue[int] = queue.Queue()
-    threading.Thread(target=_receive, args=(pipe, cases), daemon=True).start()
-    with threadpool_limits(1, user_api="blas"), suppress(OSError, KeyboardInterrupt):
+    with suppress(OSError, KeyboardInterrupt), threadpool_limits(1, user_api="blas"):
+        threading.Thread(target=_receive, args=(pipe, cases), daemon=True).start()  # STOP may have come before the first case
         pipe.send(None)
         while True:
             pipe.send(_answer(work, cases.get(), fractions))
