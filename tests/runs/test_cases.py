@@ -5,14 +5,15 @@ import subprocess
 import sys
 import time
 import warnings
-from multiprocessing import active_children
+from multiprocessing import active_children, get_context
 
 import numpy as np
 import pytest
-from runs.logged_cases import Broken, KilledWhileItAnswers, KillsWhatStarts, SlowToArrive, Stoppable, Unprepared
+from runs.logged_cases import Broken, KilledWhileItAnswers, KillsWhatStarts, LoggedCases, SlowToArrive, Stoppable, Unprepared
 
 import stickslip as ss
 from stickslip.checks import Faults
+from stickslip.runs import processes
 from stickslip.runs.cases import all_cases
 from stickslip.runs.checkpoint import ABOUT, CheckpointFolder
 from stickslip.runs.work import Stopped
@@ -207,3 +208,20 @@ def test_stopped_cases_give_what_they_have(tmp_path):
     assert len(stopped.value.results) == 2
     assert all(1 <= int(arrays["done"]) < 1000 for arrays in stopped.value.results.values())
     assert not active_children()
+
+
+def test_a_process_that_is_stopped_before_its_first_case_says_nothing(tmp_path, capfd):
+    """What stops it waits in its pipe when it begins to listen, as it does where all are stopped while a process still starts."""
+    context = get_context("spawn")
+    here, there = context.Pipe()
+    process = context.Process(target=processes._serve, args=(context.RawArray("d", 1), there))
+    process.start()
+    there.close()
+    work = LoggedCases(str(tmp_path / "log"), 1, 0.0)
+    for sent in (type(work), work, processes.STOP):
+        here.send(sent)
+    assert here.poll(60.0)  # it has begun, or has ended
+    process.join(1.0)
+    here.close()
+    process.join()
+    assert capfd.readouterr().err == ""
