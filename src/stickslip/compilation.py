@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import logging
+import math
 import multiprocessing
 import sys
+import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+from stickslip.checks import counted
 from stickslip.notebook_bar import NotebookBar, in_notebook
 
 if TYPE_CHECKING:
@@ -17,6 +20,9 @@ FIRST_PROBLEM = 100
 """About as many kernels as a first forced response compiles; the bar starts with this length and grows with what comes."""
 
 TITLE = "Compiling kernels, once on this machine"
+
+EVERY = 30.0
+"""Seconds between two lines of progress where nobody sees a bar."""
 
 SENTENCE = "stickslip compiles its kernels, once on this machine: about a minute for the first problem. They are kept on disk."
 
@@ -31,7 +37,8 @@ class CompilationNotice:
         self.command_bar: Progress | NotebookBar | None = None
         self._bar: Progress | NotebookBar | None = None
         self._task: Any = None
-        self._depth, self._done, self._said = 0, 0, False
+        self._depth, self._done = 0, 0
+        self._began, self._said = 0.0, math.inf
 
     def begin(self) -> None:
         """A kernel is being compiled."""
@@ -46,12 +53,15 @@ class CompilationNotice:
             self._bar.update(self._task, completed=self._done, total=max(FIRST_PROBLEM, self._done + 1))
             if self._depth == 0:
                 self._hide()
+        elif _may_write() and (now := time.monotonic()) - self._said >= EVERY:
+            self._said = now
+            _write(f"{counted(self._done, 'kernel')} compiled after {now - self._began:.0f} s.")
 
     def _show(self) -> None:
         if self.command_bar is None and not _bar_is_seen():
-            if not self._said and multiprocessing.parent_process() is None:
-                logging.getLogger("stickslip").warning(SENTENCE)
-            self._said = True
+            if not self._done and _may_write():
+                self._began = self._said = time.monotonic()
+                _write(SENTENCE)
             return
         self._bar = self.command_bar or _own_bar()
         if self._bar is not None:
@@ -73,6 +83,15 @@ NOTICE = CompilationNotice()
 
 _IN_NOTEBOOK = NotebookBar()
 """One for all kernels: each cell shows a single one, however often compilation begins in it."""
+
+
+def _may_write() -> bool:
+    """Only the process that the user started writes."""
+    return multiprocessing.parent_process() is None
+
+
+def _write(sentence: str) -> None:
+    logging.getLogger("stickslip").warning(sentence)
 
 
 def _bar_is_seen() -> bool:

@@ -13,15 +13,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from stickslip.checks import Faults, InputError
-from stickslip.compilation import NOTICE
+from stickslip.compilation import EVERY, NOTICE
 from stickslip.interrupts import deferred, is_behind
 from stickslip.notebook_bar import NotebookBar, in_notebook
 
 Report = Callable[[float, str], None]
 """Called with the fraction done (0 to 1) and what is being done."""
 
-EVERY = 30.0
-"""Seconds between two lines of progress where nobody sees a bar."""
 LEAST_KNOWN = 0.02
 """Share of the work below which the remaining time is anybody's guess."""
 STANDING = 0.05

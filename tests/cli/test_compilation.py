@@ -24,6 +24,17 @@ def test_a_file_gets_one_sentence_for_all_kernels(notice, caplog):
     assert [record.message for record in caplog.records] == [SENTENCE]
 
 
+def test_a_file_gets_a_line_every_half_minute(notice, monkeypatch, caplog):
+    clock = iter([0.0, 29.0, 31.0, 62.0])
+    monkeypatch.setattr("time.monotonic", lambda: next(clock))
+    for _ in range(3):
+        notice.begin()
+        notice.end()
+    assert [record.message for record in caplog.records] == [
+        SENTENCE, "2 kernels compiled after 31 s.", "3 kernels compiled after 62 s."
+    ]  # fmt: skip
+
+
 def test_a_terminal_gets_a_bar_as_long_as_a_kernel_is_compiled(notice, monkeypatch, caplog):
     monkeypatch.setattr(compilation, "_bar_is_seen", lambda: True)
     notice.begin()

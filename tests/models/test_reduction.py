@@ -158,7 +158,7 @@ def test_rows_that_are_odd(chain, tmp_path):
     said = described(tmp_path, M=M, K=K, dofs=dofs, nodes=[[1, 0, 0, 0], [2, 1, 0, 0]])
     assert "1 row, 8.q first, with neither mass nor stiffness" in said
     assert "1 row, 7.rx first, with no mass" in said
-    assert "5 nodes without coordinates, 3 first" in said
+    assert "5 nodes without coordinates, 3 first: inner rows of elements" in said
 
 
 def test_a_damping_that_is_odd(chain, tmp_path):

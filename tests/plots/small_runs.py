@@ -66,6 +66,7 @@ LESS = {
     "sensitivity_indices": {"draws": "8", "harmonics": "1", "samples": "64", "kn": None, "preload": None, "slider_offset": None},
     "strip_damper": {"points": "2", "frequency": "[498.0, 502.0]", "force_levels": "[1.0]", "harmonics": "3", "samples": "64"},
     "steady_cycles": {"steps": "200", "count": "3"},
+    "two_blades": {"points": "2", "frequency": "[395.0, 410.0]", "force_levels": "[1.0]", "harmonics": "1", "samples": "64"},
 }
 
 

@@ -129,7 +129,7 @@ def contact_law(data):
 
 SHOWN = {
     **dict.fromkeys(("bladed_disk", "blisk", "forced_response", "lumped", "model", "ring_damper", "shrouded_blades"), response),
-    **dict.fromkeys(("beams_with_a_gap", "blade_root", "jointed_beams", "strip_damper"), many_contacts),
+    **dict.fromkeys(("beams_with_a_gap", "blade_root", "jointed_beams", "strip_damper", "two_blades"), many_contacts),
     "controlled_response": controlled,
     "response_bounds": bounds,
     "response_samples": samples,

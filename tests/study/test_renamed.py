@@ -50,6 +50,7 @@ def test_new_names_are_known():
         "model",
         "blisk",
         "bladed_disk",
+        "two_blades",
         "flutter",
         "jointed_beams",
         "beams_with_a_gap",

@@ -72,7 +72,7 @@ NUMBER = re.compile(r"(\w+) = (\[*)(-?[\d.]+(?:e-?\d+)?)\b(.*)")
 """A line of a study that gives a number, or a list that begins with one."""
 
 PLACED = re.compile(r"Line \d+, \[+\w+\]+")
-SLOW = ("jointed_beams", "beams_with_a_gap", "bladed_disk")
+SLOW = ("jointed_beams", "beams_with_a_gap", "bladed_disk", "two_blades")
 """Templates with finite-element models, whose tables others have too."""
 
 

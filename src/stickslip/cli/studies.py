@@ -105,7 +105,7 @@ def check(
     study: Annotated[Path, typer.Argument(help="The study file.")],
     show: Annotated[bool, typer.Option("--show", help="Draw the model into STUDY_model.html: mesh, contacts, forces.")] = False,
 ) -> None:
-    """Check a study without running it, and list all its faults."""
+    """Check a study without computing its curves, and list all its faults."""
     from stickslip.study.model_summary import model_summary
     from stickslip.study.run_time import estimated_seconds, run_time
 
@@ -212,9 +212,13 @@ def read_job(path: Path) -> Job:
 
 def prepared(job: Job) -> Job:
     """A job whose work is made: it reads the files that the study names, and chooses harmonics where this is left to it."""
+    from stickslip.analyses.forced_response import ForcedResponseWork
+
     if job.sweep is not None and job.sweep.harmonics == "auto":
         say("Choosing the harmonics and samples that the highest peaks need.")
-    _ = job.plan.works
+    for work in job.plan.works.values():
+        if isinstance(work, ForcedResponseWork) and work.choice:
+            say(f"Chosen: {work.choice}.")
     return job
 
 

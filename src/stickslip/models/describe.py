@@ -128,7 +128,10 @@ def _rows(model: Model) -> Iterator[str]:
     placed = (node for node, axes in model.directions.items() if not node.startswith("-") and not axes[0].startswith("q"))
     missing = [node for node in placed if node not in model.nodes]
     if model.nodes and missing:
-        yield f"{counted(len(missing), 'node')} without coordinates, {missing[0]} first: places are not looked for there."
+        yield (
+            f"{counted(len(missing), 'node')} without coordinates, {missing[0]} first: inner rows of elements, as the three "
+            "of each C3D8I, or nodes that the file of coordinates lacks. Places are not looked for there."
+        )
 
 
 def _some(model: Model, chosen: Array) -> str:

@@ -17,6 +17,9 @@ Where = str | int | Sequence[float]
 """A node (17 or "17"), a set ("PAD"), a degree of freedom ("17.x"), or coordinates (x, y, z)."""
 Keep = Mapping[str, Where] | Sequence[str | int]
 
+ROUNDING = 1e-9
+"""Distance, m, below which a node is at a point asked for: a nanometre."""
+
 
 @dataclass(frozen=True)
 class Place:
@@ -32,7 +35,7 @@ class Place:
 
     def __str__(self) -> str:
         listed = ", ".join(self.nodes[:6]) + (f", ... ({len(self.nodes)})" if len(self.nodes) > 6 else "")
-        away = f", {self.distance * 1e3:.3g} mm from the point asked for" if self.distance else ""
+        away = f", {self.distance * 1e3:.3g} mm from the point asked for" if self.distance > ROUNDING else ""
         return f"{self.name}: node{'s' if len(self.nodes) > 1 else ''} {listed}{away}"
 
 

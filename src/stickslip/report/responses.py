@@ -99,7 +99,7 @@ def message_sentences(dataset: xr.Dataset) -> list[str]:
         rest = more.replace(truncation_warning(harmonics, names, errors), "").strip()
         found += [f"warning, force {float(dataset['force_level'][case]):g}: {rest}"] if rest else []
     found.sort(key=lambda words: "Unstable motion" not in words)
-    return [*found[:1], *([f"  and of {len(found) - 1} more curves; the report has them"] if len(found) > 1 else [])]
+    return [*found[:1], *([f"  and of {counted(len(found) - 1, 'more curve')}; the report has them"] if len(found) > 1 else [])]
 
 
 def level_line(dataset: xr.Dataset, case: int) -> str:

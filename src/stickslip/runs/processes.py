@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 POLL = 0.1
 """Seconds between two looks at the progress of the processes."""
 
-STOP, GRACE = -1, 5.0
+STOP, GRACE = -1, 30.0
 """What stops a process in the middle of its case, and seconds in which it may then answer with what there is of the result."""
 
 _SAFE_PATH = "PYTHONSAFEPATH"

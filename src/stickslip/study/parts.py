@@ -62,7 +62,7 @@ def structures_of(
         built = found.attempt(place, structure_of_table, table, damping, folder, units, progress, own, models)
         if built:
             made[name] = built
-            notes += built.notes
+            notes += [f"{name}: {note}" if name else note for note in built.notes]
     return made
 
 

@@ -22,6 +22,7 @@ from stickslip.study.templates.beside import (
 )
 from stickslip.study.templates.models import (
     blade_model,
+    blade_with_a_platform,
     bladed_disk_sector,
     two_beams_with_a_gap,
     two_jointed_beams,
@@ -36,6 +37,7 @@ BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
     "lumped": wedge_matrices,
     "model": blade_model,
     "bladed_disk": bladed_disk_sector,
+    "two_blades": blade_with_a_platform,
     "jointed_beams": two_jointed_beams,
     "beams_with_a_gap": two_beams_with_a_gap,
     "identification": synthetic_loops,

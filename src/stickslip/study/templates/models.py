@@ -50,6 +50,31 @@ def two_beams_with_a_gap(study: Path) -> tuple[dict[str, str], list[Path]]:
     return _written(study, beams)
 
 
+STALK, PLATFORM_EDGE, PLATFORM_FOOT, PLATFORM_TOP, RISE = 4.0, 18.0, 46.0, 58.0, 30.0
+"""Of a blade with a platform, mm: half widths of the stalk and the platform, heights of the foot and top of the platform; and the
+slope of its underside, degrees."""
+
+
+def blade_with_a_platform(study: Path) -> tuple[dict[str, str], list[Path]]:
+    """A clamped blade of 160 mm with a platform whose undersides rise to both sides."""
+    mesh = box_mesh([-18.0, -11.0, -4.0, 4.0, 11.0, 18.0], [0.0, 23.0, 46.0, 58.0, 92.0, 126.0, 160.0], [-15.0, 0.0, 15.0])
+    x, y, _ = mesh.p[:, mesh.t].mean(axis=1)
+    mesh = mesh.remove_elements(np.flatnonzero((np.abs(x) > STALK) & ((y < PLATFORM_FOOT) | (y > PLATFORM_TOP))))
+    points = mesh.p.copy()
+    points[1] = np.where(np.isclose(points[1], PLATFORM_FOOT), _foot(points[0]), points[1])
+    blade = solid(type(mesh)(MM * points, mesh.t)).clamp(lambda points: points[:, 1] < 1e-9)
+
+    def underside(side: float) -> Where:
+        return lambda point: side * point[0] > STALK - 1e-6 and abs(point[1] - _foot(point[0])) < 1e-6
+
+    return _written(study, {"blade": (blade, {"PLATFORM_RIGHT": underside(1.0), "PLATFORM_LEFT": underside(-1.0)})})
+
+
+def _foot(x: Any) -> Any:
+    """Height of the underside of a platform, mm."""
+    return PLATFORM_FOOT + np.tan(np.radians(RISE)) * np.maximum(np.abs(x) - STALK, 0.0)
+
+
 SECTORS = 12
 RADII = {"bore": 60.0, "rim": 100.0, "underside": 120.0, "top": 132.0, "tip": 200.0}
 """Of a sector of a bladed disk, mm."""
