@@ -77,11 +77,20 @@ class TunedDisk(Problem):
         super().__post_init__()
 
     def __repr__(self) -> str:
-        return f"{super().__repr__()}; one of {self.sectors} sectors, {_in_words(self.excited_orders)}"
+        return f"{super().__repr__()}; one of {self.sectors} sectors, {self.orders_in_words}"
+
+    @property
+    def orders_in_words(self) -> str:
+        """`engine order 2`, `engine orders 2 and 3`, or the first of many."""
+        words = [str(order) for order in self.excited_orders]
+        if len(words) == 1:
+            return f"engine order {words[0]}"
+        listed = first_of(words, MOST_NAMED) if len(words) > MOST_NAMED else f"{', '.join(words[:-1])} and {words[-1]}"
+        return f"engine orders {listed}"
 
     @property
     def heading(self) -> str:
-        return ", ".join(filter(None, (self.title, _in_words(self.excited_orders))))
+        return ", ".join(filter(None, (self.title, self.orders_in_words)))
 
     def _output_directions(self) -> list[Mapping[str, float]]:
         return [Output.of(output).direction for output in self.outputs]
@@ -274,15 +283,6 @@ def _under_orders(force: Force, factors: Mapping[int, complex]) -> Force:
             f"The force {force.name or force.direction!r}", "must have the first harmonic alone", sorted(force.amplitudes)
         )
     return replace(force, amplitude={h: factor * force.amplitudes[1] for h, factor in factors.items()})
-
-
-def _in_words(orders: Sequence[int]) -> str:
-    """`engine order 2`, `engine orders 2 and 3`, or the first of many."""
-    words = [str(order) for order in orders]
-    if len(words) == 1:
-        return f"engine order {words[0]}"
-    listed = first_of(words, MOST_NAMED) if len(words) > MOST_NAMED else f"{', '.join(words[:-1])} and {words[-1]}"
-    return f"engine orders {listed}"
 
 
 def sectors_of(what: str, given: Sequence[int], sectors: int) -> tuple[int, ...]:

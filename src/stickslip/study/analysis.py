@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.checks import counted
+from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
@@ -89,7 +90,8 @@ class Sweep:
         levels = counted(len(self.force_levels), "force level")
         of = "" if self.measure == DISPLACEMENT_AMPLITUDE else f", peaks of the {self.measure.words}"
         contacts = counted(len(problem.contacts), "contact")
-        return f"{size}, {contacts}, {levels} {where}, {harmonics}, {self.samples} samples{of}"
+        orders = f"{problem.orders_in_words}, " if isinstance(problem, TunedDisk) else ""
+        return f"{size}, {contacts}, {orders}{levels} {where}, {harmonics}, {self.samples} samples{of}"
 
     def forced_response(self, periods: int = 1) -> ForcedResponseWork:
         """Its forced response over a number of periods, which other analyses go by; "auto" has become a number there."""

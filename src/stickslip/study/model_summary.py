@@ -31,13 +31,15 @@ def model_summary(sweep: Sweep, condition: str = "", system: UnitSystem | None =
 
 
 def _waves(problem: Problem) -> list[str]:
-    """Natural frequencies of a disk at nodal diameters 0 and N/2, which its own analysis of the sector gives too."""
+    """Natural frequencies of a disk at the nodal diameters that are excited, and at 0 and N/2, which an analysis of the sector
+    alone gives too."""
     if not isinstance(problem, TunedDisk):
         return []
-    wave = problem.engine_order % problem.sectors
+    waves = [order % problem.sectors for order in problem.excited_orders or (problem.engine_order,)]
+    diameters = dict.fromkeys((0, *(min(wave, problem.sectors - wave) for wave in waves), problem.sectors // 2))
     return [
         f"At nodal diameter {n}, without contacts: {_listed(problem.modes(n, stuck=False).frequencies)}."
-        for n in dict.fromkeys((0, min(wave, problem.sectors - wave), problem.sectors // 2))
+        for n in list(diameters)[: SHOWN + 2]
     ]
 
 

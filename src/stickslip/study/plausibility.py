@@ -137,7 +137,8 @@ def _amplitudes(study: _Study) -> list[str]:
     all contacts stuck.
     """
     problem, level = study.problem, max(study.sweep.force_levels)
-    moved = max(float(np.max(np.abs(problem.output_rows @ _stuck_motion(problem, level, hertz)))) for hertz in study.band)
+    outputs = problem.output_rows
+    moved = max(float(np.max(np.abs(outputs @ _linear_motion(problem, level, hertz)[0]))) for hertz in study.band)
     size = _size(problem)
     if moved <= (LARGE * size or LARGE_WITHOUT_SIZE):
         return []
@@ -331,8 +332,7 @@ def _limit(contact: Contact, load: float | None) -> float:
 
 def _excitation(problem: Problem) -> float:
     """The harmonic forces of level one together, N, at a natural frequency where they go with it."""
-    orders = max((harmonic for force in problem.forces for harmonic in force.amplitudes), default=1)
-    load = problem.load(orders, 1.0, problem.first_omega_at_rest)[:, 1:]
+    load = problem.load(max(_excited(problem)), 1.0, problem.first_omega_at_rest)[:, 1:]
     rows = [k for k, dof in enumerate(problem.structure.dofs) if not dof.rpartition(".")[2].startswith("r")]
     parts = load.reshape(load.shape[0], -1, 2)
     sizes = np.hypot(parts[..., 0], parts[..., 1]).sum(axis=1)
@@ -341,12 +341,14 @@ def _excitation(problem: Problem) -> float:
 
 def _most_loaded(study: _Study, level: float, hertz: Sequence[float]) -> tuple[str, float]:
     """The contact that comes nearest to slipping with all contacts stuck, and what it carries over its slip limit while its
-    normal load is least in the period, T/(μ (N0 − N1)); infinite where it lifts off, and at undamped resonances.
+    normal load is least in the period, T/(μ (N0 − N1)); infinite where it lifts off, and at undamped resonances. T and N1 are
+    sums over the harmonics that are excited, at most reached at once.
     """
     problem, limits = study.problem, study.limits
     found = dict.fromkeys(limits, 0.0)
     for f in hertz:
-        forces = np.abs(problem.contact_stiffness * (problem.systems.at(1).B @ _stuck_motion(problem, level, f)))
+        moved = sum(np.abs(problem.systems.at(h).B @ _linear_motion(problem, level, f, h)[0]) for h in _excited(problem))
+        forces = problem.contact_stiffness * moved
         for contact, first in _first_rows(problem):
             if contact.name in found:
                 normal = first + len(contact.elements.friction)
@@ -357,23 +359,22 @@ def _most_loaded(study: _Study, level: float, hertz: Sequence[float]) -> tuple[s
     return max(found.items(), key=lambda item: item[1])
 
 
-def _stuck_motion(problem: Problem, level: float, hertz: float) -> NDArray[np.complex128]:
-    """First harmonic with all contacts stuck, complex amplitudes (n,), m."""
-    return _linear_motion(problem, level, hertz)[0]
+def _excited(problem: Problem) -> list[int]:
+    """Those that are excited; the first where none is."""
+    return sorted(excited_harmonics(problem.forces)) or [1]
 
 
 def _linear_motion(
-    problem: Problem, level: float, hertz: float, stuck: bool = True
+    problem: Problem, level: float, hertz: float, harmonic: int = 1, stuck: bool = True
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """First harmonic with all contacts stuck, or without contacts and damping, complex amplitudes (n,), m, 0 where it is not
+    """A harmonic with all contacts stuck, or without contacts and damping, complex amplitudes (n,), m, 0 where it is not
     finite; and the force, (n,), N."""
-    omega = 2.0 * np.pi * hertz
-    system = problem.systems.at(1)
-    orders = max((harmonic for force in problem.forces for harmonic in force.amplitudes), default=1)
-    load = problem.load(orders, level, omega)
-    K, damped = (system.K, 1.0) if stuck else (problem.systems.free_stiffness(1), 0.0)
-    dynamic: NDArray[np.complex128] = K - omega**2 * system.M + 1j * omega * damped * system.C
-    force: NDArray[np.complex128] = load[:, 1] - 1j * load[:, 2]
+    system, omega = problem.systems.at(harmonic), 2.0 * np.pi * hertz
+    load = problem.load(max(harmonic, *_excited(problem)), level, omega)[:, 2 * harmonic - 1 : 2 * harmonic + 1]
+    K, damped = (system.K, 1.0) if stuck else (problem.systems.free_stiffness(harmonic), 0.0)
+    w = harmonic * omega
+    dynamic: NDArray[np.complex128] = K - w**2 * system.M + 1j * w * damped * system.C
+    force: NDArray[np.complex128] = load[:, 0] - 1j * load[:, 1]
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", linalg.LinAlgWarning)
