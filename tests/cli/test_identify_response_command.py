@@ -77,9 +77,10 @@ def test_a_rig_and_curves_become_parameters_and_a_report(curves, tmp_path, monke
 
 
 def test_the_contacts_of_a_study_are_scaled(curves, tmp_path):
-    """Factors on what the study says; its band leaves out a point of each curve, which is said."""
+    """Factors on what the study says; its band leaves out a point of each curve, which is said. Measured forces are in N, though
+    force level 1 of the study is 4 N."""
     path = tmp_path / "mass.toml"
-    path.write_text(MODEL)
+    path.write_text(MODEL.replace("amplitude = 1.0", "amplitude = 4.0"))
     free = ("--free", "kt=0.2:5", "--free", "mu", "--free", "damping=0.1:10")
     shown = command("identify-response", path, *curves, "--quantity", "displacement", *free, "--out", tmp_path / "out")
     assert shown.exit_code == 0, shown.output
@@ -90,6 +91,7 @@ def test_the_contacts_of_a_study_are_scaled(curves, tmp_path):
     assert (kt, low, high) == pytest.approx((0.4 * factor, 0.4 * ends[0], 0.4 * ends[1]), rel=1e-3)
     assert re.search(r"^mu × \S+ = \S+, 95 % interval \S+ to \S+ \(× \S+ to \S+\)$", shown.output, re.M)
     assert re.search(r"^damping × \S+, 95 % interval × \S+ to \S+$", shown.output, re.M)
+    assert "Measured forces are the amplitude of the force in N, whatever its amplitude in the study (4 N)." in shown.output
     assert "3 of 39 points lie outside the band of [sweep] and are not used." in shown.output
     table = tables(ss.open_results(tmp_path / "out" / "results.nc"))["parameters"]
     assert table["parameter"].tolist() == ["kt ×", "mu ×", "damping ×"]

@@ -90,12 +90,18 @@ def _describe_peaks(dataset: xr.Dataset, measure: Measure, units: str) -> None:
 
 def levels_are_newtons(problem: Problem) -> bool:
     """Whether the only harmonic force has amplitude 1 N along one degree of freedom, so that a level is that force in N."""
+    newtons = newtons_a_level(problem)
+    return newtons is not None and abs(newtons - 1.0) < 1e-12
+
+
+def newtons_a_level(problem: Problem) -> float | None:
+    """The amplitude at force level 1 of the only harmonic force, along one degree of freedom, N; None for other excitations."""
     harmonic = [force for force in problem.forces if any(force.amplitudes.values())]
     if len(harmonic) != 1 or isinstance(harmonic[0], BaseMotion) or harmonic[0].power:
-        return False
+        return None
     sizes = [abs(amplitude) for amplitude in harmonic[0].amplitudes.values() if amplitude]
     along = [abs(coefficient) for coefficient in harmonic[0].coefficients.values() if coefficient]
-    return len(sizes) == len(along) == 1 and abs(sizes[0] * along[0] - 1.0) < 1e-12
+    return sizes[0] * along[0] if len(sizes) == len(along) == 1 else None
 
 
 def stacked(variable: Variable, pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:

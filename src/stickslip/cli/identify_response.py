@@ -56,7 +56,7 @@ def identify_response(
     ] = None,
     force: Annotated[
         str | None,
-        typer.Option(metavar="F1,F2,...", help="N; force level of each curve, or one for all, for files without a column of it."),
+        typer.Option(metavar="F1,F2,...", help="N; force of each curve, or one for all, for files without a column of it."),
     ] = None,
     phase_of: Annotated[
         str | None,

@@ -16,6 +16,7 @@ from pydantic import Field
 from stickslip.analyses.identification.identify_response import ResponseIdentificationWork
 from stickslip.analyses.identification.response_fit import FreeParameter
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
+from stickslip.analyses.response_dataset import levels_are_newtons, newtons_a_level
 from stickslip.checks import MOST, Index, counted, fault, nearest
 from stickslip.measurement.measured_response import MeasuredResponse
 from stickslip.measurement.response_table import read_measured_response, read_measured_responses
@@ -52,7 +53,7 @@ class ResponseIdentificationTable(Table):
     ] = None
     force: Annotated[
         list[Positive],
-        Field(description="force level of each curve, N, or one for all, where the files have no column of it"),
+        Field(description="force of each curve, N, or one for all, where the files have no column of it"),
     ] = Field(default_factory=list)
     phase_of: Annotated[
         Literal["displacement", "quantity"] | None,
@@ -253,6 +254,23 @@ def _at_points(test: MeasuredResponse, points: Index) -> MeasuredResponse:
     return replace(test, frequency=frequency, amplitude=amplitude, force=force, phase=phase)
 
 
+def with_levels_in_newtons(problem: Problem) -> tuple[Problem, str]:
+    """The problem whose force level is what files state, the amplitude of the force in N, with what to say of it."""
+    newtons = newtons_a_level(problem)
+    if newtons is None:
+        return problem, "The excitation is not a single force along one degree of freedom: measured forces are its force levels."
+    if levels_are_newtons(problem):
+        return problem, ""
+    scaled = [
+        force
+        if not any(force.amplitudes.values())
+        else replace(force, amplitude={h: a / newtons for h, a in force.factors.items()})
+        for force in problem.forces
+    ]
+    said = f"Measured forces are the amplitude of the force in N, whatever its amplitude in the study ({newtons:g} N)."
+    return problem.with_forces(scaled), said
+
+
 @dataclass(frozen=True, eq=False)
 class ResponseIdentificationPlan(Plan):
     """Curves, and what is fitted to them."""
@@ -261,6 +279,7 @@ class ResponseIdentificationPlan(Plan):
     table: ResponseIdentificationTable
     folder: Path
     rig: tuple[str, Mapping[str, Any]]
+    remark: str = ""
 
     @classmethod
     def of(cls, asked: Asked) -> ResponseIdentificationPlan:
@@ -279,7 +298,8 @@ class ResponseIdentificationPlan(Plan):
             raise fault(f"[{TABLE}]: rig", "must go with a ready problem, rig in [structure]", list(table.rig))
         if sweep.harmonics == "auto":
             raise fault("[sweep]: harmonics", "must be a number or a list for an identification", "auto")
-        return cls(sweep, table, asked.folder, asked.rig)
+        problem, remark = with_levels_in_newtons(sweep.problem)
+        return cls(replace(sweep, problem=problem), table, asked.folder, asked.rig, remark)
 
     @property
     def content(self) -> str:
@@ -347,7 +367,7 @@ class ResponseIdentificationPlan(Plan):
             evaluations=table.evaluations,
             harmonics=base.harmonics,
             samples=base.samples,
-            remarks=(words,) if kept < count else (),
+            remarks=(*([self.remark] if self.remark else []), *([words] if kept < count else [])),
             factors={name: own_values(self.sweep.problem, name) for name in free if name in FACTORS and name not in table.rig},
         )
 
