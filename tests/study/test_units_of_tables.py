@@ -80,3 +80,33 @@ def test_the_pull_of_a_performance_band(tmp_path, system):
     levels = [work(tmp_path, each, "performance_band", ratios("performance_band")).work.levels for each in ("m-kg-s", system)]
     assert levels[1] == pytest.approx(levels[0])
     assert max(levels[0]) == pytest.approx(7.0)
+
+
+IN_MILLISECONDS = """
+units = {{ length = "mm", time = "ms" }}
+[study]
+analysis = "{analysis}"
+[structure]
+matrices = {{ M = [[1.0]], K = [[1e-3]] }}
+dofs = ["1.x"]
+[damping]
+modal = 0.01
+{table}
+[sweep]
+frequency = [0.1, 0.2]
+outputs = ["1.x"]
+"""
+
+
+@pytest.mark.parametrize(("quantity", "unit"), [("displacement", 1e-3), ("velocity", 1.0), ("acceleration", 1e3)])
+def test_motions_of_a_base_and_held_ones_have_the_same_units(tmp_path, quantity, unit):
+    """2 mm, 2 mm/ms and 2 mm/ms²."""
+    base = f'[base]\ndirection = "x"\n{quantity} = 2.0'
+    held = f'[[force]]\ndirection = "1.x"\namplitude = 1.0\n[controlled_response]\nquantity = "{quantity}"\namplitude = [2.0]'
+    (moved,) = job_of("forced_response", base, tmp_path).sweep.problem.forces
+    assert abs(moved.amplitudes[1]) == pytest.approx(2.0 * unit)
+    assert job_of("controlled_response", held, tmp_path).plan.work.amplitudes == pytest.approx([2.0 * unit])
+
+
+def job_of(analysis, table, folder):
+    return study.job(IN_MILLISECONDS.format(analysis=analysis, table=table), folder, "a")

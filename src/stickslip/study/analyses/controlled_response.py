@@ -15,13 +15,14 @@ from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Positive, Table
-from stickslip.study.units import scaled
+from stickslip.study.units import ACCELERATION, LENGTH, VELOCITY, Dimension, scaled
 from stickslip.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Held = Literal["displacement", "velocity", "acceleration"]
+DIMENSIONS: dict[Held, Dimension] = {"displacement": LENGTH, "velocity": VELOCITY, "acceleration": ACCELERATION}
 
 
 class ControlledResponseTable(Table):
@@ -29,7 +30,7 @@ class ControlledResponseTable(Table):
 
     amplitude: Annotated[
         list[Positive],
-        Field(min_length=1, description="held amplitudes: length, length/s or length/s², in the length unit of the study"),
+        Field(min_length=1, description="held amplitudes: length, length/time or length/time², in the units of the study"),
     ]
     quantity: Annotated[Held, Field(description="what of the output is held")] = "acceleration"
     output: Annotated[str | None, Field(description="name of the output that is held; the first unless given")] = None
@@ -57,7 +58,7 @@ class ControlledResponsePlan(Plan):
         names = list(sweep.problem.output_names)
         if table.output is not None and table.output not in names:
             raise fault("[controlled_response]: output", f"must be one of {', '.join(names)}", table.output)
-        table = table.model_copy(update={"amplitude": scaled(table.amplitude, asked.units.system.metres)})
+        table = table.model_copy(update={"amplitude": scaled(table.amplitude, asked.units.factor(DIMENSIONS[table.quantity]))})
         return cls(sweep, table, 0 if table.output is None else names.index(table.output))
 
     @property
