@@ -35,7 +35,9 @@ class Wedge(Shape):
         self.check("width", "height", "depth", "density", "left_angle", "right_angle")
         between("lines", self.lines, 1, MOST_LINES)
         if self.corners()[2, 0] < self.corners()[3, 0]:
-            raise fault("height", "must leave a top: the faces meet below it", self.height, "Make it lower, or the base wider.")
+            lower = self.width / (1.0 / tan(radians(self.left_angle)) + 1.0 / tan(radians(self.right_angle)))
+            meet = f"must be below {lower / self.width:.4g}, where the two faces meet"
+            raise fault("height over width", meet, float(f"{self.height / self.width:.4g}"))
 
     def corners(self) -> Array:
         """Corners (4, 2) counter-clockwise from the lower left one, which is the origin."""

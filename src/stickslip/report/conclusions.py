@@ -17,7 +17,7 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.outcome import Outcome
 from stickslip.report.numbers import hertz, number, percent
 from stickslip.results.curve_kind import CurveKind, kinds_in
-from stickslip.results.stability import peak_is_unstable, peak_unjudged
+from stickslip.results.stability import NOT_JUDGED, none_is_judged, peak_is_unstable, peak_unjudged
 from stickslip.results.view import (
     Peak,
     converged_points,
@@ -75,7 +75,8 @@ def _unbroken(sentence: str) -> str:
 
 def _headline(dataset: xr.Dataset, output: int) -> str:
     """What the sweeps show, and the highest of the other curves."""
-    return " ".join(filter(None, (_of_sweeps(dataset, output), further_curves_sentence(dataset, output))))
+    unjudged = NOT_JUDGED if none_is_judged(dataset) and _peaks(dataset, output) else ""
+    return " ".join(filter(None, (_of_sweeps(dataset, output), further_curves_sentence(dataset, output), unjudged)))
 
 
 def further_curves_sentence(dataset: xr.Dataset, output: int = 0) -> str:
@@ -148,7 +149,7 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
             f"{level_text(dataset, case)}: the {ended} at {last} Hz before a peak was found; the largest computed "
             f"{size or 'amplitude'} of {name} is {largest}."
         )
-    unjudged = peak_unjudged(dataset, case, output)
+    unjudged = "" if none_is_judged(dataset) else peak_unjudged(dataset, case, output)
     return (
         f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."

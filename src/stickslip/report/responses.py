@@ -28,8 +28,15 @@ from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results.shown_units import in_system, system_of
-from stickslip.results.stability import has_stability, peak_is_unstable, peak_unjudged, stability_sentences
-from stickslip.results.view import higher_end, highest_peak, is_listed, measure_in
+from stickslip.results.stability import (
+    NOT_JUDGED,
+    has_stability,
+    none_is_judged,
+    peak_is_unstable,
+    peak_unjudged,
+    stability_sentences,
+)
+from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,6 +60,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     for cases in (levels[place] for place in shown):
         lines += cloud_lines(dataset, cases) if len(cases) > 1 else [level_line(dataset, cases[0])]
     lines += [f"  {len(shown)} of {len(levels)} force levels; the report shows all"] if len(shown) < len(levels) else []
+    lines += [f"  {NOT_JUDGED}"] if none_is_judged(dataset) else []
     lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
     lines += isolated_sentences(dataset)
@@ -104,13 +112,14 @@ def message_sentences(dataset: xr.Dataset) -> list[str]:
 
 def level_line(dataset: xr.Dataset, case: int) -> str:
     """The highest peak of one case."""
-    kind = kind_words(dataset, case)
-    words = f"{float(dataset['force_level'][case]):g}, {kind}" if kind else f"{float(dataset['force_level'][case]):<8g}"
+    kind, level = kind_words(dataset, case), force_text(dataset, case)
+    words = f"{level}, {kind}" if kind else f"{level:<8}"
+    line = f"  {'' if level.startswith('force') else 'force '}{words} {peak_words(dataset, case)}"
     if ALL_NODES.variable not in dataset:
-        return f"  force {words} {peak_words(dataset, case)}"
+        return line
     change = float(dataset[ALL_NODES.variable].values[case, 0])
     much = f"{100.0 * change:+.2g} %" if np.isfinite(change) else "unknown"
-    return f"  force {words} {peak_words(dataset, case)}   with all nodes {much}"
+    return f"{line}   with all nodes {much}"
 
 
 def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
@@ -167,7 +176,7 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
         return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
     words = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
     words += ", unstable" if peak_is_unstable(dataset, case, 0, highest.point) else ""
-    unjudged = peak_unjudged(dataset, case, 0)
+    unjudged = "" if none_is_judged(dataset) else peak_unjudged(dataset, case, 0)
     words += f", stability {unjudged}" if unjudged else ""
     words += ", curve incomplete" if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED else ""
     end = higher_end(dataset, case)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 UNSTABLE = 2
 """The flag of an unstable point."""
 
+NOT_JUDGED = "The stability of the highest peaks was not judged, which takes long here: [stability] or `with_stability()` does."
 LISTED = 6
 """Changes of stability of a curve that are listed."""
 
@@ -43,6 +44,11 @@ def peak_unjudged(dataset: xr.Dataset, case: int, output: int) -> str:
     if has_stability(dataset) or "highest_stability" not in dataset:
         return ""
     return {0: "not judged", 3: "undecided"}.get(int(dataset["highest_stability"].values[case, output]), "")
+
+
+def none_is_judged(dataset: xr.Dataset) -> bool:
+    """Whether the stability of no highest peak was asked for, as where that takes too long; one sentence then says it for all."""
+    return not has_stability(dataset) and "highest_stability" in dataset and not dataset["highest_stability"].values.any()
 
 
 def words(variable: xr.DataArray, flags: np.ndarray) -> list[str]:
