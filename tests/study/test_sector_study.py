@@ -95,6 +95,11 @@ def test_the_soft_spring_that_a_wedge_needs_is_proposed(folder):
     assert '[[mean_spring]]: direction = { "wedge/centre.z" = 1 }, k of about' in "\n".join(model_summary(loose.sweep))
 
 
+def test_a_damper_that_touches_one_sector_alone_is_asked_for_the_next_one(folder):
+    said = "No contact joins two sectors: a damper between neighbours lies against next/SET."
+    assert any(said in note for note in changed(folder, ("next/PLATFORM_LEFT", "PLATFORM_LEFT")).notes)
+
+
 def test_a_surface_of_the_next_sector_stands_in_its_place(folder):
     """A platform turned by 30° does not lie on itself: nothing of it touches. Two sectors on there is no name."""
     text = re.sub(
@@ -153,6 +158,7 @@ SECTOR = "sectors = 12\n"
         (SECTOR, f"{SECTOR}at_speeds = [{{ speed = 0.0, model = 'x.npz' }}]\n", 'must go with analysis = "speed_sweep"'),
         (SECTOR, f"{SECTOR}speed = 6000.0\n", ""),
         ("next/PLATFORM_LEFT", "next/PLATFORM_LOFT", "does not exist"),
+        ('"PLATFORM_RIGHT"', '"PLATFORMRIGHT"', "Did you mean 'PLATFORM_RIGHT'?"),
         ("modes = 12 ", "shift = [1.0, 0.0, 0.0] # ", "shift must go with a whole structure"),
         ('direction = "tip.y"', 'direction = "next/tip.y"', "must act on the sector itself"),
         ("keep = { tip", 'keep = { face = "LOW", tip', "must not lie on the cyclic faces"),

@@ -35,6 +35,8 @@ class Parts:
     bodies: Mapping[str, RigidBody]
     disks: Mapping[float, CyclicStructure] = field(default_factory=dict)
     """Of a sector whose speed is given, the disks with these bodies by rotor speed in rev/min."""
+    sets: tuple[str, ...] = ()
+    """Names of all sets of nodes of the models, which a wrong name may have meant."""
 
 
 def structures_of(
@@ -103,6 +105,7 @@ def bodies_of(
 def together(built: Mapping[str, Built], bodies: Mapping[str, RigidBody], damping: Damping | None) -> Parts:
     """One structure of all, with a damping rule for the whole; a model alone stays as it is."""
     structures = {name: each.structure for name, each in built.items()}
+    sets = tuple(f"{name}/{own}" if name else own for name, each in built.items() for own in each.sets)
     disk = structures.get("")
     if isinstance(disk, CyclicStructure):
         free = {name: body.structure() for name, body in bodies.items()}
@@ -110,9 +113,9 @@ def together(built: Mapping[str, Built], bodies: Mapping[str, RigidBody], dampin
         def whole_disk(sector: CyclicStructure) -> CyclicStructure:
             return (with_bodies(sector, free) if free else sector).with_damping(damping)
 
-        return Parts(whole_disk(disk), bodies, {speed: whole_disk(each) for speed, each in built[""].disks.items()})
+        return Parts(whole_disk(disk), bodies, {speed: whole_disk(each) for speed, each in built[""].disks.items()}, sets)
     if not bodies and list(structures) == [""]:
-        return Parts(structures[""], {})
+        return Parts(structures[""], {}, sets=sets)
     bare = {name: part if part.damping is None else part.with_damping(None) for name, part in structures.items()}
     whole = assemble(bare | {name: body.structure() for name, body in bodies.items()})
-    return Parts(whole if damping is None else whole.with_damping(damping), bodies)
+    return Parts(whole if damping is None else whole.with_damping(damping), bodies, sets=sets)

@@ -16,11 +16,13 @@ from scipy import linalg
 
 from stickslip.checks import Array
 from stickslip.contact.point import Contact
+from stickslip.disks.tuned import TunedDisk
 from stickslip.loads import excited_harmonics
 from stickslip.problem import Problem
 from stickslip.problem.at_rest import normal_loads_at_rest
 from stickslip.problem.warnings import LARGEST_FRICTION
 from stickslip.results.shown_units import in_system
+from stickslip.structure.cyclic import NEXT
 from stickslip.study.analysis import Sweep
 from stickslip.units import Band, UnitSystem
 
@@ -167,7 +169,13 @@ def _at_rest(study: _Study) -> list[str]:
         return []
     none = "no state of rest was found in which contacts carry the static loads"
     what = "no contact is pressed on at rest" if study.loads else none
-    return [f"Warning: {what}. Check the directions of pulls and normals, preloads, and where bodies lie."]
+    sectors = isinstance(study.problem, TunedDisk) and not any(_joins_sectors(contact) for contact in study.problem.contacts)
+    neighbour = " No contact joins two sectors: a damper between neighbours lies against next/SET." if sectors else ""
+    return [f"Warning: {what}. Check the directions of pulls and normals, preloads, and where bodies lie.{neighbour}"]
+
+
+def _joins_sectors(contact: Contact) -> bool:
+    return any(dof.startswith(NEXT) for direction in contact.directions for dof in direction)
 
 
 def _closes(contact: Contact) -> bool:

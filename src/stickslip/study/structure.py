@@ -34,11 +34,13 @@ ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift", "sec
 @dataclass(frozen=True, eq=False)
 class Built:
     """The structure of a [structure] table; notes on where places were found and what is implausible; disks: of a sector
-    whose speed is given, by rotor speed in rev/min, the disk itself and those of its models at other speeds, in one basis."""
+    whose speed is given, by rotor speed in rev/min, the disk itself and those of its models at other speeds, in one basis;
+    sets: names of all sets of nodes of the model, of which the structure keeps some."""
 
     structure: Structure
     notes: tuple[str, ...]
     disks: Mapping[float, CyclicStructure]
+    sets: tuple[str, ...]
 
 
 def structure(
@@ -68,7 +70,7 @@ def structure(
     notes = (*map(str, places or ()), *(stress.notes if stress else ()), *model.notes, *implausible(model))
     made = structure_of(model, places, table.modes, damping, progress, stress)
     made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
-    return Built(made, notes, {})
+    return Built(made, notes, {}, tuple(model.sets))
 
 
 def _disk(
@@ -98,7 +100,8 @@ def _disk(
     axis = RotationAxis.of((sector.axis.point, sector.axis.direction)).scaled(units.system.metres)
     faces = Faces(sector.sectors, sector.low, sector.high, axis, sector.faces == "interpolated")
     disks, notes = disks_of([model, *others], faces, places, table.modes, None, progress, speeds, stress)
-    return Built(disks[0], (*notes, *model.notes, *implausible(model)), dict(zip(speeds, disks, strict=bool(speeds))))
+    by_speed = dict(zip(speeds, disks, strict=bool(speeds)))
+    return Built(disks[0], (*notes, *model.notes, *implausible(model)), by_speed, tuple(model.sets))
 
 
 def _model(table: StructureTable, folder: Path, units: Units) -> Model:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -56,7 +56,20 @@ def force_on(table: ForceTable, parts: Parts, units: Units) -> Force:
     if unknown:
         raise fault("direction with surface", "must be x, y or z, or a table of these", unknown[0])
     along = [given.get(axis, 0.0) for axis in AXES]
+    _existing_set(parts, str(table.surface))
     return force_along(mean_motion(parts.structure, str(table.surface), along), table, units)
+
+
+def _existing_set(parts: Parts, name: str, what: str = "Set of nodes", others: Sequence[str] = ()) -> None:
+    """Refuse the name of a set that no model has."""
+    own = name.removeprefix(NEXT)
+    if own in parts.structure.sets:
+        return
+    known = parts.sets or tuple(parts.structure.sets)
+    if not (known or others):
+        raise InputError(f"{what} {name!r} does not exist. The structure has none: keep the set, or read its names.")
+    meant = nearest(own, [*known, *others])
+    raise InputError(f"{what} {name!r} does not exist. {meant}")
 
 
 def _opposite(table: SurfaceTable, parts: Parts) -> Opposite:
@@ -66,9 +79,7 @@ def _opposite(table: SurfaceTable, parts: Parts) -> Opposite:
     body = parts.bodies.get(name)
     if body is not None:
         return lambda point: body.at(point, name)
-    if name.removeprefix(NEXT) not in parts.structure.sets:
-        known = nearest(name, [*parts.bodies, *parts.structure.sets, GROUND])
-        raise InputError(f"against: a body or set of nodes {name!r} does not exist. {known}")
+    _existing_set(parts, name, "against: a body or set of nodes", [*parts.bodies, GROUND])
     return _nodes(parts, name, table.facing)
 
 
@@ -84,6 +95,7 @@ def _surface(table: SurfaceTable, against: Opposite, parts: Parts) -> NodeSurfac
 
 def _nodes(parts: Parts, name: str, towards: list[float] | None = None, opposite: Array | None = None) -> NodeSurface:
     """The surface of a set of nodes, of this sector or of the following one; directions and points as this sector has them."""
+    _existing_set(parts, name)
     if not name.startswith(NEXT):
         return NodeSurface.of(parts.structure, name, towards, opposite)
     disk, own = parts.structure, name.removeprefix(NEXT)
