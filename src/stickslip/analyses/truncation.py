@@ -10,12 +10,13 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.contact.point import Contact
 from stickslip.curves.curve import Curve
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.harmonic.measure import Measure
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.solve.all_modes import solved_on_all_modes
 from stickslip.solve.curve_points import CurvePoint
+from stickslip.solve.finer_peak import finer_peak, phase_condition
 from stickslip.solve.more_harmonics import STEPS, pad, resolved
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.truncation import change_by, contact_work, enough_beyond
@@ -153,14 +154,11 @@ def errors_by(finer: HarmonicBalance, few: HarmonicBalance, balance: HarmonicBal
     for output, highest in highest_points(balance, curve, measure).items():
         point, X = highest.point, highest.evaluation.w[balance.rows + output]
         row = finer.rows + output
-        condition = fixed("omega", point.omega)
-        if curve.peaks and curve.peaks[output]:
-            condition = phase_condition(finer, output, X[balance.first])
         start = replace(point, forces=_at_nodes(balance.problem.contacts, point.forces))
-        solution = solved_on_all_modes(finer, few, start, condition)
-        if solution is None:  # of large changes the frequency runs away, unless the contact forces are about right
-            near = solved_on_all_modes(finer, few, start, fixed("omega", point.omega))
-            solution = None if near is None else solved_on_all_modes(finer, few, near.point, condition)
+        if curve.peaks and curve.peaks[output]:
+            solution = finer_peak(finer, few, start, output, X[balance.first])
+        else:
+            solution = solved_on_all_modes(finer, few, start, fixed("omega", point.omega))
         if solution is not None:
             errors[output] = measure.size(solution.w[row], solution.point.omega) / measure.size(X, point.omega) - 1.0
     return errors
@@ -174,14 +172,6 @@ def _at_nodes(contacts: tuple[Contact, ...], forces: Array) -> Array:
         shared += [node.share * own for node in contact.nodes] or [own]
         row += len(own)
     return np.concatenate(shared)
-
-
-def phase_condition(balance: HarmonicBalance, output: int, X: Array) -> PathCondition:
-    """ω as an unknown where the first harmonic of an output has the phase of X, (2,): that of a peak is the same, in the first
-    order, where its height is the largest, whichever way the resonance shifts."""
-    weight = np.zeros((balance.rows + len(balance.problem.outputs), balance.columns))
-    weight[balance.rows + output, balance.first] = np.array([-X[1], X[0]]) / float(X @ X)
-    return PathCondition("omega", weight, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
