@@ -49,6 +49,7 @@ SLIPS = [
 ]
 
 OF_A_MASS = [
+    ("mu = 0.5", "mu = 0.0", "no contact has friction"),
     ("rayleigh = [2.0, 1e-6]", "rayleigh = [1e-6, 2.0]", "Rayleigh"),
     ("rayleigh = [2.0, 1e-6]", "modal = 0.2", "20 %"),
     ("rayleigh = [2.0, 1e-6]", "modal = 2.0", "200 %"),

@@ -169,7 +169,10 @@ def test_points_of_a_surface_stand_for_its_nodes(folder):
     assert (len(contacts), sum(len(contact.nodes) for contact in contacts)) == (4 + 15, 15)
     assert sum(contact.law.kt for contact in contacts[:4]) == pytest.approx(2e7)
     assert any(note.startswith("L: 4 points of 15 nodes on left/PLATR against damper, 329.6 mm2") for note in found.notes)
-    assert any(note.startswith("contact 2: 15 contacts on right/PLATL") for note in found.notes)
+    (other,) = [note for note in found.notes if note.startswith("contact 2: 15 contacts on right/PLATL")]
+    assert "points = 99 are more than its nodes" in other
+    with pytest.raises(InputError, match=r"'damper/centre.r.' is held by nothing .* More points of a surface hold rotations"):
+        study(folder, STUDY.replace('name = "L"', 'name = "L"\npoints = 1').replace('law = "iwan"', 'law = "iwan"\npoints = 1'))
     every, patched = (job.sweep.problem.frequencies(stuck=True)[:4] for job in (study(folder, STUDY), found))
     assert np.all((0.95 * every < patched) & (patched < every))
 
@@ -230,6 +233,7 @@ def test_a_node_of_a_surface_may_be_kept_under_a_name_of_its_own(folder):
     ("before", "after", "words"),
     [
         ('surface = "left/PLATR"', 'surface = "left/PLATX"', r"\[\[contact\]\] 1: Set of nodes 'left/PLATX' does not exist"),
+        ('surface = "left/PLATR"', 'surface = "left/PLAT"', r"'left/PLAT' does not exist. Did you mean 'left/PLAT"),
         ('against = "damper"', 'against = "dampr"', "'dampr' does not exist. Did you mean 'damper'"),
         ('against = "damper"', 'against = "ground"', "facing must be given where a surface lies against the ground"),
         ('against = "damper"\n', "", "surface and against must be given together"),

@@ -119,10 +119,13 @@ class Problem:
             dof = self.structure.dofs[int(np.argmax(np.abs(vectors[:, 0])))]
             what = "held by nothing" if abs(low) < 1e-9 * scale else "of negative stiffness"
             everywhere = high <= -1e-9 * scale
+            remedy = "Add a support or a contact with stiffness, or check the signs in K."
+            if any(contact.nodes for contact in self.contacts):
+                remedy = f"More points of a surface hold rotations that few do not. {remedy}"
             raise InputError(
                 "The structure with all contacts stuck must have a positive definite stiffness, but a motion led by "
                 f"{dof!r} is {what} (eigenvalues from {low:.3g} to {high:.3g} N/m). "
-                + ("Turn the sign of K." if everywhere else "Add a support or a contact with stiffness, or check the signs in K.")
+                + ("Turn the sign of K." if everywhere else remedy)
             )
 
     def _refuse_hiding_contacts(self) -> None:

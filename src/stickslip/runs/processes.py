@@ -45,8 +45,8 @@ _STARTING = threading.Lock()
 
 _KILLED = "A process was killed while it computed {words}, which is computed again. If memory ran out, take fewer workers."
 _NOT_STARTED = (
-    "A process ended while it started; the cases are computed without it. "
-    "In a script put the work under `if __name__ == '__main__':`. If memory ran out, take fewer workers."
+    "A process ended while it started; the cases are computed without it. If memory ran out, take fewer workers. "
+    "In a script of your own put the work under `if __name__ == '__main__':`."
 )
 
 

@@ -68,7 +68,8 @@ def _existing_set(parts: Parts, name: str, what: str = "Set of nodes", others: S
     known = parts.sets or tuple(parts.structure.sets)
     if not (known or others):
         raise InputError(f"{what} {name!r} does not exist. The structure has none: keep the set, or read its names.")
-    meant = nearest(own, [*known, *others])
+    same = [each for each in known if each.startswith(own.rpartition("/")[0] + "/")]  # of the structure that was named
+    meant = nearest(own, same or [*known, *others])
     raise InputError(f"{what} {name!r} does not exist. {meant}")
 
 
@@ -138,6 +139,8 @@ def _note(name: str, surface: NodeSurface, contacts: tuple[Contact, ...], table:
     if len(contacts) < touching:
         what = f"{counted(len(contacts), 'point')} of {counted(touching, 'node')}"
     found = [f"{name}: {what} on {table.surface} against {table.against}{area}; mean normal {normal}"]
+    if table.points is not None and table.points > touching:
+        found.append(f"points = {table.points} are more than its nodes, so there is a contact at each")
     left = len(surface.nodes) - touching
     if left:
         found.append(
