@@ -222,7 +222,7 @@ def test_a_study_finds_the_isolated_curve(tmp_path, whole):
     done, dataset = run(tmp_path / "a", text)
     assert done.exit_code == 0, done.output
     assert "isolated curves: 1 found from 3 starts" in done.output
-    assert f"force {LEVEL}, isolated" in done.output
+    assert f"force {LEVEL} N, isolated" in done.output
     np.testing.assert_allclose(dataset.peak_amplitude[1, 0, 0], whole.dataset.peak_amplitude[1, 0, 0], rtol=1e-9)
     report = next((tmp_path / "a" / "out").rglob("report.html")).read_text()
     assert "isolated" in report

@@ -254,7 +254,7 @@ def _friction(study: _Study) -> list[str]:
     """
     problem, limits, levels = study.problem, study.limits, study.sweep.force_levels
     if not limits:
-        rubbing = [contact for contact in problem.contacts if contact.elements.friction]
+        rubbing = [contact for contact in problem.contacts if contact.law.rubs and contact.elements.friction]
         if rubbing and not any(_limit(contact, 1.0) for contact in rubbing):
             return ["Warning: no contact has friction, since mu and slip forces are zero: nothing slips, and nothing is damped."]
         return []
