@@ -18,7 +18,9 @@ from stickslip.report.failures import warnings_of
 from stickslip.report.nonlinear_modes import PRESENTATION
 from stickslip.report.numbers import number
 from stickslip.report.plain import _sentence
+from stickslip.report.presentation import presentation_of
 from stickslip.results.result import Result
+from stickslip.results.stability import NOT_JUDGED
 
 
 @pytest.fixture(scope="module")
@@ -196,3 +198,14 @@ def test_a_symbol_at_the_start_of_a_sentence_stays_as_it_is():
 def test_rounded_numbers_have_no_exponents_that_nobody_writes():
     pairs = [(123.4, 2, "120"), (10730.5, 4, "10730"), (5.0, 2, "5"), (0.0012345, 3, "0.00123"), (-999.7, 3, "-1000")]
     assert [rounded(value, digits) for value, digits, _ in pairs] == [shown for *_, shown in pairs]
+
+
+def test_that_no_stability_was_judged_is_said_once(response):
+    """On the console and in the headline, where it would stand on every line; undecided peaks are named one by one."""
+    data = response.dataset.copy(deep=True)
+    for flag, once, on_lines in ((0, 1, 0), (3, 0, 2)):
+        data["highest_stability"].values[:] = flag
+        lines = presentation_of(data).sentences(data)
+        assert sum(NOT_JUDGED in line for line in lines) == once
+        assert sum(", stability undecided" in line for line in lines) == on_lines
+        assert (NOT_JUDGED in headline(data)) == bool(once)

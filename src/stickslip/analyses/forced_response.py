@@ -442,7 +442,7 @@ def forced_response(
 
 
 TRACING = 0.9
-"""Share of a case that its curve takes, by progress; the errors and the stability of its highest peaks take the rest."""
+"""Progress of a case when its curve is traced: the errors and the stability of its highest peaks follow."""
 
 AUTOMATIC = 9
 """Harmonics up to which modes are kept where their number is still to be chosen."""

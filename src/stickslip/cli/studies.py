@@ -213,12 +213,13 @@ def read_job(path: Path) -> Job:
 def prepared(job: Job) -> Job:
     """A job whose work is made: it reads the files that the study names, and chooses harmonics where this is left to it."""
     from stickslip.analyses.forced_response import ForcedResponseWork
+    from stickslip.harmonic.orders import in_words
 
     if job.sweep is not None and job.sweep.harmonics == "auto":
         say("Choosing the harmonics and samples that the highest peaks need.")
     for work in job.plan.works.values():
         if isinstance(work, ForcedResponseWork) and work.choice:
-            say(f"Chosen: {work.choice}.")
+            say(f"Chosen: {in_words(work.harmonics)}, {work.samples} samples.")
     return job
 
 

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 UNSTABLE = 2
 """The flag of an unstable point."""
 
-NOT_JUDGED = "The stability of the highest peaks was not judged, which takes long here: [stability] or `with_stability()` does."
+NOT_JUDGED = "The stability of the highest peaks was not judged; [stability] or `with_stability()` judges all points."
+
 LISTED = 6
 """Changes of stability of a curve that are listed."""
 

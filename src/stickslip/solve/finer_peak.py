@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,8 +16,8 @@ BELIEVED, WIDTHS = 2.0, 2.0
 """Factor of the height, or else half-widths of the resonance, within which a solution at the phase of a peak is that peak. Beside
 a resonance, where the motion of others is as large, the phase comes back at a fraction of the height."""
 
-APART, STRIDE, REACH, MOST = 1e-3, 0.02, 0.1, 8
-"""Relative distance of the first three frequencies, of two further ones at most, of all at most from the peak; and how many."""
+APART, STRIDE, REACH, MOST = 1e-3, 0.02, 0.1, 12
+"""Relative distances: of the first three frequencies, at most of the next, at most of all from the peak; how many are tried."""
 
 
 def phase_condition(balance: HarmonicBalance, output: int, X: Array) -> PathCondition:
@@ -61,28 +61,50 @@ def _towards_the_resonance(
 ) -> Iterator[tuple[Point, complex]]:
     """Solutions nearer and nearer to the resonance next to `first`, and its pole as known by then.
 
-    Three of them give X(ω) = c + r/(ω − p), a resonance and what others move beside it; the next is at the real part of p.
+    Three of them give X(ω) = c + r/(ω − p), a resonance and what others move beside it; the next is at the real part of p. Its λ
+    are predicted as such sums too, which is exact while contacts stick, else as those of the last solution at another time.
     """
-    omega, point = first.point.omega, first.point
+    omega, points = first.point.omega, [first.point]
     known = [(omega, _complex(first, row, whole))]
-    following = omega * (1.0 + APART)
-    while len(known) < MOST:
-        point = replace(point, omega=following)
-        if len(known) > 2:  # the motion by then: its phase turns on the way to the resonance
-            point = replace(point, forces=_delayed(point.forces, _turn(known, following)))
-        solution = solved_on_all_modes(whole, few, point, fixed("omega", following))
-        if solution is None:
-            return
-        point = solution.point
+    following, share = omega * (1.0 + APART), 1.0
+    for _ in range(MOST):
+        starts = [points[-1].forces]
+        if len(known) > 2:
+            turn = _turn(known, following) / ((whole.first.start + 1) // 2)  # over several periods X is not harmonic 1
+            starts = [_extrapolated(points[-2:], _resonance(known)[0], following), _delayed(points[-1].forces, turn)]
+        for forces in starts:
+            start = replace(points[-1], omega=following, forces=forces)
+            solution = solved_on_all_modes(whole, few, start, fixed("omega", following))
+            if solution is not None:
+                break
+        else:
+            if len(known) < 3:
+                return
+            share = 0.5  # friction begins on the way
+            following = 0.5 * (following + points[-1].omega)
+            continue
+        points.append(solution.point)
         known.append((following, _complex(solution, row, whole)))
         if len(known) == 2:
             following = omega * (1.0 - APART)
             continue
         pole = _resonance(known)[0]
-        yield point, pole
-        following = float(np.clip(pole.real, following - STRIDE * omega, following + STRIDE * omega))
+        yield points[-1], pole
+        way = pole.real - following
+        following += float(np.clip(way if abs(way) <= WIDTHS * abs(pole.imag) else share * way, -STRIDE * omega, STRIDE * omega))
         if not abs(following / omega - 1.0) <= REACH:
             return
+
+
+def _extrapolated(points: Sequence[Point], pole: complex, omega: float) -> Array:
+    """λ (rows, 2H+1) at ω from two points, each cosine and sine as c + r/(ω − p) with the pole of X."""
+    (before, last), predicted = points, points[-1].forces.copy()
+    shares = [1.0 / (point.omega - pole) for point in points]
+    share = (1.0 / (omega - pole) - shares[1]) / (shares[1] - shares[0])
+    step = (last.forces[:, 1::2] - before.forces[:, 1::2]) - 1j * (last.forces[:, 2::2] - before.forces[:, 2::2])
+    predicted[:, 1::2] += (share * step).real
+    predicted[:, 2::2] -= (share * step).imag
+    return predicted
 
 
 def _complex(evaluation: Evaluation, row: int, balance: HarmonicBalance) -> complex:
@@ -91,13 +113,14 @@ def _complex(evaluation: Evaluation, row: int, balance: HarmonicBalance) -> comp
 
 
 def _resonance(known: list[tuple[float, complex]]) -> tuple[complex, complex, complex]:
-    """p, r and c of X(ω) = c + r/(ω − p) through the last three points."""
-    (w1, X1), (w2, X2), (w3, X3) = known[-3:]
-    # (X1 − X2)/(w2 − w1) = r/((w1 − p)(w2 − p)), and the same of 2 and 3: their ratio is (w3 − p)/(w1 − p).
-    ratio = (X1 - X2) / (w2 - w1) * (w3 - w2) / (X2 - X3)
-    p = (ratio * w1 - w3) / (ratio - 1.0)
-    r = (X1 - X2) / (w2 - w1) * (w1 - p) * (w2 - p)
-    return p, r, X1 - r / (w1 - p)
+    """p, r and c of X(ω) = c + r/(ω − p) through the last three points; not finite where X does not change."""
+    (w1, X1), (w2, X2), (w3, X3) = ((w, np.complex128(X)) for w, X in known[-3:])
+    with np.errstate(all="ignore"):
+        # (X1 − X2)/(w2 − w1) = r/((w1 − p)(w2 − p)), and the same of 2 and 3: their ratio is (w3 − p)/(w1 − p).
+        ratio = (X1 - X2) / (w2 - w1) * (w3 - w2) / (X2 - X3)
+        p = (ratio * w1 - w3) / (ratio - 1.0)
+        r = (X1 - X2) / (w2 - w1) * (w1 - p) * (w2 - p)
+        return p, r, X1 - r / (w1 - p)
 
 
 def _turn(known: list[tuple[float, complex]], omega: float) -> float:

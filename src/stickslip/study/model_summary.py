@@ -36,11 +36,8 @@ def _waves(problem: Problem) -> list[str]:
     if not isinstance(problem, TunedDisk):
         return []
     waves = [order % problem.sectors for order in problem.excited_orders or (problem.engine_order,)]
-    diameters = dict.fromkeys((0, *(min(wave, problem.sectors - wave) for wave in waves), problem.sectors // 2))
-    return [
-        f"At nodal diameter {n}, without contacts: {_listed(problem.modes(n, stuck=False).frequencies)}."
-        for n in list(diameters)[: SHOWN + 2]
-    ]
+    diameters = dict.fromkeys((0, *(min(wave, problem.sectors - wave) for wave in waves[:SHOWN]), problem.sectors // 2))
+    return [f"At nodal diameter {n}, without contacts: {_listed(problem.modes(n, stuck=False).frequencies)}." for n in diameters]
 
 
 def _proposed(problem: Problem, system: UnitSystem | None) -> str:

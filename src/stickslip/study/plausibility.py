@@ -170,7 +170,7 @@ def _at_rest(study: _Study) -> list[str]:
     none = "no state of rest was found in which contacts carry the static loads"
     what = "no contact is pressed on at rest" if study.loads else none
     sectors = isinstance(study.problem, TunedDisk) and not any(_joins_sectors(contact) for contact in study.problem.contacts)
-    neighbour = " No contact joins two sectors: a damper between neighbours lies against next/SET." if sectors else ""
+    neighbour = " No contact joins two sectors: a damper between neighbours touches next/SET." if sectors else ""
     return [f"Warning: {what}. Check the directions of pulls and normals, preloads, and where bodies lie.{neighbour}"]
 
 
@@ -256,7 +256,7 @@ def _friction(study: _Study) -> list[str]:
     if not limits:
         rubbing = [contact for contact in problem.contacts if contact.law.rubs and contact.elements.friction]
         if rubbing and not any(_limit(contact, 1.0) for contact in rubbing):
-            return ["Warning: no contact has friction, since mu and slip forces are zero: nothing slips, and nothing is damped."]
+            return ["Warning: no contact has friction, since mu and slip forces are zero: contacts dissipate nothing."]
         return []
     largest, smallest = max(levels), min(levels)
     force, total = smallest * _excitation(problem), sum(limits.values())

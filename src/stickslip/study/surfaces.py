@@ -61,16 +61,10 @@ def force_on(table: ForceTable, parts: Parts, units: Units) -> Force:
 
 
 def _existing_set(parts: Parts, name: str, what: str = "Set of nodes", others: Sequence[str] = ()) -> None:
-    """Refuse the name of a set that no model has."""
-    own = name.removeprefix(NEXT)
-    if own in parts.structure.sets:
-        return
-    known = parts.sets or tuple(parts.structure.sets)
-    if not (known or others):
-        raise InputError(f"{what} {name!r} does not exist. The structure has none: keep the set, or read its names.")
-    same = [each for each in known if each.startswith(own.rpartition("/")[0] + "/")]  # of the structure that was named
-    meant = nearest(own, same or [*known, *others])
-    raise InputError(f"{what} {name!r} does not exist. {meant}")
+    """Refuse the name of a set that no model has, and name one that it has, kept or not."""
+    own, known = name.removeprefix(NEXT), [*parts.sets, *others]
+    if own not in parts.structure.sets and known:
+        raise InputError(f"{what} {name!r} does not exist. {nearest(own, known)}")
 
 
 def _opposite(table: SurfaceTable, parts: Parts) -> Opposite:

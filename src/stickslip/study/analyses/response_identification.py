@@ -258,7 +258,10 @@ def with_levels_in_newtons(problem: Problem) -> tuple[Problem, str]:
     """The problem whose force level is what files state, the amplitude of the force in N, with what to say of it."""
     newtons = newtons_a_level(problem)
     if newtons is None:
-        return problem, "The excitation is not a single force along one degree of freedom: measured forces are its force levels."
+        return (
+            problem,
+            "The excitation is not a single given force along one degree of freedom: measured forces are taken as force levels.",
+        )
     if levels_are_newtons(problem):
         return problem, ""
     scaled = [

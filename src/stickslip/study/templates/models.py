@@ -57,7 +57,9 @@ slope of its underside, degrees."""
 
 def blade_with_a_platform(study: Path) -> tuple[dict[str, str], list[Path]]:
     """A clamped blade of 160 mm with a platform whose undersides rise to both sides."""
-    mesh = box_mesh([-18.0, -11.0, -4.0, 4.0, 11.0, 18.0], [0.0, 23.0, 46.0, 58.0, 92.0, 126.0, 160.0], [-15.0, 0.0, 15.0])
+    side = np.linspace(STALK, PLATFORM_EDGE, 3)
+    heights = [0.0, 0.5 * PLATFORM_FOOT, PLATFORM_FOOT, PLATFORM_TOP, 92.0, 126.0, 160.0]
+    mesh = box_mesh([*-side[::-1], *side], heights, [-15.0, 0.0, 15.0])
     x, y, _ = mesh.p[:, mesh.t].mean(axis=1)
     mesh = mesh.remove_elements(np.flatnonzero((np.abs(x) > STALK) & ((y < PLATFORM_FOOT) | (y > PLATFORM_TOP))))
     points = mesh.p.copy()
