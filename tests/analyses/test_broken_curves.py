@@ -13,7 +13,7 @@ from stickslip.curves import curve
 from stickslip.curves.curve import solve_curve, with_peaks
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
-from stickslip.solve import sweep
+from stickslip.solve import continuation, sweep
 from stickslip.solve.continuation import TURNED_BACK, trace
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.steps import StepControl
@@ -47,6 +47,21 @@ def test_a_curve_of_too_many_points_says_where_it_got_to_and_how_to_go_on(start,
     assert cause_of(curve.ARRIVED) == curve.ARRIVED
     rest = curve.solve_curve(balance, [(1.001 if stop > start else 0.999) * reached, stop], LEVEL, exactly=False)
     assert rest.outcome == Outcome.CONVERGED
+
+
+@pytest.mark.parametrize("steps", [5, 300])
+def test_a_curve_that_gets_no_further_in_its_folds_is_lost_and_not_traced_with_shorter_steps(monkeypatch, steps):
+    """Around a peak of damping ratio 1e-6 more than five points lie within a hundred-thousandth of the band."""
+    monkeypatch.setattr(continuation, "FOLDING_STEPS", steps)
+    traced = []
+    monkeypatch.setattr(sweep, "trace", lambda *given: traced.append(given) or trace(*given))
+    balance = HarmonicBalance(ss.rigs.single_mass(damping=2e-6), 3, 64)
+    found = curve.solve_curve(balance, [0.5, 2.0], 1e-8 * LEVEL, exactly=False)
+    assert (found.outcome, cause_of(found.message)) == {
+        5: (Outcome.NOT_CONVERGED, continuation.FOLDS),
+        300: (Outcome.CONVERGED, curve.ARRIVED),
+    }[steps]
+    assert [given[-1].reversible for given in traced] == {5: [False, False], 300: [False]}[steps]
 
 
 @pytest.mark.parametrize(("start", "stop"), [(0.5, 2.0), (2.0, 0.5)])

@@ -230,7 +230,11 @@ def test_results_are_not_overwritten_unless_asked(one_mass, tmp_path):
     assert_refused(stickslip_command("run", one_mass, "--out", out, "--resume", "--overwrite"), "must not be given together")
     one_mass.write_text(QUICK.replace("[0.5]", "[0.6]"))
     assert_refused(
-        stickslip_command("run", one_mass, "--out", out, "--resume"), "come from another study or version", "--overwrite"
+        stickslip_command("run", one_mass, "--out", out, "--resume"),
+        "come from another study or version",
+        "0.6]' now, ",
+        "0.5]' then",
+        "--overwrite",
     )
     assert (out / "results.nc").read_bytes() == before
     assert stickslip_command("run", one_mass, "--out", out, "--overwrite", "--workers", 1).exit_code == 0

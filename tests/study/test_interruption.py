@@ -283,7 +283,9 @@ def test_a_changed_study_is_refused_or_computed_again(folder, reference):
     (folder / "study.toml").write_text(STUDY.replace("harmonics = 5", "harmonics = 3"))
     refused = subprocess.run(arguments(folder, "--resume"), check=False, capture_output=True, text=True)
     assert refused.returncode == console.WRONG_INPUT
-    assert "but the study changed since" in refused.stderr
+    line = STUDY.splitlines().index("harmonics = 5") + 1
+    said = f"but the study (line {line}: 'harmonics = 3' now, 'harmonics = 5' then) changed since"
+    assert said in " ".join(refused.stderr.split())
     assert len(kept(folder)) == len(LEVELS)
     refused = subprocess.run(arguments(folder), check=False, capture_output=True, text=True)
     assert refused.returncode == console.WRONG_INPUT

@@ -11,6 +11,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from hashlib import sha256
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,17 @@ from stickslip.models import numpy_archive
 
 ABOUT = "about.json"
 _NAME = "__name__"
+
+
+def changed_line(before: str, now: str) -> str:
+    """The first line in which two texts of several lines differ, in brackets; "" where there is none."""
+    if "\n" not in before or "\n" not in now:
+        return ""
+    pairs = zip_longest(before.splitlines(), now.splitlines(), fillvalue="")
+    for line, (old, new) in enumerate(pairs, 1):
+        if old.strip() != new.strip():
+            return f" (line {line}: {new.strip()!r} now, {old.strip()!r} then)"
+    return ""
 
 
 class CheckpointFolder:
@@ -54,7 +66,11 @@ class CheckpointFolder:
             return []
         if not isinstance(before, dict):
             return []
-        return [f"the {key}" for key in sorted({*before, *self.about}) if before.get(key) != self.about.get(key)]
+        return [
+            f"the {key}{changed_line(str(before.get(key, '')), self.about.get(key, ''))}"
+            for key in sorted({*before, *self.about})
+            if before.get(key) != self.about.get(key)
+        ]
 
     def __len__(self) -> int:
         """How many cases are kept."""

@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.outcome import Outcome
-from stickslip.solve.continuation import TURNED_BACK, first_point, solve_cold, trace
+from stickslip.solve.continuation import FOLDS, TURNED_BACK, first_point, solve_cold, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, backwards, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
 from stickslip.solve.steps import StepControl
@@ -90,10 +90,10 @@ def from_start(
     begin: Point | None = None,
 ) -> Sweep | Outcome:
     """As `sweep`, from the start alone. A curve that is lost has often jumped to another branch: it is traced again with steps
-    that do not."""
+    that do not, except where it folds for ever, as they follow every fold."""
     plain = control or StepControl()
     found = _begun(balance, start, end, level, progress, plain, begin)
-    if isinstance(found, Outcome) or found.lost is None:
+    if isinstance(found, Outcome) or found.lost in (None, FOLDS):
         return found
     careful = replace(plain, reversible=True, points=CAREFUL_POINTS * plain.points)
     again = _begun(balance, start, end, level, progress, careful, begin)

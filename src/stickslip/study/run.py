@@ -17,7 +17,7 @@ from stickslip.files import sweep
 from stickslip.results.files import open_results, save, stamped
 from stickslip.results.shown_units import attributes_of
 from stickslip.runs.cases import Together, all_cases
-from stickslip.runs.checkpoint import CheckpointFolder
+from stickslip.runs.checkpoint import CheckpointFolder, changed_line
 from stickslip.runs.work import Arrays, Progress, StoppableWork, Stopped, Work, Workers
 from stickslip.study.analysis import SearchingPlan
 from stickslip.study.read import Job
@@ -45,11 +45,10 @@ class Run:
 
     @property
     def about(self) -> dict[str, str]:
-        """What the results depend on, as short texts."""
-        texts = "\n".join(f"{name}\n{job.text}" for name, job in self.jobs.items())
+        """What the results depend on, as texts."""
         matrices = " ".join(job.content for job in self.jobs.values()).strip()
         return {
-            "study": sha256(texts.encode()).hexdigest(),
+            **{f"study {name}".strip(): job.text for name, job in self.jobs.items()},
             "content of the matrices": matrices,
             "version of stickslip": stickslip.__version__,
         }
@@ -79,8 +78,10 @@ class Run:
         except InputError:
             return None
         if any(dataset.attrs.get("input_key") != self.key for dataset in datasets.values()):
+            studies = ((str(dataset.attrs.get("study", "")), self.jobs[name].text) for name, dataset in datasets.items())
+            line = next(filter(None, (changed_line(before, now) for before, now in studies)), "")
             raise InputError(
-                f"The results in {str(self.folder)!r} must belong to this run, but come from another study or version. "
+                f"The results in {str(self.folder)!r} must belong to this run, but come from another study or version{line}. "
                 "Add --overwrite instead of --resume to replace them, or name another folder."
             )
         return datasets if len(datasets) == len(files) else None
