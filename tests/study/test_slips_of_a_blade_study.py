@@ -72,6 +72,7 @@ PULL = "pull = [0.0, 600.0, 0.0]"
 BAND = "frequency = [400.0, 750.0]"
 LEVELS = "force_levels = [1.0, 5.0, 20.0, 60.0]"
 REST = "no state of rest"
+CARRY = "The static load on 'damper' must be one that its contacts can carry"
 SAID = {
     "kt in N/m": ({"kt = 5e3": "kt = 5e6"}, "do not fit"),
     "kt in kN/mm": ({"kt = 5e3": "kt = 5.0"}, "yielded by"),
@@ -81,17 +82,17 @@ SAID = {
     "kt and kn in kN/mm": ({"kt = 5e3": "kt = 5.0", "kn = 1e4": "kn = 10.0"}, "yielded by"),
     "pull in kN": ({PULL: "pull = [0.0, 0.6, 0.0]"}, "friction has almost no effect"),
     "pull a thousand times": ({PULL: "pull = [0.0, 600e3, 0.0]"}, "over its mass"),
-    "pull of the other sign": ({PULL: "pull = [0.0, -600.0, 0.0]"}, REST),
-    "pull along the blades' depth": ({PULL: "pull = [0.0, 0.0, 600.0]"}, REST),
+    "pull of the other sign": ({PULL: "pull = [0.0, -600.0, 0.0]"}, CARRY),
+    "pull along the blades' depth": ({PULL: "pull = [0.0, 0.0, 600.0]"}, CARRY),
     "wedge of 30 m": ({"depth = 30.0": "depth = 30e3"}, "heavy for its contacts"),
     "depth in m": ({"depth = 30.0": "depth = 0.03"}, "over its mass"),
     "density in kg/m3": ({"depth = 30.0": "depth = 30.0, density = 7800.0"}, "heavy for its contacts"),
     "density in g/cm3": ({"depth = 30.0": "depth = 30.0, density = 7.8"}, "heavy for its contacts"),
-    "centre in m": ({"centre = [20.0, 52.0, 0.0]": "centre = [0.02, 0.052, 0.0]"}, REST),
-    "distance of the blades in m": ({"shift = [40.0": "shift = [0.04"}, REST),
+    "centre in m": ({"centre = [20.0, 52.0, 0.0]": "centre = [0.02, 0.052, 0.0]"}, CARRY),
+    "distance of the blades in m": ({"shift = [40.0": "shift = [0.04"}, CARRY),
     "distance of the blades doubled": ({"shift = [40.0": "shift = [80.0"}, REST),
-    "normals the wrong way": ({'against = "damper"': 'against = "damper"\nfacing = [0.0, 1.0, 0.0]'}, REST),
-    "normals turned by 90 degrees": ({'against = "damper"': 'against = "damper"\nfacing = [1.0, 0.0, 0.0]'}, REST),
+    "normals the wrong way": ({'against = "damper"': 'against = "damper"\nfacing = [0.0, 1.0, 0.0]'}, CARRY),
+    "normals turned by 90 degrees": ({'against = "damper"': 'against = "damper"\nfacing = [1.0, 0.0, 0.0]'}, CARRY),
     "preload in mN": ({"mu = 0.4": "mu = 0.4\npreload = 3e5"}, "gap of L"),
     "gap of 1 m": ({"mu = 0.4": "mu = 0.4\ngap = 1e3"}, "gap of L"),
     "mu in per cent": ({"mu = 0.4": "mu = 40.0"}, "friction coefficients"),

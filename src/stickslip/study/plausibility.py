@@ -14,16 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.checks import Array
+from stickslip.checks import Array, InputError
 from stickslip.contact.point import Contact
 from stickslip.disks.tuned import TunedDisk
 from stickslip.loads import excited_harmonics
 from stickslip.problem import Problem
 from stickslip.problem.at_rest import normal_loads_at_rest
+from stickslip.problem.static_balance import unbearable_loads
 from stickslip.problem.warnings import LARGEST_FRICTION
 from stickslip.results.shown_units import in_system
 from stickslip.structure.cyclic import NEXT
 from stickslip.study.analysis import Sweep
+from stickslip.study.surfaces import CHECK_UNITS
 from stickslip.units import Band, UnitSystem
 
 LARGE = 0.1
@@ -105,6 +107,17 @@ class _Study:
         return f"{factor * value:.3g} {own}"
 
 
+def check_static_loads(problem: Problem, notes: Sequence[str] = ()) -> None:
+    """Refuse a problem with a body that cannot be at rest, whatever the stiffness of its contacts; notes: on the model."""
+    far = "".join(f" {note}." for note in notes if CHECK_UNITS in note)
+    for name in unbearable_loads(problem):
+        raise InputError(
+            f"The static load on {name!r} must be one that its contacts can carry, but no normal forces that press and friction "
+            "within mu N add up to it, so that it cannot be at rest. Check the direction of its pull, mu, the normals, and where "
+            f"it and the surfaces beside it lie.{_neighbour(problem)}{far}"
+        )
+
+
 def plausibility_warnings(sweep: Sweep, system: UnitSystem | None = None, forced: bool = True) -> list[str]:
     """What is hardly meant: motions as large as the structure, a band without resonance, friction that can never act, contacts
     that nothing presses, stiffnesses and bodies of other units.
@@ -169,9 +182,15 @@ def _at_rest(study: _Study) -> list[str]:
         return []
     none = "no state of rest was found in which contacts carry the static loads"
     what = "no contact is pressed on at rest" if study.loads else none
-    sectors = isinstance(study.problem, TunedDisk) and not any(_joins_sectors(contact) for contact in study.problem.contacts)
-    neighbour = " No contact joins two sectors: a damper between neighbours touches next/SET." if sectors else ""
-    return [f"Warning: {what}. Check the directions of pulls and normals, preloads, and where bodies lie.{neighbour}"]
+    where = "Check the directions of pulls and normals, preloads, and where bodies lie."
+    return [f"Warning: {what}. {where}{_neighbour(study.problem)}"]
+
+
+def _neighbour(problem: Problem) -> str:
+    """What to write in the contacts of a damper between two sectors, where no contact joins two."""
+    if not isinstance(problem, TunedDisk) or any(_joins_sectors(contact) for contact in problem.contacts):
+        return ""
+    return " No contact joins two sectors: a damper between neighbours touches next/SET."
 
 
 def _joins_sectors(contact: Contact) -> bool:

@@ -35,7 +35,7 @@ from stickslip.study.kinds import KEYS, KINDS, StudyTable, owners
 from stickslip.study.lines import with_line
 from stickslip.study.names import Names, dofs_in
 from stickslip.study.parts import Messages, Parts, bodies_of, structures_of, together
-from stickslip.study.plausibility import plausibility_warnings
+from stickslip.study.plausibility import check_static_loads, plausibility_warnings
 from stickslip.study.renamed import with_new_names
 from stickslip.study.surfaces import contacts_on, force_on, surfaces_in
 from stickslip.study.tables import (
@@ -148,6 +148,8 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
         found.attempt(f"[{key}]", kind.checks.get(key, sound), table)
     with threadpool_limits(1, user_api="blas"):
         sweep = sweep_of(tables, document, folder, found, (progress, notes)) if kind.on_problem else None
+    if sweep:
+        found.attempt("", check_static_loads, sweep.problem, notes)
     found.stop()
     plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig)))
     found.stop()

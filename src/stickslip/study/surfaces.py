@@ -26,6 +26,8 @@ AXES = ("x", "y", "z")
 
 FAR, SMALLEST = 10.0, 1e-4
 """Distance of what lies opposite from where on it is likely a slip, over the size of the surface or this length [m]."""
+CHECK_UNITS = "check units"
+"""How a note on such a distance ends."""
 
 
 def surfaces_in(contacts: Iterable[ContactTable | None], forces: Iterable[ForceTable | None]) -> list[str]:
@@ -146,6 +148,6 @@ def _note(name: str, surface: NodeSurface, contacts: tuple[Contact, ...], table:
         away = float(np.linalg.norm(opposite - surface.weights @ surface.points))
         if away > FAR * max(surface.size, SMALLEST):
             found.append(
-                f"{table.against} is {away:.3g} m away, {away / max(surface.size, SMALLEST):.0f} times the size: check units"
+                f"{table.against} is {away:.3g} m away, {away / max(surface.size, SMALLEST):.0f} times the size: {CHECK_UNITS}"
             )
     return ". ".join(found)

@@ -1,0 +1,96 @@
+"""Loads that contacts can and cannot carry: a box on the ground, against the closed forms of sliding, tilting and lifting."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.problem.static_balance import unbearable_loads
+from stickslip.study.read import job
+from stickslip.study.templates import write_new
+
+MU, HALF, WEIGHT = 0.3, 0.2, 10.0
+
+
+def box(static, starts=ss.SliderOffset(), preload=0.0, balanced=False):  # noqa: B008
+    """A box on four points at ±HALF in x and y, its mass centre HALF above them; static: coefficients of its load, N and N m."""
+    structure = ss.RigidBody(1.0, np.eye(3), node="box").structure()
+    law = ss.Macroslip(1e3, MU, kn=1e4, preload=preload)
+
+    def motion(point, direction):
+        turned = np.cross(point, direction)
+        pairs = zip(("x", "y", "z", "rx", "ry", "rz"), (*direction, *turned), strict=True)
+        return {f"box.{axis}": float(c) for axis, c in pairs if c}
+
+    contacts = []
+    for x in (-HALF, HALF):
+        for y in (-HALF, HALF):
+            directions = [motion((x, y, -HALF), np.array(d)) for d in ((1, 0, 0), (0, 1, 0), (0, 0, -1))]
+            contacts.append(ss.Contact(f"{x:g} {y:g}", law, tuple(directions[:2]), directions[2], starts, balanced))
+    loads = (ss.Force("box.x", 1.0), *(ss.Force(f"box.{axis}", static=size) for axis, size in static.items()))
+    return ss.Problem(structure, tuple(contacts), loads, ("box.x",), "box")
+
+
+@pytest.mark.parametrize(
+    ("load", "largest"),
+    [
+        ({"x": 1.0}, MU * WEIGHT),  # it slides before it tilts, since MU HALF < HALF
+        ({"y": -1.0}, MU * WEIGHT),
+        ({"ry": 1.0}, HALF * WEIGHT),  # it tilts about two of its points
+        ({"rx": -1.0}, HALF * WEIGHT),
+        ({"z": 1.0}, WEIGHT),  # it is lifted
+        ({"rz": 1.0}, 2.0 * HALF * MU * WEIGHT),  # it turns on the spot: friction of each point within a square
+    ],
+)
+def test_a_box_is_at_rest_up_to_the_load_at_which_it_slides_tilts_lifts_or_turns(load, largest):
+    ((axis, sign),) = load.items()
+
+    def loaded(share):
+        return box({"z": -WEIGHT, axis: share * largest * sign} if axis != "z" else {"z": (share - 1.0) * WEIGHT})
+
+    assert unbearable_loads(loaded(0.99)) == []
+    assert unbearable_loads(loaded(1.01)) == ["box"]
+
+
+def test_units_of_lengths_decide_nothing():
+    """The same box of a thousandth the size, load and moment scaled with it."""
+    for share, bodies in ((0.99, []), (1.01, ["box"])):
+        problem = box({"z": -WEIGHT, "ry": share * HALF * WEIGHT})
+        small = replace(
+            problem, contacts=tuple(_scaled(contact, 1e-3) for contact in problem.contacts), forces=_moments(problem, 1e-3)
+        )
+        assert unbearable_loads(small) == bodies
+
+
+def _scaled(contact, factor):
+    def scaled(direction):
+        return {dof: c * (factor if ".r" in dof else 1.0) for dof, c in direction.items()}
+
+    return replace(contact, tangential=tuple(map(scaled, contact.tangential)), normal=scaled(contact.normal))
+
+
+def _moments(problem, factor):
+    return tuple(
+        replace(force, static=force.static * factor) if ".r" in str(force.direction) else force for force in problem.forces
+    )
+
+
+def test_a_preload_from_which_contacts_count_is_no_load_to_carry():
+    """Balanced contacts of preload 5 N each stay at rest without a load, and under a pull of less than 20 N."""
+    assert unbearable_loads(box({}, preload=5.0, balanced=True)) == []
+    assert unbearable_loads(box({"z": 19.9}, preload=5.0, balanced=True)) == []
+    assert unbearable_loads(box({"z": 20.1}, preload=5.0, balanced=True)) == ["box"]
+
+
+def test_a_prescribed_mean_traction_may_have_any_size():
+    assert unbearable_loads(box({"z": -WEIGHT, "x": 0.9 * WEIGHT}, starts=ss.MeanTraction(1.0))) == []
+
+
+def test_a_study_whose_damper_is_pulled_off_its_platforms_is_refused(tmp_path):
+    write_new("lumped", tmp_path / "study.toml")
+    text = (tmp_path / "study.toml").read_text()
+    text = text.replace("mu = 0.5", "mu = 0.2")  # with 0.5 the wedge sticks between the platforms by itself
+    job(text, tmp_path, "study")
+    with pytest.raises(ss.InputError, match="The static load on 'D' must be one that its contacts can carry"):
+        job(text.replace("static = 120.0 ", "static = -120.0 "), tmp_path, "study")
