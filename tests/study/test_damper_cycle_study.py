@@ -208,7 +208,7 @@ def test_faults_of_a_measured_motion_are_said(tmp_path, change, more, message):
 
 def test_harmonics_of_no_file_are_refused(tmp_path):
     (tmp_path / "study.toml").write_text(TEMPLATE.replace("vertical = 30e-6 ", "harmonics = 9\nvertical = 30e-6 "))
-    with pytest.raises(InputError, match="harmonics need it"):
+    with pytest.raises(InputError, match="harmonics needs it"):
         read(tmp_path / "study.toml")
 
 

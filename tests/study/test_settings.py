@@ -71,14 +71,15 @@ WRONG = ("1e50", "1e-50", "-1.0", '"text"')
 NUMBER = re.compile(r"(\w+) = (\[*)(-?[\d.]+(?:e-?\d+)?)\b(.*)")
 """A line of a study that gives a number, or a list that begins with one."""
 
-PLACED = re.compile(r"Line \d+, \[+\w+\]+")
+PLACED = re.compile(r"Line \d+[,:] \[+\w+\]+")
 SLOW = ("jointed_beams", "beams_with_a_gap", "bladed_disk", "two_blades")
 """Templates with finite-element models, whose tables others have too."""
 
 
 def faults_of(text, folder):
     try:
-        job(text, folder, "study")
+        for work in job(text, folder, "study").plan.works.values():
+            assert work.names
     except Faults as error:
         document = tomllib.loads(text)
         return [with_line(message, text, document) for message in error.faults]
@@ -102,6 +103,38 @@ def test_a_wrong_value_is_refused_with_its_line_and_table(kind, tmp_path):
             elsewhere += [f"{key} = {value}: {fault}" for fault in faults if not PLACED.match(fault)]
     assert elsewhere == []
     assert refused > 0
+
+
+LEFT_OUT = ("1e50", "1e-50", "-1.0", "1000000000", "[1e50]", "[1e50, 2e50]")
+"""Values for keys that a template does not give, of which some have no number."""
+
+WITH_A_FILE = {
+    ("identification", "frequency"): "how many cycles the loops hold at that frequency",
+    ("response_identification", "by"): "which columns the file of curves has",
+}
+"""Keys whose wrong values a measured file shows; the message names that file."""
+
+
+def with_key(text, table, key, value):
+    """A study whose table begins with one more key; the table comes last where it is not there yet."""
+    there = re.search(rf"(?m)^\[{table}\].*$", text)
+    end = there.end() if there else len(text)
+    return f"{text[:end]}{'' if there else f'{chr(10)}[{table}]'}\n{key} = {value}\n{text[end:]}"
+
+
+@pytest.mark.parametrize("kind", [kind for kind in TEMPLATES if kind not in SLOW])
+def test_a_wrong_value_of_a_key_that_a_template_leaves_out_is_refused_with_its_line(kind, tmp_path):
+    path = tmp_path / f"{kind}.toml"
+    write_new(kind, path)
+    text = path.read_text()
+    document, elsewhere = tomllib.loads(text), {}
+    for table, model in KINDS[document["study"]["analysis"]].tables.items():
+        for key in model.model_fields.keys() - document.get(table, {}):
+            for value in LEFT_OUT:
+                faults = faults_of(with_key(text, table, key, value), tmp_path)
+                wrong = [fault for fault in faults if not PLACED.match(fault)]
+                elsewhere |= {(table, key): [value, *wrong]} if wrong else {}
+    assert elsewhere.keys() == {known for known in WITH_A_FILE if known[0] == kind}, elsewhere
 
 
 @each("value", ["1e50", "1e-50"])

@@ -154,8 +154,7 @@ class BetweenPlatforms:
         """
         if law not in LAWS:
             raise fault("law", "must be a known one", law, nearest(law, LAWS))
-        if (law == "microslip") != (not_negative("gaps", gaps) > 0.0):
-            raise fault("gaps", "must be above 0 with the law microslip, and 0 with others", (law, gaps))
+        suitable_gaps(law, gaps)
         frame = cls.macroslip(damper, kt, kn, mu, right, title)
         if law == "macroslip":
             return frame
@@ -240,3 +239,9 @@ def _with_mu(law: Law, mu: float) -> Law:
     if not hasattr(law, "mu"):
         raise fault("The law", "must have a friction coefficient mu", type(law).__name__)
     return replace(law, mu=mu)  # type: ignore[type-var]
+
+
+def suitable_gaps(law: str, gaps: float) -> None:
+    """Refuse gaps that a law does not have, and a law without the gaps that it needs."""
+    if (law == "microslip") != (not_negative("gaps", gaps) > 0.0):
+        raise fault("gaps", "must be above 0 with the law microslip, and 0 with others", gaps)

@@ -13,7 +13,7 @@ from pydantic import Field
 from stickslip.analyses.damper_alone.cycle import CycleWork
 from stickslip.checks import MOST, counted, fault
 from stickslip.dampers import BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
-from stickslip.dampers.between_platforms import LAWS
+from stickslip.dampers.between_platforms import LAWS, suitable_gaps
 from stickslip.measurement.platform import read_motion
 from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan
@@ -67,6 +67,11 @@ class DamperTable(Table):
         return BetweenPlatforms.of_law(self.law, damper, *columns, self.gaps, right, title)
 
 
+def suitable(table: DamperTable) -> None:
+    """What the model of the table cannot check."""
+    suitable_gaps(table.law, table.gaps)
+
+
 class MotionTable(Table):
     """Motion of the left platform: x = horizontal sin ωt, y = vertical sin(ωt + phase), or as measured."""
 
@@ -87,7 +92,9 @@ class MotionTable(Table):
         given, of_file = self.model_fields_set, {"file", "harmonics", "frequency"}
         if self.file is None:
             if given & of_file:
-                raise fault("[motion] file", "must be given", "missing", f"{', '.join(sorted(given & of_file))} need it.")
+                keys = sorted(given & of_file)
+                remedy = f"{' and '.join(keys)} {'needs' if len(keys) == 1 else 'need'} it."
+                raise fault("[motion] file", "must be given", "missing", remedy)
             return elliptic(values["horizontal"], values["vertical"], self.phase)
         if given - of_file:
             raise fault("[motion] file", "must stand alone", sorted(given - of_file), "A measured motion has its own directions.")
@@ -166,6 +173,7 @@ KINDS = {
         CyclePlan.of,
         {"damper": DamperTable, "motion": MotionTable, "cycle": CycleTable},
         required=("damper", "motion"),
+        checks={"damper": suitable},
         on_problem=False,
     )
 }

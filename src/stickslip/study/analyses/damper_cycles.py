@@ -12,7 +12,7 @@ from stickslip.analyses.damper_alone.cycles import EvolutionWork, SteadyCyclesWo
 from stickslip.checks import MOST, counted
 from stickslip.dampers import BetweenPlatforms, PlatformMotion
 from stickslip.runs.work import Arrays
-from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable
+from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, suitable
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import NotNegatives, Positive, Seed, Table
 from stickslip.study.units import LENGTH, in_si
@@ -125,12 +125,14 @@ KINDS = {
         SteadyCyclesPlan.of,
         {"damper": DamperTable, "motion": MotionTable, "steady_cycles": SliderStartsTable},
         required=("damper", "motion"),
+        checks={"damper": suitable},
         on_problem=False,
     ),
     "damper_evolution": Kind(
         EvolutionPlan.of,
         {"damper": DamperTable, "motion": MotionTable, "damper_evolution": EvolutionTable},
         required=("damper", "motion", "damper_evolution"),
+        checks={"damper": suitable},
         on_problem=False,
     ),
 }

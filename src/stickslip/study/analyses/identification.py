@@ -21,7 +21,7 @@ from stickslip.measurement.reconstruction import damper_motion
 from stickslip.measurement.records import read_record
 from stickslip.measurement.rig_errors import RigErrors
 from stickslip.runs.work import Arrays
-from stickslip.study.analyses.damper_cycle import DamperTable
+from stickslip.study.analyses.damper_cycle import DamperTable, suitable
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Number, Positive, Seed, Table
 from stickslip.study.units import FORCE, FREQUENCY, LENGTH, Units, in_si
@@ -160,6 +160,7 @@ KINDS = {
         IdentificationPlan.of,
         {"damper": DamperTable, "identification": IdentificationTable},
         required=("damper", "identification"),
+        checks={"damper": suitable},
         on_problem=False,
     )
 }

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, Tag
 
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
@@ -17,13 +17,15 @@ from stickslip.disks.tuned import TunedDisk
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
-from stickslip.study.fields import Numbers, Positive, Seed, Table
+from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
 from stickslip.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
+Deviation = Annotated[float, Field(gt=-1, allow_inf_nan=False), NotHuge]
+Pattern = Annotated[Annotated[Deviation, Tag("<single>")] | Annotated[list[Deviation], Tag("<list>")], by_form()]
 
 
 class MistuningTable(Table):
@@ -40,11 +42,11 @@ class MistuningTable(Table):
     mu_scatter: Annotated[Share, Field(description="of ln mu")] = 0.0
     pull_scatter: Annotated[Share, Field(description="of ln pull")] = 0.0
     missing_probability: Annotated[Share, Field(description="that a damper is not there")] = 0.0
-    blade: Annotated[Numbers, Field(description="pattern of the blade frequencies, shared by all disks")] = 0.0
-    kt: Annotated[Numbers, Field(description="pattern of the tangential stiffness of the dampers")] = 0.0
-    kn: Annotated[Numbers, Field(description="pattern of the normal stiffness")] = 0.0
-    mu: Annotated[Numbers, Field(description="pattern of the friction coefficient")] = 0.0
-    pull: Annotated[Numbers, Field(description="pattern of the centrifugal pull on the dampers")] = 0.0
+    blade: Annotated[Pattern, Field(description="pattern of the blade frequencies, shared by all disks")] = 0.0
+    kt: Annotated[Pattern, Field(description="pattern of the tangential stiffness of the dampers")] = 0.0
+    kn: Annotated[Pattern, Field(description="pattern of the normal stiffness")] = 0.0
+    mu: Annotated[Pattern, Field(description="pattern of the friction coefficient")] = 0.0
+    pull: Annotated[Pattern, Field(description="pattern of the centrifugal pull on the dampers")] = 0.0
     missing: Annotated[list[int], Field(description="sectors, from 1, whose damper is missing in all disks")] = Field(
         default_factory=list
     )
