@@ -11,6 +11,7 @@ from each import each
 
 import stickslip as ss
 from stickslip.analyses.identification.contact_law import ContactLawWork
+from stickslip.analyses.work_parts import EXECUTION
 from stickslip.checks import Faults, InputError
 from stickslip.harmonic.measure import QUANTITIES, Measure
 from stickslip.study import job
@@ -174,6 +175,8 @@ def forgotten(work):
     if isinstance(work, ContactLawWork):
         return found
     for field in fields(work):
+        if field.name in EXECUTION:
+            continue
         other = another(getattr(work, field.name))
         with suppress(InputError):
             if other is not None and tuple(replace(work, **{field.name: other}).names) == tuple(work.names):

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.analyses.settings import Setting, Whole
 from stickslip.checks import InputError, fault, finite, numbers, of_kind, positive, unique, vector, whole
 from stickslip.harmonic.fourier import fourier
-from stickslip.harmonic.orders import Harmonics, fineness, highest
+from stickslip.harmonic.orders import MOST_SAMPLES, Harmonics, checked_harmonics, fineness, highest
 from stickslip.problem import Problem
 from stickslip.units import Band
 
 Ends = tuple[float, float]
+
+OfProblem = Annotated[Problem, Setting(lambda name, value: of_kind(name, value, Problem))]
+HarmonicNumbers = Annotated[int | Sequence[int], Setting(lambda name, value: checked_harmonics(value))]
+Samples = Annotated[int, Setting(Whole(1, MOST_SAMPLES))]
+OutputNumber = Annotated[int, Setting(whole)]
 
 
 def ratios_of(force_ratio: ArrayLike) -> tuple[float, ...]:

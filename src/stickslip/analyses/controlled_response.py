@@ -9,14 +9,15 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.arguments import ends_of, fineness_of, output_of
+from stickslip.analyses.arguments import HarmonicNumbers, OfProblem, OutputNumber, Samples, ends_of, fineness_of, output_of
 from stickslip.analyses.forced_response import band_or_list
 from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked
+from stickslip.analyses.settings import Setting, Settings, takes
 from stickslip.analyses.work_parts import OneBalance
 from stickslip.checks import Array, fault, of_kind, positive, unique, vector
 from stickslip.contact.point import DIRECTION_NAMES
@@ -32,7 +33,7 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import QUANTITIES, Quantity, quantity_named
-from stickslip.harmonic.orders import Harmonics, attribute, highest
+from stickslip.harmonic.orders import attribute, checked_harmonics, highest
 from stickslip.harmonic.system import Control
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
@@ -41,8 +42,8 @@ from stickslip.results.result import Result
 from stickslip.results.schema import SCHEMA
 from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
-from stickslip.units import Band
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.units import Band, followed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -83,139 +84,108 @@ class PhaseResonance(Result):
     problem: Problem
 
 
-def controlled_response(
-    problem: Problem,
-    band: Band | Sequence[float],
-    amplitude: float | Sequence[float],
-    *,
-    output: int = 0,
-    quantity: str = "acceleration",
-    harmonics: int | Sequence[int] = 5,
-    samples: int = 256,
-    workers: Workers = 1,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda fraction, text: None,
-) -> ControlledResponse:
-    """The force level p(ω) with ω^k |X_1| = A, X_1 the first harmonic of the displacement of an output, by harmonic balance.
-
-    p multiplies every harmonic force, and its phase is that of the forces as they are. k = 0, 1, 2 for quantity "displacement",
-    "velocity", "acceleration"; amplitude: A, one or several, in m, m/s or m/s². band: a `Band` in Hz, followed from start to stop
-    through folds, which remain where contacts lift off or modes interact; or a list of frequencies in Hz, solved exactly there.
-    output: number of the output. harmonics, samples, workers, checkpoint, progress: as for `forced_response`.
-
-    Returns a `ControlledResponse`. Solving the forced response at a force level and frequency that it gives returns A, where the
-    start state has no phase (`TractionRatio` under a varying normal load has one, the same in both).
-    """
-    progress(0.0, "preparing")
-    work = ControlledResponseWork.of(
-        problem, band=band, amplitude=amplitude, output=output, quantity=quantity, harmonics=harmonics, samples=samples
-    )
-    return work.gathered(all_cases(work, checkpoint, workers, progress))
+def amplitudes_of(name: str, amplitude: Any) -> tuple[float, ...]:
+    """Held amplitudes, checked: positive and different, at least one."""
+    found = tuple(positive(name, value) for value in vector(name, amplitude).tolist())
+    if not found:
+        raise fault(name, "must hold at least one value", [])
+    unique(name, found)
+    return found
 
 
-def phase_resonance(
-    problem: Problem,
-    band: Band,
-    amplitude: Sequence[float],
-    *,
-    output: int = 0,
-    quantity: str = "acceleration",
-    harmonics: int | Sequence[int] = 5,
-    samples: int = 256,
-) -> PhaseResonance:
-    """Frequency f(A) and force level p(A) at which the displacement of an output is at 90° to the force, over its amplitude A.
+def _motion(name: str, value: Any) -> str:
+    """The name of a quantity that is a motion."""
+    quantity, per_force = quantity_named(of_kind(name, value, str))
+    if per_force:
+        raise fault(name, f"must be {', '.join(QUANTITIES)}", value, "What is held is a motion, not a motion per force.")
+    return quantity.name
 
-    Re(X_1 e^{−iφ}) = 0 beside ω^k |X_1| = A, φ the phase of the forces, which must be one. It begins at the lowest amplitude with
-    the mode of the stuck structure inside the band that takes the least force, and goes from amplitude to amplitude: what a phase
-    resonance test with a phase-locked loop measures. Arguments as for `controlled_response`.
 
-    Source: S. Peter and R. I. Leine, Mechanical Systems and Signal Processing 96 (2017) 139-158.
-    """
-    low, high = ends_of(band)
-    work = ControlledResponseWork.of(
-        problem, band=band, amplitude=amplitude, output=output, quantity=quantity, harmonics=harmonics, samples=samples
-    )
-    with threadpool_limits(1, user_api="blas"):
-        begin = _stuck_resonance(work, 2.0 * np.pi * low, 2.0 * np.pi * high)
-        phase = force_phase(problem, begin)
-        if phase is None:
-            raise fault(
-                "The harmonic forces", "must have one phase in their first harmonic for a phase resonance", "several or none"
-            )
-        amplitudes = np.sort(np.array(work.amplitudes))
-        ends = 2.0 * np.pi * low, 2.0 * np.pi * high
-        found = followed_resonances(work.held(0), amplitudes, begin, phase, ends)
-        return PhaseResonance(_resonance_dataset(work, amplitudes, found), problem)
+def _somewhere(name: str, band: Any) -> Band | tuple[float, ...]:
+    return band if isinstance(band, Band) else tuple(followed(band))
+
+
+def _over_a_band(name: str, band: Band) -> Band:
+    ends_of(band)
+    return band
 
 
 @dataclass(frozen=True, eq=False)
-class ControlledResponseWork(OneBalance):
-    """A controlled response as independent cases, one amplitude each; frequencies in Hz in the order of travel."""
+class HeldMotion(OneBalance, Settings):
+    """What a laboratory holds: the amplitude of an output, over a band."""
 
-    problem: Problem
+    problem: OfProblem
+    band: Annotated[Band | Sequence[float], Setting(_somewhere)]
+    amplitude: Annotated[
+        float | Sequence[float],
+        Setting(amplitudes_of, "held amplitudes: length, length/time or length/time², in the units of the study"),
+    ]
     _: KW_ONLY
-    frequencies: tuple[float, ...]
-    exactly: bool
-    amplitudes: tuple[float, ...]
-    output: int
-    quantity: Quantity
-    harmonics: Harmonics
-    samples: int
+    output: OutputNumber = 0
+    quantity: Annotated[str, Setting(_motion, "what of the output is held")] = "acceleration"
+    harmonics: HarmonicNumbers = 5
+    samples: Samples = 256
 
-    @classmethod
-    def of(
-        cls,
-        problem: Problem,
-        *,
-        band: Band | Sequence[float],
-        amplitude: float | Sequence[float],
-        output: int,
-        quantity: str,
-        harmonics: int | Sequence[int],
-        samples: int,
-    ) -> ControlledResponseWork:
-        """The work of the arguments of `controlled_response`, checked."""
-        of_kind("problem", problem, Problem)
-        (frequencies, exactly), amplitudes = band_or_list(band), amplitudes_of(amplitude)
-        derived, per_force = quantity_named(of_kind("quantity", quantity, str))
-        if per_force:
-            raise fault(
-                "quantity", f"must be {', '.join(QUANTITIES)}", quantity, "What is held is a motion, not a motion per force."
-            )
-        row = output_of(problem, output)
-        H, Nt = fineness_of(harmonics, samples)
-        if not any(force.amplitudes.get(1) for force in problem.forces):
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        output_of(self.problem, self.output)
+        fineness_of(self.harmonics, self.samples)
+        if not any(force.amplitudes.get(1) for force in self.problem.forces):
             raise fault("The problem", "must have a force with a first harmonic, whose level is sought", "none")
-        return cls(
-            problem,
-            frequencies=tuple(frequencies),
-            exactly=exactly,
-            amplitudes=amplitudes,
-            output=row,
-            quantity=derived,
-            harmonics=H,
-            samples=Nt,
-        )
+
+    @property
+    def amplitudes(self) -> tuple[float, ...]:
+        return amplitudes_of("amplitude", self.amplitude)
+
+    @property
+    def held_quantity(self) -> Quantity:
+        return QUANTITIES[self.quantity]
+
+    def held(self, case: int) -> HarmonicBalance:
+        """The balance that holds the amplitude of a case."""
+        control = Control(self.balance.rows + self.output, self.held_quantity.order, self.amplitudes[case])
+        return self.balance.holding(control)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldAtResonance(HeldMotion):
+    """The same in a phase resonance test, which needs a band and goes from amplitude to amplitude."""
+
+    band: Annotated[Band, Setting(_over_a_band)]
+    amplitude: Annotated[Sequence[float], Setting(amplitudes_of)]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ControlledResponseWork(HeldMotion):
+    """A controlled response as independent cases, one amplitude each."""
+
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
+
+    @property
+    def frequencies(self) -> list[float]:
+        """In Hz, in the order of travel."""
+        return band_or_list(self.band)[0]
+
+    @property
+    def exactly(self) -> bool:
+        """Whether only these frequencies are wanted."""
+        return not isinstance(self.band, Band)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on."""
-        where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz"
-        how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
-        what = f"{self.quantity.name} of output {self.output}"
-        return tuple(f"controlled response, {what} held at {amplitude!r}, {where}, {how}" for amplitude in self.amplitudes)
+        others = self.identity("amplitude")
+        return tuple(f"controlled response, amplitude {amplitude!r}, {others}" for amplitude in self.amplitudes)
 
     @property
     def words(self) -> tuple[str, ...]:
-        return tuple(f"{self.quantity.name} {amplitude:g} {self.quantity.units}" for amplitude in self.amplitudes)
+        return tuple(f"{self.quantity} {amplitude:g} {self.held_quantity.units}" for amplitude in self.amplitudes)
 
     def prepare(self) -> None:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         controlled_response(single_mass(), [0.1], 0.1, quantity="displacement", harmonics=1, samples=8)
-
-    def held(self, case: int) -> HarmonicBalance:
-        """The balance that holds the amplitude of a case."""
-        return self.balance.holding(Control(self.balance.rows + self.output, self.quantity.order, self.amplitudes[case]))
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one amplitude."""
@@ -248,6 +218,44 @@ class ControlledResponseWork(OneBalance):
         return ControlledResponse(_dataset(self, curves), self.problem)
 
 
+@takes(ControlledResponseWork)
+def controlled_response(work: ControlledResponseWork) -> ControlledResponse:
+    """The force level p(ω) with ω^k |X_1| = A, X_1 the first harmonic of the displacement of an output, by harmonic balance.
+
+    p multiplies every harmonic force, and its phase is that of the forces as they are. k = 0, 1, 2 for quantity "displacement",
+    "velocity", "acceleration"; amplitude: A, one or several, in m, m/s or m/s². band: a `Band` in Hz, followed from start to stop
+    through folds, which remain where contacts lift off or modes interact; or a list of frequencies in Hz, solved exactly there.
+    output: number of the output. harmonics, samples, workers, checkpoint, progress: as for `forced_response`.
+
+    Returns a `ControlledResponse`. Solving the forced response at a force level and frequency that it gives returns A, where the
+    start state has no phase (`TractionRatio` under a varying normal load has one, the same in both).
+    """
+    return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
+
+
+@takes(HeldAtResonance)
+def phase_resonance(held: HeldAtResonance) -> PhaseResonance:
+    """Frequency f(A) and force level p(A) at which the displacement of an output is at 90° to the force, over its amplitude A.
+
+    Re(X_1 e^{−iφ}) = 0 beside ω^k |X_1| = A, φ the phase of the forces, which must be one. It begins at the lowest amplitude with
+    the mode of the stuck structure inside the band that takes the least force, and goes from amplitude to amplitude: what a phase
+    resonance test with a phase-locked loop measures. Arguments as for `controlled_response`.
+
+    Source: S. Peter and R. I. Leine, Mechanical Systems and Signal Processing 96 (2017) 139-158.
+    """
+    with threadpool_limits(1, user_api="blas"):
+        low, high = (2.0 * np.pi * end for end in ends_of(held.band))
+        begin = _stuck_resonance(held, low, high)
+        phase = force_phase(held.problem, begin)
+        if phase is None:
+            raise fault(
+                "The harmonic forces", "must have one phase in their first harmonic for a phase resonance", "several or none"
+            )
+        amplitudes = np.sort(np.array(held.amplitudes))
+        found = followed_resonances(held.held(0), amplitudes, begin, phase, (low, high))
+        return PhaseResonance(_resonance_dataset(held, amplitudes, found), held.problem)
+
+
 ALONG = tuple(variable.name for variable in SCHEMA if variable.dims[:2] == ("case", "point"))
 """The variables along a curve that a controlled response shares with a forced one."""
 
@@ -256,15 +264,6 @@ RESONANCE = {
     "resonance_force_level": ("1", "force level where force and displacement are at 90°"),
     "resonance_loss_factor": ("1", "loss factor where force and displacement are at 90°"),
 }
-
-
-def amplitudes_of(amplitude: Any) -> tuple[float, ...]:
-    """Held amplitudes, checked: positive and different, at least one."""
-    found = tuple(positive("amplitude", value) for value in vector("amplitude", amplitude).tolist())
-    if not found:
-        raise fault("amplitude", "must hold at least one value", [])
-    unique("amplitude", found)
-    return found
 
 
 def resonance_arrays(balance: HarmonicBalance, found: Sequence[Evaluation]) -> dict[str, Array]:
@@ -276,7 +275,7 @@ def resonance_arrays(balance: HarmonicBalance, found: Sequence[Evaluation]) -> d
     return {name: np.array(value, dtype=float) for name, value in zip(RESONANCE, values, strict=True)}
 
 
-def _stuck_resonance(work: ControlledResponseWork, low: float, high: float) -> float:
+def _stuck_resonance(work: HeldMotion, low: float, high: float) -> float:
     """ω of the stuck mode inside the band that takes the least force to move the output."""
     natural = 2.0 * np.pi * work.problem.frequencies(stuck=True)
     inside = natural[(natural >= low) & (natural <= high)]
@@ -292,12 +291,12 @@ def _described(dims: Any, values: Any, units: str, words: str) -> tuple[Any, Any
     return dims, values, {"units": units, "long_name": words}
 
 
-def _attributes(work: ControlledResponseWork) -> dict[str, Any]:
+def _attributes(work: HeldMotion) -> dict[str, Any]:
     attrs: dict[str, Any] = {"title": work.problem.heading, "output_held": work.problem.output_names[work.output]}
-    return attrs | {"quantity": work.quantity.name, "harmonics": attribute(work.harmonics), "samples": work.samples}
+    return attrs | {"quantity": work.quantity, "harmonics": attribute(checked_harmonics(work.harmonics)), "samples": work.samples}
 
 
-def _level_units(work: ControlledResponseWork) -> str:
+def _level_units(work: HeldMotion) -> str:
     return "N" if levels_are_newtons(work.problem) else "1"
 
 
@@ -321,22 +320,24 @@ def _dataset(work: ControlledResponseWork, curves: Sequence[Arrays]) -> xr.Datas
     for name, (units, words) in RESONANCE.items():
         own = level if name.endswith("level") else units
         data[name] = _described(("case", "resonance"), padded(name, longest[1]), own, words)
-    held = f"held amplitude of the {work.quantity.name} of {names[work.output]}"
+    held = f"held amplitude of the {work.quantity} of {names[work.output]}"
     coords = {
-        "held_amplitude": _described("case", list(work.amplitudes), work.quantity.units, held),
+        "held_amplitude": _described("case", list(work.amplitudes), work.held_quantity.units, held),
         "output": _described("output", list(names), "1", "output"),
         "contact": _described("contact", [contact.name for contact in work.problem.contacts], "1", "contact"),
         "direction": _described(
             "direction", list(DIRECTION_NAMES), "1", "direction of the contact: t1, t2 tangential, n closing"
         ),
-        "harmonic": _described("harmonic", np.arange(highest(work.harmonics) + 1), "1", "harmonic of the excitation frequency"),
+        "harmonic": _described(
+            "harmonic", np.arange(highest(checked_harmonics(work.harmonics)) + 1), "1", "harmonic of the excitation frequency"
+        ),
         "part": _described("part", ["re", "im"], "1", "real and imaginary part"),
     }
     seconds = sum(float(curve["cpu_seconds"]) for curve in curves)
     return xr.Dataset(data, coords, _attributes(work) | {"cpu_seconds": seconds})
 
 
-def _resonance_dataset(work: ControlledResponseWork, amplitudes: Array, found: Sequence[Any]) -> xr.Dataset:
+def _resonance_dataset(work: HeldMotion, amplitudes: Array, found: Sequence[Any]) -> xr.Dataset:
     import xarray as xr
 
     good = np.array([each.converged for each in found])
@@ -349,8 +350,8 @@ def _resonance_dataset(work: ControlledResponseWork, amplitudes: Array, found: S
         data[name.removeprefix("resonance_")] = _described("amplitude", values, own, words)
     outcome = np.where(good, int(Outcome.CONVERGED), int(Outcome.NOT_CONVERGED))
     data["outcome"] = _described("amplitude", outcome, "1", "outcome of the solution")
-    of = f"{work.quantity.name} of {work.problem.output_names[work.output]}"
-    coords = {"amplitude": _described("amplitude", amplitudes, work.quantity.units, f"amplitude of the {of}")}
+    of = f"{work.quantity} of {work.problem.output_names[work.output]}"
+    coords = {"amplitude": _described("amplitude", amplitudes, work.held_quantity.units, f"amplitude of the {of}")}
     missing = ", ".join(f"{amplitude:.4g}" for amplitude in amplitudes[~good])
-    message = f"No phase resonance was found at {missing} {work.quantity.units}." if missing else ""
+    message = f"No phase resonance was found at {missing} {work.held_quantity.units}." if missing else ""
     return xr.Dataset(data, coords, _attributes(work) | {"message": message})

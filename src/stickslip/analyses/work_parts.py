@@ -11,12 +11,16 @@ from threadpoolctl import threadpool_limits
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
 
+EXECUTION = ("workers", "checkpoint", "progress")
+"""Arguments that say how cases are computed: they do not travel, and no result depends on them."""
+
 
 class StateOfFields:
     """A dataclass of which the fields alone travel to a process, not what was built from them."""
 
     def __getstate__(self) -> dict[str, Any]:
-        return {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+        names = [field.name for field in fields(self)]  # type: ignore[arg-type]
+        return {name: getattr(self, name) for name in names if name not in EXECUTION}
 
 
 class OneBalance(StateOfFields):

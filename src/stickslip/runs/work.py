@@ -84,6 +84,10 @@ class Executor(Protocol):
         """Solve the cases in any order; each is handed to `keep`, in this process, as soon as it is solved."""
 
 
+def silent(share: float, text: str) -> None:
+    """Progress that nobody watches."""
+
+
 def checked_progress(progress: Progress) -> Progress:
     """`progress`, refused unless it can be called."""
     if not callable(progress):
