@@ -9,7 +9,7 @@ from pydantic import Field, Tag
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, nonlinear_modes
-from stickslip.analyses.modes.work import NonlinearModesWork, numbers_of
+from stickslip.analyses.modes.work import AMPLITUDES, NonlinearModesWork
 from stickslip.checks import MOST, fault, unique
 from stickslip.problem.many_periods import MOST_PERIODS
 from stickslip.study.analysis import Asked, Sweep
@@ -21,14 +21,7 @@ ModeNumber = Annotated[int, Field(ge=1, le=MOST)]
 ModeNumbers = Annotated[
     Annotated[ModeNumber, Tag("<single>")] | Annotated[list[ModeNumber], Field(min_length=1), Tag("<list>")], by_form()
 ]
-Amplitudes = Annotated[
-    Ends | None,
-    LENGTH,
-    Field(
-        description="[smallest, largest] amplitude of the first output, in the shape of the stuck mode; unless given from "
-        "half to 1000 times that at which the first contact slips"
-    ),
-]
+Amplitudes = Annotated[Ends | None, LENGTH, Field(description=AMPLITUDES)]
 """Ends of the curve of a nonlinear mode."""
 Periods = Annotated[int, Field(ge=1, le=MOST_PERIODS)]
 
@@ -93,19 +86,9 @@ class FurtherCurves:
 
     def _refuse_modes(self, table: IsolatedTable, sweep: Sweep) -> None:
         """What would stop the modes when all sweeps are done: a number beyond the structure's, contacts at a node, amplitudes."""
-        numbers = numbers_of(sweep.problem, table.mode, None, 0, False)
         loaded = max((h for force in sweep.problem.forces for h in force.factors), default=1)
         harmonics = max(loaded, 1) if sweep.harmonics == "auto" else sweep.harmonics
-        listed = harmonics if isinstance(harmonics, int) else list(harmonics)
-        NonlinearModesWork.of(
-            sweep.problem,
-            modes=numbers,
-            ends=table.ends,
-            output=0,
-            harmonics=listed,
-            samples=sweep.samples,
-            extended="first",
-        )
+        NonlinearModesWork(sweep.problem, table.mode, table.ends, harmonics, sweep.samples).refuse_amplitudes()
 
     @property
     def periods(self) -> int:

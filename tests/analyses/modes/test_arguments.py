@@ -121,7 +121,7 @@ def test_an_internal_resonance_is_reported():
 def test_cases_are_solved_one_by_one():
     modes = small(mode=[1, 2])
     assert modes.dataset["frequency"].attrs["units"] == "Hz"
-    work = NonlinearModesWork.of(RIG, modes=(1, 2), ends=(1e-7, 1e-6), output=0, harmonics=1, samples=32, extended="first")
+    work = NonlinearModesWork(RIG, (1, 2), (1e-7, 1e-6), harmonics=1, samples=32)
     assert len(set(work.names)) == 2
     again = work.dataset([work.solve(case, lambda done: None) for case in (0, 1)])
     np.testing.assert_array_equal(again["frequency"], modes.dataset["frequency"])

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import output_of
 from stickslip.analyses.forced_response import ForcedResponse
@@ -16,13 +14,13 @@ from stickslip.analyses.modes.dataset import with_phase_at
 from stickslip.analyses.modes.limit_cycles import LimitCycles, limit_cycles_of
 from stickslip.analyses.modes.solved_peaks import with_solved
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
-from stickslip.analyses.modes.work import Extended, NonlinearModesWork, ends_of, numbers_of
+from stickslip.analyses.modes.work import NonlinearModesWork
+from stickslip.analyses.settings import takes
 from stickslip.checks import between, fault, of_kind, positive, vector
 from stickslip.contact.start import TractionRatio
 from stickslip.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Checkpoint, Progress, Workers
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -91,22 +89,8 @@ class NonlinearModes(Result):
         return Synthesis.of(self.dataset, self.problem, between("case", case, 0, self.dataset.sizes["case"] - 1), forces)
 
 
-def nonlinear_modes(
-    problem: Problem,
-    mode: int | Sequence[int] | None = None,
-    amplitude: float | tuple[float, float] | None = None,
-    harmonics: int | Sequence[int] = 5,
-    samples: int = 256,
-    *,
-    frequency: float | None = None,
-    output: int = 0,
-    largest_at_output: bool = False,
-    extended: Extended = "first",
-    phase_at: int | None = None,
-    workers: Workers = 1,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda fraction, text: None,
-) -> NonlinearModes:
+@takes(NonlinearModesWork)
+def nonlinear_modes(work: NonlinearModesWork) -> NonlinearModes:
     """Natural frequency ω and damping ratio ζ of a mode over its amplitude, from stuck contacts to full slip.
 
     The periodic motions of M q̈ + (C − 2ζωM) q̇ + K q + Bᵀ f(Bq) = static loads: where the damping of friction and dashpots takes
@@ -127,20 +111,11 @@ def nonlinear_modes(
     Source: M. Krack, Nonlinear modal analysis of nonconservative systems: extension of the periodic motion concept, Computers
     and Structures 154 (2015).
     """
-    with threadpool_limits(1, user_api="blas"):
-        work = NonlinearModesWork.of(
-            problem,
-            modes=numbers_of(problem, mode, frequency, output, largest_at_output),
-            ends=ends_of(amplitude),
-            output=output_of(problem, output),
-            harmonics=harmonics,
-            samples=samples,
-            extended=extended,
-        )
-    turned = None if phase_at is None else output_of(problem, phase_at, "phase_at")
-    _refuse_no_phase(problem, turned)
-    dataset = work.dataset(all_cases(work, checkpoint, workers, progress))
-    return NonlinearModes(dataset if turned is None else with_phase_at(dataset, turned), problem)
+    work.refuse_amplitudes()
+    turned = None if work.phase_at is None else output_of(work.problem, work.phase_at, "phase_at")
+    _refuse_no_phase(work.problem, turned)
+    dataset = work.dataset(all_cases(work, work.checkpoint, work.workers, work.progress))
+    return NonlinearModes(dataset if turned is None else with_phase_at(dataset, turned), work.problem)
 
 
 def _refuse_no_phase(problem: Problem, output: int | None) -> None:

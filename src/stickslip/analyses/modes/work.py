@@ -6,22 +6,22 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.arguments import output_of
+from stickslip.analyses.arguments import OfProblem, OutputNumber, Samples, output_of
 from stickslip.analyses.modes.characteristic import with_peaks
 from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset
-from stickslip.analyses.work_parts import StateOfFields
-from stickslip.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector
+from stickslip.analyses.settings import Setting, Settings
+from stickslip.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector, whole
 from stickslip.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, slip_level, solve_mode
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.mode_balance import ModalStructures, ModeBalance
-from stickslip.harmonic.orders import Harmonics, attribute, fineness, harmonics_for, highest
-from stickslip.problem import Problem
+from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics, harmonics_for, highest
 from stickslip.rigs import single_mass
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,86 +31,146 @@ Extended = Literal["first", "all"]
 LOWEST = 1e-3
 """Where a curve begins whose largest amplitude alone is given, as a share of it."""
 
+AMPLITUDES = (
+    "[smallest, largest] amplitude of the first output, in the shape of the stuck mode; unless given from half to 1000 times "
+    "that at which the first contact slips"
+)
+
+NO_AUTO = 'A mode has no "auto": take the number that a forced response chooses, `response.dataset.attrs["harmonics"]`.'
+HarmonicsOfModes = Annotated[int | Sequence[int], Setting(lambda name, value: checked_harmonics(value, NO_AUTO))]
+
+
+def listed_modes(name: str, mode: Any) -> tuple[int, ...] | None:
+    """Whole numbers, each once; None for none."""
+    if mode is None:
+        return None
+    found = tuple(whole(name, number) for number in ([mode] if np.ndim(mode) == 0 else mode))
+    if not found:
+        raise InputError(f"{name} must hold at least one number, but is empty.")
+    unique(name, found)
+    return found
+
+
+def ends_of(name: str, amplitude: Any) -> tuple[float, float] | None:
+    """The ends of a curve; None for those of slip."""
+    if amplitude is None:
+        return None
+    if np.ndim(amplitude) == 0:
+        return LOWEST * positive(name, amplitude), float(amplitude)
+    ends: Array = vector(name, amplitude, 2)
+    low, high = (positive(name, end) for end in ends.tolist())
+    if not low < high:
+        raise fault(name, "must be (low, high) with low below high", amplitude)
+    return low, high
+
+
+def first_or_all(name: str, extended: Any) -> str:
+    """Which harmonics are extended."""
+    return among(name, of_kind(name, extended, str), get_args(Extended))
+
 
 @dataclass(frozen=True, eq=False)
-class NonlinearModesWork(StateOfFields):
-    """Modes as independent cases; modes from 1 on; ends: amplitudes of the output in m, or None."""
+class Modes(Settings):
+    """Which modes, from 1 on, over which amplitudes of the output in m, and how finely; a case is a mode."""
 
-    problem: Problem
+    problem: OfProblem
+    mode: Annotated[
+        int | Sequence[int] | None,
+        Setting(listed_modes, "number of a mode of the stuck structure, or a list; unless given those in the band of [sweep]"),
+    ] = None
+    amplitude: Annotated[float | tuple[float, float] | None, Setting(ends_of, AMPLITUDES)] = None
+    harmonics: HarmonicsOfModes = 5
+    samples: Samples = 256
     _: KW_ONLY
-    modes: tuple[int, ...]
-    ends: tuple[float, float] | None
-    output: int
-    harmonics: Harmonics
-    samples: int
-    extended: Extended
+    frequency: float | None = None
+    output: OutputNumber = 0
+    largest_at_output: bool = False
+    extended: Annotated[Extended, Setting(first_or_all, "harmonics whose equation holds the negative damping of the mode")] = (
+        "first"
+    )
 
-    @classmethod
-    def of(
-        cls,
-        problem: Problem,
-        *,
-        modes: tuple[int, ...],
-        ends: tuple[float, float] | None,
-        output: int,
-        harmonics: int | Sequence[int],
-        samples: int,
-        extended: str,
-    ) -> NonlinearModesWork:
-        """The work of checked modes and ends and of unchecked other arguments."""
-        among("extended", of_kind("extended", extended, str), ("first", "all"))
-        remedy = 'A mode has no "auto": take the number that a forced response chooses, `response.dataset.attrs["harmonics"]`.'
-        H, (_, Nt) = harmonics_for(problem, harmonics, remedy), fineness(harmonics, samples)
-        Nt += -Nt % problem.systems.sample_multiple
-        fourier(highest(H), Nt)
-        work = cls(
-            problem,
-            modes=modes,
-            ends=ends,
-            output=output,
-            harmonics=H,
-            samples=Nt,
-            extended=extended,  # type: ignore[arg-type]
-        )
-        for case in range(len(modes)):
-            work.levels(work.balance(case))
-        return work
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        output_of(self.problem, self.output)
+        object.__setattr__(self, "samples", self.samples + -self.samples % self.problem.systems.sample_multiple)
+        harmonics_for(self.problem, self.harmonics)
+        fourier(highest(self.kept_harmonics), self.samples)
+        _ = self.modes
+
+    @property
+    def kept_harmonics(self) -> Harmonics:
+        return checked_harmonics(self.harmonics)
+
+    @cached_property
+    def modes(self) -> tuple[int, ...]:
+        """The numbers of the modes."""
+        by_output = of_kind("largest_at_output", self.largest_at_output, bool)
+        if (self.mode is not None) + (self.frequency is not None) + by_output > 1:
+            raise InputError("Of mode, frequency and largest_at_output one must be given at most, but there are several.")
+        if self.frequency is None and not by_output:
+            numbers = listed_modes("mode", self.mode) or (1,)
+            return tuple(between("mode", number, 1, self.problem.structure.size) for number in numbers)
+        with threadpool_limits(1, user_api="blas"):
+            structures = ModalStructures(self.problem, (1,), 1)
+        squares, shapes = structures.squares[structures.key[1]], structures.shapes[structures.key[1]]
+        if self.frequency is not None:
+            wanted = 2.0 * np.pi * positive("frequency", self.frequency)
+            with np.errstate(divide="ignore"):
+                return (int(np.argmin(np.abs(1.0 / np.sqrt(squares) - wanted))) + 1,)
+        return (int(np.argmax(np.abs(shapes[len(self.problem.B) + self.output]) ** 2)) + 1,)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on."""
-        where = (
-            "from stuck to slip" if self.ends is None else f"from {self.ends[0]!r} to {self.ends[1]!r} m at output {self.output}"
-        )
-        how = f"{self.harmonics} harmonics, {self.samples} samples, {self.extended} extended, problem {self.problem.fingerprint}"
-        return tuple(f"nonlinear mode {mode}, {where}, {how}" for mode in self.modes)
+        others = self.identity("mode", "frequency", "largest_at_output")
+        return tuple(f"{type(self).__name__}, mode {mode}, {others}" for mode in self.modes)
 
     @property
     def words(self) -> tuple[str, ...]:
         return tuple(f"mode {mode}" for mode in self.modes)
 
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What results remember."""
+        return {"harmonics": attribute(self.kept_harmonics), "samples": self.samples, "extended": self.extended}
+
+    def refuse_amplitudes(self) -> None:
+        """What would stop a curve where it begins."""
+        with threadpool_limits(1, user_api="blas"):
+            for case in range(len(self.modes)):
+                self.levels(self.balance(case))
+
     def balance(self, case: int) -> ModeBalance:
         """The balance of a mode."""
-        extended = 1 if self.extended == "first" else highest(self.harmonics)
-        return ModeBalance(self.problem, self.harmonics, self.samples, self.modes[case] - 1, extended)
+        extended = 1 if self.extended == "first" else highest(self.kept_harmonics)
+        return ModeBalance(self.problem, self.kept_harmonics, self.samples, self.modes[case] - 1, extended)
 
     def levels(self, balance: ModeBalance) -> tuple[float, float]:
         """The path parameter at both ends of the curve."""
-        if self.ends is None:
+        ends = ends_of("amplitude", self.amplitude)
+        if ends is None:
             slip = slip_level(balance)
             return slip + float(np.log(BEFORE_SLIP)), slip + float(np.log(BEYOND_SLIP))
         shape = np.abs(balance.shape[balance.rows :])
         if shape[self.output] <= NODE * balance.largest_motion:
             what = f"Output {self.problem.output_names[self.output]!r}"
             raise fault(what, "must move in the mode, since amplitudes are given at it", float(shape[self.output]))
-        low, high = (balance.level_of(end / float(shape[self.output])) for end in self.ends)
+        low, high = (balance.level_of(end / float(shape[self.output])) for end in ends)
         return low, high
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class NonlinearModesWork(Modes):
+    """Nonlinear modes as independent cases."""
+
+    phase_at: int | None = None
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
 
     def prepare(self) -> None:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
-        smallest = NonlinearModesWork.of(
-            single_mass(), modes=(1,), ends=(0.5, 0.6), output=0, harmonics=1, samples=8, extended="first"
-        )
+        smallest = NonlinearModesWork(single_mass(), amplitude=(0.5, 0.6), harmonics=1, samples=8)
         smallest.dataset([smallest.solve(0, lambda share: None)])
 
     def solve(self, case: int, report: Report) -> Arrays:
@@ -122,40 +182,5 @@ class NonlinearModesWork(StateOfFields):
 
     def dataset(self, results: Sequence[Arrays], levels: Sequence[float] = ()) -> xr.Dataset:
         """The curves of all cases as one dataset; levels: of the forces whose peaks it is to hold."""
-        attrs: dict[str, Any] = {"harmonics": attribute(self.harmonics), "samples": self.samples, "extended": self.extended}
-        attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
+        attrs = self.attributes | {"cpu_seconds": sum(float(result["cpu_seconds"]) for result in results)}
         return with_peaks(modes_dataset(self.problem, results, attrs), self.problem, levels)
-
-
-def numbers_of(problem: Problem, mode: Any, frequency: float | None, at: int, largest_at_output: bool) -> tuple[int, ...]:
-    """The numbers of the modes to follow, from 1 on."""
-    output = output_of(problem, at) if of_kind("largest_at_output", largest_at_output, bool) else None
-    if sum(given is not None for given in (mode, frequency, output)) > 1:
-        raise InputError("Of mode, frequency and largest_at_output one must be given at most, but there are several.")
-    if frequency is None and output is None:
-        numbers = [1] if mode is None else [mode] if np.ndim(mode) == 0 else list(mode)
-        if not numbers:
-            raise InputError("mode must hold at least one number, but is empty.")
-        found = tuple(between("mode", number, 1, problem.structure.size) for number in numbers)
-        unique("mode", found)
-        return found
-    structures = ModalStructures(problem, (1,), 1)
-    squares, shapes = structures.squares[structures.key[1]], structures.shapes[structures.key[1]]
-    if frequency is not None:
-        wanted = 2.0 * np.pi * positive("frequency", frequency)
-        with np.errstate(divide="ignore"):
-            return (int(np.argmin(np.abs(1.0 / np.sqrt(squares) - wanted))) + 1,)
-    rows = len(problem.B)
-    return (int(np.argmax(np.abs(shapes[rows + int(output or 0)]) ** 2)) + 1,)
-
-
-def ends_of(amplitude: Any) -> tuple[float, float] | None:
-    if amplitude is None:
-        return None
-    if np.ndim(amplitude) == 0:
-        return LOWEST * positive("amplitude", amplitude), float(amplitude)
-    ends: Array = vector("amplitude", amplitude, 2)
-    low, high = (positive("amplitude", end) for end in ends.tolist())
-    if not low < high:
-        raise fault("amplitude", "must be (low, high) with low below high", amplitude)
-    return low, high

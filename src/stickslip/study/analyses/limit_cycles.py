@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, Tag
 
-from stickslip.analyses.modes.limit_cycles import LimitCyclesWork, checked_ratios
+from stickslip.analyses.modes.limit_cycles import LimitCyclesWork
 from stickslip.checks import counted
 from stickslip.runs.work import Arrays, Work
-from stickslip.study.analyses.nonlinear_modes import ModesPlan, ModesTable, checked
+from stickslip.study.analyses.nonlinear_modes import FORMS, modes_settings, modes_summary
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import by_form
+from stickslip.study.settings_table import check_of, table_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,47 +22,34 @@ if TYPE_CHECKING:
 DampingRatio = Annotated[float, Field(gt=-1.0, lt=1.0, allow_inf_nan=False)]
 
 
-class LimitCyclesTable(ModesTable):
-    """Vibration that gas forces feed and friction holds; forces of [[force]] do not act."""
-
-    aerodynamic_damping: Annotated[
-        Annotated[DampingRatio, Tag("<single>")] | Annotated[list[DampingRatio], Field(min_length=1), Tag("<list>")],
-        by_form(),
-        Field(description="damping ratio of the gas forces, negative where they feed the vibration, or a list"),
-    ] = 0.0
-
-    @property
-    def ratios(self) -> tuple[float, ...]:
-        """The aerodynamic damping ratios."""
-        return checked_ratios(self.aerodynamic_damping)
-
-
-def _checked(table: LimitCyclesTable) -> None:
-    checked(table)
-    _ = table.ratios
+TABLE = "limit_cycles"
+LimitCyclesTable = table_of(
+    LimitCyclesWork,
+    "Vibration that gas forces feed and friction holds; forces of [[force]] do not act.",
+    aerodynamic_damping=Annotated[
+        Annotated[DampingRatio, Tag("<single>")] | Annotated[list[DampingRatio], Field(min_length=1), Tag("<list>")], by_form()
+    ],
+    **FORMS,
+)
 
 
 @dataclass(frozen=True, eq=False)
 class LimitCyclesPlan(Plan):
     """The limit cycles of the modes of a problem."""
 
-    modes: ModesPlan
-    table: LimitCyclesTable
+    work: LimitCyclesWork
 
     @classmethod
     def of(cls, asked: Asked) -> LimitCyclesPlan:
         """The plan of a study."""
-        table = LimitCyclesTable.model_validate(asked.tables.get("limit_cycles", {}))
-        return cls(ModesPlan.of_table(asked, table), table)
+        work = LimitCyclesWork(**modes_settings(asked, asked.tables.get(TABLE, LimitCyclesTable())))
+        work.refuse_amplitudes()
+        return cls(work)
 
     @property
     def summary(self) -> str:
-        ratios = counted(len(self.table.ratios), "aerodynamic damping", "values of the aerodynamic damping")
-        return f"{self.modes.summary}; limit cycles at {ratios}"
-
-    @cached_property
-    def work(self) -> LimitCyclesWork:
-        return LimitCyclesWork(self.modes.work, self.table.ratios)
+        ratios = counted(len(self.work.ratios), "aerodynamic damping", "values of the aerodynamic damping")
+        return f"{modes_summary(self.work)}; limit cycles at {ratios}"
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -72,6 +59,4 @@ class LimitCyclesPlan(Plan):
         return self.work.gathered(results[""]).dataset
 
 
-KINDS = {
-    "limit_cycles": Kind(LimitCyclesPlan.of, {"limit_cycles": LimitCyclesTable}, checks={"limit_cycles": _checked}, forced=False)
-}
+KINDS = {TABLE: Kind(LimitCyclesPlan.of, {TABLE: LimitCyclesTable}, checks={TABLE: check_of(LimitCyclesWork)}, forced=False)}

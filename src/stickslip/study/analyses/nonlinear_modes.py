@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from pydantic import Field
 
-from stickslip.analyses.modes.work import NonlinearModesWork, numbers_of
+from stickslip.analyses.modes.work import Modes, NonlinearModesWork
 from stickslip.checks import InputError, counted, fault
 from stickslip.harmonic.orders import in_words
 from stickslip.problem import Problem
@@ -18,30 +16,28 @@ from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Table
-from stickslip.study.further_curves import Amplitudes, ModeNumbers, ordered
-from stickslip.study.units import with_si
+from stickslip.study.further_curves import ModeNumbers
+from stickslip.study.settings_table import check_of, table_of
+from stickslip.study.tables import Ends
+from stickslip.study.units import LENGTH, in_si
 from stickslip.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-class ModesTable(Table):
-    """Natural frequency and damping over the amplitude; the force levels of [sweep] are those whose peaks are made from it."""
+TABLE = "nonlinear_modes"
+FORMS: dict[str, Any] = {
+    "mode": ModeNumbers | None,
+    "amplitude": Annotated[Ends | None, LENGTH],
+}
+"""How files write the settings of modes."""
 
-    mode: Annotated[
-        ModeNumbers | None,
-        Field(description="number of a mode of the stuck structure, or a list; unless given those in the band of [sweep]"),
-    ] = None
-    amplitude: Amplitudes = None
-    extended: Annotated[
-        Literal["first", "all"], Field(description="harmonics whose equation holds the negative damping of the mode")
-    ] = "first"
-
-
-def checked(table: ModesTable) -> None:
-    """What the model of the table cannot check."""
-    ordered(table.amplitude, table.mode)
+ModesTable = table_of(
+    NonlinearModesWork,
+    "Natural frequency and damping over the amplitude; the force levels of [sweep] are those whose peaks are made from it.",
+    **FORMS,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,53 +45,19 @@ class ModesPlan(Plan):
     """The nonlinear modes of a problem."""
 
     sweep: Sweep
-    table: ModesTable
+    work: NonlinearModesWork
 
     @classmethod
     def of(cls, asked: Asked) -> ModesPlan:
         """The plan of a study."""
-        return cls.of_table(asked, ModesTable.model_validate(asked.tables.get("nonlinear_modes", {})))
-
-    @classmethod
-    def of_table(cls, asked: Asked, table: ModesTable) -> ModesPlan:
-        """The modes that a table asks for."""
-        sweep = sweep_of(asked)
-        if sweep.harmonics == "auto":
-            raise fault("harmonics", "must be a number or a list for nonlinear modes", "auto")
-        plan = cls(sweep, with_si(table, asked.units))
-        _ = plan.work
-        return plan
+        settings = modes_settings(asked, asked.tables.get(TABLE, ModesTable()))
+        work = NonlinearModesWork(**settings)
+        work.refuse_amplitudes()
+        return cls(sweep_of(asked), work)
 
     @property
     def summary(self) -> str:
-        problem = self.sweep.problem
-        size = counted(problem.structure.size, "degree of freedom", "degrees of freedom")
-        modes = ", ".join(map(str, self.work.modes))
-        named = f"nonlinear mode{'s' if len(self.work.modes) > 1 else ''} {modes}"
-        how = f"{in_words(self.work.harmonics)}, {self.work.samples} samples"
-        return f"{size}, {counted(len(problem.contacts), 'contact')}; {named}, {how}"
-
-    @cached_property
-    def work(self) -> NonlinearModesWork:
-        sweep, table = self.sweep, self.table
-        ends = None if table.amplitude is None else (table.amplitude[0], table.amplitude[1])
-        assert sweep.harmonics != "auto"
-        harmonics = sweep.harmonics if isinstance(sweep.harmonics, int) else list(sweep.harmonics)
-        return NonlinearModesWork.of(
-            sweep.problem,
-            modes=self._modes(),
-            ends=ends,
-            output=0,
-            harmonics=harmonics,
-            samples=sweep.samples,
-            extended=table.extended,
-        )
-
-    def _modes(self) -> tuple[int, ...]:
-        """The modes asked for, or those of the stuck structure in the band."""
-        if self.table.mode is not None:
-            return numbers_of(self.sweep.problem, self.table.mode, None, 0, False)
-        return modes_between(self.sweep.problem, *_ends(self.sweep))
+        return modes_summary(self.work)
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -105,9 +67,25 @@ class ModesPlan(Plan):
         return self.work.dataset(results[""], self.sweep.force_levels)
 
 
-def _ends(sweep: Sweep) -> tuple[float, float]:
+def modes_settings(asked: Asked, table: Table) -> dict[str, Any]:
+    """The settings that a study gives to modes: of a table, of [sweep], and the modes in its band unless some are named."""
+    sweep, settings = sweep_of(asked), in_si(table, asked.units)
+    if sweep.harmonics == "auto":
+        raise fault("harmonics", "must be a number or a list for nonlinear modes", "auto")
     where = sweep.frequencies
-    return (where.low, where.high) if isinstance(where, Band) else (min(where), max(where))
+    if settings["mode"] is None:
+        ends = (where.low, where.high) if isinstance(where, Band) else (min(where), max(where))
+        settings["mode"] = modes_between(sweep.problem, *ends)
+    return settings | {"problem": sweep.problem, "harmonics": sweep.harmonics, "samples": sweep.samples}
+
+
+def modes_summary(work: Modes) -> str:
+    """What is computed of modes."""
+    size = counted(work.problem.structure.size, "degree of freedom", "degrees of freedom")
+    modes = ", ".join(map(str, work.modes))
+    named = f"nonlinear mode{'s' if len(work.modes) > 1 else ''} {modes}"
+    how = f"{in_words(work.kept_harmonics)}, {work.samples} samples"
+    return f"{size}, {counted(len(work.problem.contacts), 'contact')}; {named}, {how}"
 
 
 def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
@@ -123,4 +101,4 @@ def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
     return tuple(int(k) + 1 for k in inside)
 
 
-KINDS = {"nonlinear_modes": Kind(ModesPlan.of, {"nonlinear_modes": ModesTable}, checks={"nonlinear_modes": checked})}
+KINDS = {TABLE: Kind(ModesPlan.of, {TABLE: ModesTable}, checks={TABLE: check_of(NonlinearModesWork)})}
