@@ -5,23 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle, gathered, march_arrays, march_of
-from stickslip.checks import Array, InputError, between, fault, of_kind, positive, seed_of, several, vector
+from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.checks import LARGEST_SEED, Array, InputError, between, fault, of_kind, positive, several, vector, whole
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.platforms.cycle import CycleModel, CycleOutcome
 from stickslip.platforms.march import PlatformState
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Progress, Report
+from stickslip.runs.work import Arrays, Progress, Report, silent
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Rig = Annotated[BetweenPlatforms, Setting(lambda name, value: of_kind(name, value, BetweenPlatforms))]
+Motion = Annotated[PlatformMotion, Setting(lambda name, value: of_kind(name, value, PlatformMotion))]
 
 REPEATING = (CycleOutcome.STEADY, CycleOutcome.JAMMED)
 
@@ -87,49 +91,47 @@ def together(cycles: Sequence[DamperCycle]) -> xr.Dataset:
     return found.assign_coords(cycle=("cycle", np.arange(1, len(cycles) + 1), number))
 
 
-def steady_cycles(
-    rig: BetweenPlatforms,
-    motion: PlatformMotion,
-    *,
-    starts: int = 20,
-    spread: float | None = None,
-    seed: int = 0,
-    same: float = 1e-6,
-    steps: int = 1000,
-    workers: int = 1,
-    progress: Progress = lambda fraction, text: None,
-) -> SteadyCycles:
-    """Steady quasi-static cycles from the virgin and from seeded random slider offsets, uniform in ±spread [m].
+def _width(name: str, value: Any) -> float | None:
+    return None if value is None else positive(name, value)
 
-    spread: twice the pull over the softest tangential stiffness unless given. Cycles whose contact forces differ by less than
-    `same` of the largest count as one. workers: processes; progress(share, text) is called after each.
-    """
-    work = SteadyCyclesWork(rig, motion, starts=starts, spread=spread, seed=seed, same=same, steps=steps)
-    return work.gathered(all_cases(work, None, workers, progress))
+
+def _sets(name: str, value: Any) -> tuple[Any, ...]:
+    found = several(name, value)
+    if not found:
+        raise fault(name, "must hold at least one set of coefficients", [])
+    return found
 
 
 @dataclass(frozen=True, eq=False)
-class SteadyCyclesWork:
+class Driven(Settings):
+    """A damper and the motion of its platform."""
+
+    rig: Rig
+    motion: Motion
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SteadyCyclesWork(Driven):
     """Cycles from several initial states, a case each."""
 
-    rig: BetweenPlatforms
-    motion: PlatformMotion
-    _: KW_ONLY
-    starts: int = 20
-    spread: float | None = None
-    seed: int = 0
-    same: float = 1e-6
-    steps: int = 1000
+    starts: Annotated[int, Setting(Whole(1))] = 20
+    spread: Annotated[float | None, Setting(_width, "largest slider offset; twice the pull over the softest kt unless given")] = (
+        None
+    )
+    seed: Annotated[int, Setting(Whole(0, LARGEST_SEED), "of the random draws")] = 0
+    same: Annotated[float, Setting(positive, "difference of forces, relative to the largest, below which cycles are one")] = 1e-6
+    steps: Annotated[int, Setting(whole, "of a cycle")] = 1000
+    workers: int = 1
+    progress: Progress = silent
 
     def __post_init__(self) -> None:
-        of_kind("rig", self.rig, BetweenPlatforms), of_kind("motion", self.motion, PlatformMotion)
-        between("starts", self.starts, 1), seed_of(self.seed)
-        positive("same", self.same), self.motion.samples(self.steps), self.offsets
+        super().__post_init__()
+        self.motion.samples(self.steps), self.offsets
 
     @property
     def names(self) -> Sequence[str]:
-        how = f"{self.starts} starts within {self.spread} m, seed {self.seed}, same {self.same!r}, {self.steps} steps"
-        return [f"start {number + 1} of {how}, motion {self.motion.digest}" for number in range(self.starts)]
+        how = f"{self.identity('rig', 'motion')}, motion {self.motion.digest}"
+        return [f"start {number + 1}, {how}" for number in range(self.starts)]
 
     @property
     def words(self) -> Sequence[str]:
@@ -141,7 +143,7 @@ class SteadyCyclesWork:
         model, generator = CycleModel.of(self.rig), np.random.default_rng(self.seed)
         stiffness = model.table.stiffness
         usual = 2.0 * float(np.hypot(*model.load[:2]) / stiffness.min())
-        width = usual if self.spread is None else positive("spread", self.spread)
+        width = usual if self.spread is None else self.spread
         drawn = generator.uniform(-width, width, (self.starts - 1, stiffness.size))
         return np.vstack([np.zeros(stiffness.size), drawn])
 
@@ -169,50 +171,43 @@ class SteadyCyclesWork:
         return SteadyCycles(tuple(found[i] for i in order), tuple(counts[i] for i in order), failed)
 
 
+@takes(SteadyCyclesWork)
+def steady_cycles(work: SteadyCyclesWork) -> SteadyCycles:
+    """Steady quasi-static cycles from the virgin and from seeded random slider offsets, uniform in ±spread [m].
+
+    spread: twice the pull over the softest tangential stiffness unless given. Cycles whose contact forces differ by less than
+    `same` of the largest count as one. workers: processes; progress(share, text) is called after each.
+    """
+    return work.gathered(all_cases(work, None, work.workers, work.progress))
+
+
 def _difference(a: DamperCycle, b: DamperCycle) -> float:
     """Largest difference of contact forces relative to the largest force."""
     one, other = a.march.record.force, b.march.record.force
     return float(np.max(np.abs(one - other)) / np.max(np.abs(one)))
 
 
-def damper_evolution(
-    rig: BetweenPlatforms,
-    motion: PlatformMotion,
-    friction: Sequence[ArrayLike],
-    *,
-    steps: int = 1000,
-    cycles: int = 1,
-    progress: Progress = lambda fraction, text: None,
-) -> DamperEvolution:
-    """Cycles while friction changes: for each set of coefficients (a number, or one per line of contact) the last of so many
-    cycles, which starts from the state that the set before left. progress(share, text) is called after each."""
-    work = EvolutionWork(rig, motion, friction=several("friction", friction), steps=steps, cycles=cycles)
-    return work.gathered(all_cases(work, None, 1, progress)[0])
-
-
 @dataclass(frozen=True, eq=False)
-class EvolutionWork:
+class EvolutionWork(Driven):
     """A sequence of cycles, each from the state that the one before left: one case, since none can be computed alone."""
 
-    rig: BetweenPlatforms
-    motion: PlatformMotion
+    friction: Annotated[
+        Sequence[ArrayLike], Setting(_sets, "sets of coefficients: a number each, or one for each line of contact")
+    ]
     _: KW_ONLY
-    friction: tuple[ArrayLike, ...]
-    steps: int = 1000
-    cycles: int = 1
+    cycles: Annotated[int, Setting(Whole(1), "with each set; the last is kept")] = 1
+    steps: Annotated[int, Setting(whole, "of a cycle")] = 1000
+    progress: Progress = silent
 
     def __post_init__(self) -> None:
-        of_kind("rig", self.rig, BetweenPlatforms), of_kind("motion", self.motion, PlatformMotion)
-        between("cycles", self.cycles, 1)
-        if not self.friction:
-            raise fault("friction", "must hold at least one set of coefficients", [])
+        super().__post_init__()
         for mu in self.friction:
             vector("friction", mu, len(self.rig.laws))
         self.rigs, self.motion.samples(self.steps)
 
     @property
     def names(self) -> Sequence[str]:
-        return (f"evolution over {self.friction}, {self.cycles} cycles of {self.steps} steps, motion {self.motion.digest}",)
+        return (f"evolution, {self.identity('rig', 'motion')}, motion {self.motion.digest}",)
 
     @property
     def words(self) -> Sequence[str]:
@@ -245,3 +240,10 @@ class EvolutionWork:
         return DamperEvolution(
             tuple(gathered(rig, self.motion, march_of(part)) for rig, part in zip(self.rigs, parts, strict=True))
         )
+
+
+@takes(EvolutionWork)
+def damper_evolution(work: EvolutionWork) -> DamperEvolution:
+    """Cycles while friction changes: for each set of coefficients (a number, or one per line of contact) the last of so many
+    cycles, which starts from the state that the set before left. progress(share, text) is called after each."""
+    return work.gathered(all_cases(work, None, 1, work.progress)[0])

@@ -14,36 +14,29 @@ from stickslip.dampers import BetweenPlatforms, PlatformMotion
 from stickslip.runs.work import Arrays
 from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, suitable
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import NotNegatives, Positive, Seed, Table
+from stickslip.study.fields import NotNegatives, Positive
+from stickslip.study.settings_table import table_of
 from stickslip.study.units import LENGTH, in_si
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-class SliderStartsTable(Table):
-    """Initial states: the virgin sliders and random offsets."""
-
-    count: Annotated[int, Field(ge=1, le=MOST, description="of initial states")] = 20
-    spread: Annotated[
-        Positive | None, LENGTH, Field(description="largest slider offset; twice the pull over the softest kt unless given")
-    ] = None
-    seed: Annotated[Seed, Field(description="of the random draws")] = 0
-    same: Annotated[Positive, Field(description="difference of forces, relative to the largest, below which cycles are one")] = (
-        1e-6
-    )
-    steps: Annotated[int, Field(ge=8, le=1000000, description="of a cycle")] = 1000
-
-
-class EvolutionTable(Table):
-    """Friction as it changes from one set of cycles to the next."""
-
-    friction: Annotated[
-        list[NotNegatives],
-        Field(min_length=1, description="sets of coefficients: a number each, or one for each line of contact"),
-    ]
-    cycles: Annotated[int, Field(ge=1, le=MOST, description="with each set; the last is kept")] = 1
-    steps: Annotated[int, Field(ge=8, le=1000000, description="of a cycle")] = 1000
+Steps = Annotated[int, Field(ge=8, le=1000000)]
+SliderStartsTable = table_of(
+    SteadyCyclesWork,
+    "Initial states: the virgin sliders and random offsets.",
+    spread=Annotated[Positive | None, LENGTH],
+    same=Positive,
+    steps=Steps,
+    count=(Annotated[int, Field(ge=1, le=MOST, description="of initial states")], SteadyCyclesWork.starts),
+)
+EvolutionTable = table_of(
+    EvolutionWork,
+    "Friction as it changes from one set of cycles to the next.",
+    friction=Annotated[list[NotNegatives], Field(min_length=1)],
+    steps=Steps,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +48,9 @@ class SteadyCyclesPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> SteadyCyclesPlan:
         """The plan of a study."""
-        table = asked.tables.get("steady_cycles") or SliderStartsTable()
-        assert isinstance(table, SliderStartsTable)
-        spread = in_si(table, asked.units)["spread"]
-        rig, motion = rig_and_motion(asked)
-        return cls(
-            SteadyCyclesWork(rig, motion, starts=table.count, spread=spread, seed=table.seed, same=table.same, steps=table.steps)
-        )
+        settings = in_si(asked.tables.get("steady_cycles") or SliderStartsTable(), asked.units)
+        starts = settings.pop("count")
+        return cls(SteadyCyclesWork(*rig_and_motion(asked), starts=starts, **settings))
 
     @property
     def content(self) -> str:
@@ -89,10 +78,7 @@ class EvolutionPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> EvolutionPlan:
         """The plan of a study."""
-        table = asked.tables["damper_evolution"]
-        assert isinstance(table, EvolutionTable)
-        rig, motion = rig_and_motion(asked)
-        return cls(EvolutionWork(rig, motion, friction=tuple(table.friction), steps=table.steps, cycles=table.cycles))
+        return cls(EvolutionWork(*rig_and_motion(asked), **in_si(asked.tables["damper_evolution"], asked.units)))
 
     @property
     def content(self) -> str:
