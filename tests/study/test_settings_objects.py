@@ -6,7 +6,7 @@ import inspect
 import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 import pytest
 from pydantic import Field
@@ -41,7 +41,7 @@ class Weighing(Settings):
     size: Annotated[float | Sequence[float], Setting(_sizes, "of the samples")]
     _: KW_ONLY
     scale: Annotated[Scale, Setting(_scale, "its steps")] = "fine"
-    repeats: Annotated[int, Setting(Whole(1, 9), "of each sample")] = 2
+    repeats: Annotated[int, Setting(Whole(1, 9), "of each sample", key="times")] = 2
     place: Annotated[int, Setting(Whole(0))] = 0
     workers: int = 1
     progress: Callable[[float, str], None] = lambda share, text: None
@@ -65,6 +65,8 @@ def test_arguments_are_those_of_the_dataclass_and_the_docstring_is_of_the_functi
     assert parameters["repeats"].annotation is int
     assert parameters["size"].kind is inspect.Parameter.POSITIONAL_OR_KEYWORD
     assert parameters["scale"].kind is inspect.Parameter.KEYWORD_ONLY
+    assert inspect.signature(weighed).return_annotation == "Weighing"
+    assert list(get_type_hints(weighed)) == [*parameters, "return"]
     assert (weighed.__name__, weighed.__doc__) == ("weighed", "What is weighed.")
     assert pickle.loads(pickle.dumps(weighed)) is weighed  # noqa: S301
 
@@ -126,13 +128,13 @@ def test_the_table_has_keys_types_defaults_ranges_and_meanings_of_the_settings()
     assert list(rows(TABLE)) == [
         "| `size` | list of numbers | - | required | > 0 | of the samples |",
         '| `scale` | `"fine"`, `"coarse"` | - | `"fine"` | - | its steps |',
-        "| `repeats` | whole number | - | `2` | ≥ 1, ≤ 9 | of each sample |",
+        "| `times` | whole number | - | `2` | ≥ 1, ≤ 9 | of each sample |",
         "| `note` | text | - | - | - | only in a file |",
     ]
 
 
 def test_the_table_refuses_what_python_refuses():
-    with pytest.raises(Faults, match=r"repeats must be at most 9, but is 10\.\nkey must be a known one, but is 'place'"):
-        parsed(TABLE, {"size": [1.0], "repeats": 10, "place": 1})
+    with pytest.raises(Faults, match=r"times must be at most 9, but is 10\.\nkey must be a known one, but is 'place'"):
+        parsed(TABLE, {"size": [1.0], "times": 10, "place": 1})
     with pytest.raises(InputError, match=r"size must be unique, but 1\.0 is given more than once"):
         check_of(Weighing)(parsed(TABLE, {"size": [1.0, 1.0]}))

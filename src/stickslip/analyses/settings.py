@@ -26,11 +26,13 @@ class Setting:
 
     check: takes name and value, and returns what is kept or raises a `fault`. It must accept what it has returned, since copies
     are checked again. Inside a class it stands there by its name: a lambda in the text of an annotation does not see its module.
-    means: for the reference of study files; a setting without a meaning is no key of the table.
+    means: for the reference of study files; a setting without a meaning is no key of the table. key: its name there, where that
+    is another.
     """
 
     check: Callable[[str, Any], Any]
     means: str = ""
+    key: str = ""
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,9 @@ def takes(kind: Callable[Arguments, Given]) -> Callable[[Callable[[Given], Resul
                 raise TypeError(f"{body.__name__}() {error}") from None
             return body(kind(*args, **kwargs))
 
-        function.__signature__ = signature.replace(parameters=plain)  # type: ignore[attr-defined]
+        returned = inspect.signature(body).return_annotation
+        function.__signature__ = signature.replace(parameters=plain, return_annotation=returned)  # type: ignore[attr-defined]
+        function.__annotations__ = {each.name: each.annotation for each in plain} | {"return": returned}
         return function
 
     return decorate

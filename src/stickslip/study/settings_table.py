@@ -23,9 +23,10 @@ def table_of(kind: type[Settings], introduction: str, **forms: Any) -> type[Tabl
         if mark is None or not mark.means:
             continue
         usual = Annotated[int, Field(ge=mark.check.least, le=mark.check.most)] if isinstance(mark.check, Whole) else None
-        form = forms.pop(setting.name, usual or hints[setting.name])
+        key = mark.key or setting.name
+        form = forms.pop(key, usual or hints[setting.name])
         default = ... if setting.default is MISSING else setting.default
-        keys[setting.name] = Annotated[form, Field(description=mark.means)], default
+        keys[key] = Annotated[form, Field(description=mark.means)], default
     return create_model(f"{kind.__name__}Table", __base__=Table, __doc__=introduction, **keys | forms)
 
 
@@ -35,6 +36,6 @@ def check_of(kind: type[Settings]) -> Callable[[Table], None]:
     def check(table: Table) -> None:
         for name, mark in marks(kind).items():
             if mark.means:
-                mark.check(name, getattr(table, name))
+                mark.check(name, getattr(table, mark.key or name))
 
     return check

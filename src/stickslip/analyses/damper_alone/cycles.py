@@ -114,7 +114,7 @@ class Driven(Settings):
 class SteadyCyclesWork(Driven):
     """Cycles from several initial states, a case each."""
 
-    starts: Annotated[int, Setting(Whole(1))] = 20
+    starts: Annotated[int, Setting(Whole(1), "of initial states", key="count")] = 20
     spread: Annotated[float | None, Setting(_width, "largest slider offset; twice the pull over the softest kt unless given")] = (
         None
     )

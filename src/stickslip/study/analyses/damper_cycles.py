@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycles import EvolutionWork, SteadyCyclesWork
-from stickslip.checks import MOST, counted
+from stickslip.checks import counted
 from stickslip.dampers import BetweenPlatforms, PlatformMotion
 from stickslip.runs.work import Arrays
 from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, suitable
@@ -29,7 +29,6 @@ SliderStartsTable = table_of(
     spread=Annotated[Positive | None, LENGTH],
     same=Positive,
     steps=Steps,
-    count=(Annotated[int, Field(ge=1, le=MOST, description="of initial states")], SteadyCyclesWork.starts),
 )
 EvolutionTable = table_of(
     EvolutionWork,
@@ -49,8 +48,7 @@ class SteadyCyclesPlan(Plan):
     def of(cls, asked: Asked) -> SteadyCyclesPlan:
         """The plan of a study."""
         settings = in_si(asked.tables.get("steady_cycles") or SliderStartsTable(), asked.units)
-        starts = settings.pop("count")
-        return cls(SteadyCyclesWork(*rig_and_motion(asked), starts=starts, **settings))
+        return cls(SteadyCyclesWork(*rig_and_motion(asked), starts=settings.pop("count"), **settings))
 
     @property
     def content(self) -> str:
