@@ -40,6 +40,9 @@ SAME_SPEED = 0.01
 """Relative difference up to which two speeds are one."""
 SAME_MASS = 1e-6
 """Difference of two mass matrices, relative to their largest entry, that is rounding of printed numbers."""
+OTHER_SUPPORT = 100.0
+"""Ratio of two entries on the diagonals of K beyond which a support has changed and not the speed."""
+AT_SPEEDS, SAME_SUPPORTS = "The models of a sector at several speeds", "Fix the same nodes at every speed."
 COUPLING = 1e-6
 """Mass between different directions, relative to the largest, that is more than rounding."""
 
@@ -241,15 +244,30 @@ def _reduced(
 def _stiffness(model: Model, other: Model, read: ReadSector) -> Sparse:
     """K of the same sector at another speed, in the rows of the sector."""
     if set(other.dofs) != set(model.dofs):
-        different = sorted(set(other.dofs) ^ set(model.dofs))
-        remedy = "Fix the same nodes at every speed."
-        raise fault("The models of a sector at several speeds", "must have the same rows", first_of(different, 4), remedy)
+        pairs = ((model, other), (other, model))
+        more = [
+            f"{first_of(sorted(set(a.dofs) - set(b.dofs)), 4)} in {a.file} alone" for a, b in pairs if set(a.dofs) - set(b.dofs)
+        ]
+        raise fault(AT_SPEEDS, "must have the same rows", "; ".join(more), SAME_SUPPORTS)
+    _refuse_other_supports(model, other)
     order = np.array([other.rows[name] for name in model.dofs])[np.flatnonzero(read.rows >= 0)]
     M = other.M[order][:, order]
     gap = np.abs((M - read.sector.solid.M).data).max(initial=0.0)
     if gap > SAME_MASS * np.abs(M.data).max():
-        raise fault("The models of a sector at several speeds", "must have the same M", f"a difference of {gap:.3g} kg")
+        raise fault(AT_SPEEDS, "must have the same M", f"a difference of {gap:.3g} kg")
     return sparse.csc_array(other.K[order][:, order])
+
+
+def _refuse_other_supports(model: Model, other: Model) -> None:
+    """Stiffness against a support, or a row that is taken out, stands on the diagonal of K, far beyond what a speed changes."""
+    own, theirs = model.K.diagonal(), other.K.diagonal()[[other.rows[name] for name in model.dofs]]
+    small, large = np.sort(np.abs([own, theirs]), axis=0)
+    differs = (large > OTHER_SUPPORT * small) & (large > np.median(np.abs(own)) / OTHER_SUPPORT)
+    if np.any(differs):
+        row = int(np.flatnonzero(differs)[0])
+        names = first_of([model.dofs[k] for k in np.flatnonzero(differs).tolist()], 4)
+        sizes = " and ".join(f"{value:.3g} N/m in {each.file}" for value, each in ((own[row], model), (theirs[row], other)))
+        raise fault(AT_SPEEDS, "must be held at the same nodes", f"{names} with {sizes} on the diagonal of K", SAME_SUPPORTS)
 
 
 def prestress_note(model: Model, axis: RotationAxis, speed: float | None) -> str:
