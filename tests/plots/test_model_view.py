@@ -10,6 +10,7 @@ from stickslip.plots.model_view import MOST_POINTS, model_view
 from stickslip.rigs.platform_blade import PlatformBlade
 from stickslip.rigs.single_blade import damper_shape, pads, placed_dampers
 from stickslip.study.templates import write_new
+from stickslip.units import UnitSystem
 
 
 @pytest.fixture(scope="module")
@@ -99,6 +100,23 @@ def test_check_draws_the_model_of_a_study(tmp_path, monkeypatch):
     page = (tmp_path / "mine_model.html").read_text()
     assert "closing motion" in page
     assert "<b>&quot;pads" not in page
+    assert '"text":"z in mm"' in page.replace(": ", ":")
+    assert ' in m"' not in page
+
+
+def test_a_model_is_drawn_in_the_units_of_its_study(rig):
+    """Lengths and forces of every kind; directions stay."""
+    known, shown = model_view(rig), model_view(rig, UnitSystem("mm", "kN", "kg", "ms"))
+    for one, other in zip(known.points, shown.points, strict=True):
+        np.testing.assert_allclose(other.places, 1e3 * one.places)
+    for one, other in zip(known.arrows, shown.arrows, strict=True):
+        np.testing.assert_allclose(other.feet, 1e3 * one.feet)
+        np.testing.assert_array_equal(other.directions, one.directions)
+    assert shown.plot().axes[0].get_zlabel() == "y in mm"
+    assert shown.to_plotly().layout.scene.xaxis.title.text == "x in mm"
+    texts = [arrows(view, "exciting forces").texts[0] for view in (known, shown)]
+    assert texts[0].endswith(": 1 N")
+    assert texts[1].endswith(": 0.001 kN")
 
 
 def test_what_cannot_be_drawn_is_said(tmp_path, monkeypatch):

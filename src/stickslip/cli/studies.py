@@ -120,10 +120,12 @@ def check(
 
 
 def written_model(job: Job, study: Path) -> Path:
-    """A page with the model of a study, in the folder where the command runs."""
+    """A page with the model of a study, in its units, in the folder where the command runs."""
+    from stickslip.plots.model_view import model_view
+
     if job.sweep is None:
         raise InputError(f"--show draws a structure with contacts, but {study} has none: its analysis takes a damper or records.")
-    page: str = job.sweep.problem.to_plotly().to_html(include_plotlyjs=True)
+    page: str = model_view(job.sweep.problem, job.units).to_plotly().to_html(include_plotlyjs=True)
     return write_text(Path(f"{study.stem}_model.html"), page)
 
 

@@ -20,6 +20,7 @@ from stickslip.plots.look import colour, house_style, plain
 from stickslip.plots.model_view import axes_upright, in_space, scene
 from stickslip.plots.moving_picture import MovingPicture, magnification, played
 from stickslip.renderers import FIGURES
+from stickslip.results.shown_units import in_system
 from stickslip.results.view import Length, unit_in
 
 if TYPE_CHECKING:
@@ -104,8 +105,9 @@ class DeformedShape(MovingPicture):
         return np.array([low - rim, high + rim])
 
     def description(self) -> dict[str, Any]:
-        arrays = [values.astype(np.float32) for values in (self.motion.points, self._turned.real, self._turned.imag)]
-        unit = self._unit
+        metre, unit = in_system("m", self.motion.system)[0], self._unit
+        parts = self.motion.points, self._turned.real, self._turned.imag
+        arrays = [(metre * values).astype(np.float32) for values in parts]
         corners = {name: self.motion.triangles[:, k].astype(np.int32) for k, name in enumerate("ijk")}
         rest = {name: arrays[0][:, axis] for axis, name in enumerate("xyz")}
         columns = {name: tuple(array[:, axis] for array in arrays) for axis, name in enumerate("xyz")}
@@ -130,8 +132,9 @@ class DeformedShape(MovingPicture):
         return found | {name: self._layout(name == "narrow") for name in ("wide", "narrow")}
 
     def _layout(self, narrow: bool) -> dict[str, Any]:
-        low, high = self._limits
-        space = scene(high - low, "@paper")
+        metre, length = in_system("m", self.motion.system)
+        low, high = metre * self._limits
+        space = scene(high - low, length, "@paper")
         for k, axis in enumerate("xyz"):
             space[f"{axis}axis"] |= {"range": [float(low[k]), float(high[k])], "gridcolor": "@grid", "color": "@text"}
             space[f"{axis}axis"] |= {"nticks": 5, "showspikes": False}
@@ -153,6 +156,7 @@ class DeformedShape(MovingPicture):
         from stickslip.plots.notebook import NotebookFigure
 
         motion, unit = self.motion, self._unit
+        metre, length = in_system("m", motion.system)
         sizes, sides = motion.amplitude / unit.metres, self._limits[1] - self._limits[0]
         order = axes_upright(sides)
         scale = cm.ScalarMappable(colors.Normalize(0.0, float(sizes.max()) or 1.0), colormaps["viridis"])
@@ -160,14 +164,14 @@ class DeformedShape(MovingPicture):
         with house_style():
             figure = NotebookFigure(figsize=(6.4, 6.4))
             axes: Any = figure.add_axes((0.02, 0.06, 0.8, 0.84), projection="3d")
-            corners = self.moved()[motion.triangles][:, :, order]
+            corners = metre * self.moved()[motion.triangles][:, :, order]
             surface = Poly3DCollection(corners, facecolors=faces, edgecolors=colour("grey"), linewidths=0.15)
             axes.add_collection3d(surface)
-            limits = self._limits[:, order].T
+            limits = metre * self._limits[:, order].T
             axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2])
-            in_space(axes, sides)
+            in_space(axes, sides, length)
             bar = figure.add_axes((0.86, 0.2, 0.025, 0.5))
             figure.colorbar(scale, cax=bar, label=f"amplitude in {unit.name}")
             words = "\n".join((self.title, *wrapped(self.note, 84)))
             figure.suptitle(plain(words), x=0.01, ha="left", fontsize=9.5)
-        return figure, lambda frame: surface.set_verts(self.moved(frame)[motion.triangles][:, :, order])
+        return figure, lambda frame: surface.set_verts(metre * self.moved(frame)[motion.triangles][:, :, order])

@@ -7,7 +7,7 @@ drawing shows what is computed, not what was meant.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +20,11 @@ from stickslip.loads import BaseMotion, Output
 from stickslip.plots.look import CONTACTS, colour, house_style
 from stickslip.problem import Problem
 from stickslip.renderers import FIGURES
+from stickslip.results.shown_units import in_system
 from stickslip.structure.cyclic import CyclicStructure
 from stickslip.structure.matrices import Structure
 from stickslip.structure.rigid_body import arm_of
+from stickslip.units import UnitSystem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,10 +60,11 @@ def axes_upright(sides: Array) -> list[int]:
     return [(int(np.argmax(sides)) + k) % 3 for k in (1, 2, 3)]  # a cyclic one, since another would mirror the model
 
 
-def in_space(axes: Any, sides: Array) -> None:
-    """Names, equal scales and a view of matplotlib's axes for a box of these sides (3,), drawn in the order of `axes_upright`."""
+def in_space(axes: Any, sides: Array, unit: str) -> None:
+    """Names, equal scales and a view of matplotlib's axes for a box of these sides (3,) in a unit of length, drawn in the order
+    of `axes_upright`."""
     order = axes_upright(sides)
-    names = [f"{AXES[k]} in m" for k in order]
+    names = [f"{AXES[k]} in {unit}" for k in order]
     axes.set(xlabel=names[0], ylabel=names[1], zlabel=names[2])
     axes.set_aspect("equal")
     axes.set_proj_type("ortho")
@@ -69,9 +72,10 @@ def in_space(axes: Any, sides: Array) -> None:
     axes.locator_params(nbins=4)
 
 
-def scene(sides: Array, paper: str) -> dict[str, Any]:
-    """Axes and camera of plotly for a box of these sides (3,), the longest upright; paper: the colour behind it."""
-    found = {f"{axis}axis": {"title": {"text": f"{axis} in m"}, "backgroundcolor": paper} for axis in AXES}
+def scene(sides: Array, unit: str, paper: str) -> dict[str, Any]:
+    """Axes and camera of plotly for a box of these sides (3,) in a unit of length, the longest upright; paper: the colour behind
+    it."""
+    found = {f"{axis}axis": {"title": {"text": f"{axis} in {unit}"}, "backgroundcolor": paper} for axis in AXES}
     up = {axis: float(place == np.argmax(sides)) for place, axis in enumerate(AXES)}
     # Stated in full, as plotly.js compares it with its own, to see whether the reader has turned it.
     camera = {
@@ -87,7 +91,7 @@ def scene(sides: Array, paper: str) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Points of one kind under one entry of the legend: label, role of their colour, place (n, 3) [m], a text for each."""
+    """Points of one kind under one entry of the legend: label, role of their colour, place (n, 3), a text for each."""
 
     label: str
     role: str
@@ -98,7 +102,7 @@ class Points:
 
 @dataclass(frozen=True, eq=False)
 class Arrows:
-    """Arrows under one entry of the legend: feet (n, 3) [m], unit directions (n, 3), a text for each."""
+    """Arrows under one entry of the legend: feet (n, 3), unit directions (n, 3), a text for each."""
 
     label: str
     role: str
@@ -109,20 +113,21 @@ class Arrows:
 
 @dataclass(frozen=True, eq=False)
 class ModelView:
-    """What there is to draw of a problem."""
+    """What there is to draw of a problem, with all lengths in one unit."""
 
     title: str
     points: tuple[Points, ...]
     arrows: tuple[Arrows, ...]
+    unit: str = "m"
 
     @cached_property
     def sides(self) -> Array:
-        """Sides of the box around all points, (3,) [m]."""
+        """Sides of the box around all points, (3,)."""
         return np.asarray(np.ptp(np.concatenate([points.places for points in self.points]), axis=0))
 
     @property
     def arrow(self) -> float:
-        """Length of an arrow [m]."""
+        """Length of an arrow."""
         return ARROW * (float(self.sides.max()) or 1.0)
 
     def plot(self) -> Figure:
@@ -141,7 +146,7 @@ class ModelView:
                 ends = self.arrow * arrows.directions
                 shade = colour(arrows.role)
                 axes.quiver(*arrows.feet[:, order].T, *ends[:, order].T, color=shade, label=arrows.label, linewidths=1.2)
-            in_space(axes, self.sides)
+            in_space(axes, self.sides, self.unit)
             axes.set(title=self.title)
             figure.legend(loc="center right")
         return figure
@@ -156,7 +161,7 @@ class ModelView:
             title={"text": _escaped(self.title)},
             paper_bgcolor=paper,
             font={"color": ink},
-            scene=scene(self.sides, paper),
+            scene=scene(self.sides, self.unit, paper),
             legend={"itemsizing": "constant"},
             margin={"l": 0, "r": 0, "t": 48, "b": 0},
         )
@@ -199,13 +204,16 @@ def _escaped(text: str) -> str:
 
 
 @FIGURES.of("Problem")
-def model_view(problem: Problem) -> ModelView:
-    """The drawing of a problem whose nodes have coordinates."""
+def model_view(problem: Problem, system: UnitSystem | None = None) -> ModelView:
+    """The drawing of a problem whose nodes have coordinates, in SI or in a system of units."""
     structure = problem.structure
     if not structure.nodes:
         remedy = "Models that are read from files have them; give `nodes` to a Structure of your own."
         raise InputError(f"A drawing of the model needs the coordinates of its nodes, but none are known. {remedy}")
-    return ModelView(problem.heading, (*_points(problem),), (*_frames(problem), *_forces(problem)))
+    factor, unit = in_system("m", system)
+    points = tuple(replace(each, places=factor * each.places) for each in _points(problem))
+    arrows = tuple(replace(each, feet=factor * each.feet) for each in (*_frames(problem), *_forces(problem, system)))
+    return ModelView(problem.heading, points, arrows, unit)
 
 
 def _points(problem: Problem) -> Iterator[Points]:
@@ -273,8 +281,9 @@ def _point_of_body(structure: Structure, directions: Sequence[Direction]) -> Arr
     return np.asarray(structure.nodes[node] + arm_of(directions, node))
 
 
-def _forces(problem: Problem) -> Iterator[Arrows]:
+def _forces(problem: Problem, system: UnitSystem | None) -> Iterator[Arrows]:
     """Static and harmonic forces along their directions."""
+    factor, unit = in_system("N", system)
     for label, role, static in (("static forces", "stick", True), ("exciting forces", "slip", False)):
         rows = []
         for force in problem.forces:
@@ -282,7 +291,7 @@ def _forces(problem: Problem) -> Iterator[Arrows]:
             if not size or isinstance(force, BaseMotion):
                 continue
             sign = -1.0 if (size.real or size.imag) < 0.0 else 1.0
-            text = f"{force.name or force.direction}: {abs(size):g}{' N' if not force.power else ''}"
+            text = f"{force.name or force.direction}: {f'{abs(size):g}' if force.power else f'{factor * abs(size):g} {unit}'}"
             rows += [(foot, sign * along, text) for foot, along in _placed(problem.structure, force.coefficients)]
         if rows:
             yield Arrows(
