@@ -23,7 +23,7 @@ from stickslip.plots.look import Style
 from stickslip.plots.shown_chart import shown_chart
 from stickslip.report.page import page
 from stickslip.report.presentation import presentation_of
-from stickslip.results.shown_units import attributes_of, in_system, shown_dataset, shown_table, system_of
+from stickslip.results.shown_units import attributes_of, in_system, shown_dataset, shown_sentence, shown_table, system_of
 from stickslip.runs.checkpoint import CheckpointFolder
 from stickslip.study.read import job
 from stickslip.study.run import Run
@@ -228,6 +228,41 @@ def test_a_table_is_converted_column_by_column():
         "at Hz": [80.0],
     }
     assert shown_table(table, xr.Dataset()).equals(table)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "shown"),
+    [
+        ("limit cycle: 12.3 µm of 1.x at 80 Hz.", "limit cycle: 0.0123 mm of 1.x at 80 Hz."),
+        ("0.002 m, then 1e-3 m.", "2 mm, then 1 mm."),
+        ("from the modal amplitude 0.001 m kg^0.5 on", "from the modal amplitude 0.03162 mm t^0.5 on"),
+        ("A spring of 2e+05 N/m holds it", "A spring of 200 N/mm holds it"),
+        ("2 m/s, 3 m^2, 4 mm, 5 N m and 6 masses", "2 m/s, 3 m^2, 4 mm, 5 N m and 6 masses"),
+    ],
+)
+def test_a_kept_sentence_is_shown_in_the_units_of_the_study(sentence, shown):
+    dataset = xr.Dataset(attrs=attributes_of(SYSTEM))
+    assert shown_sentence(sentence, dataset) == shown
+    assert shown_sentence(shown, dataset) == shown
+    assert shown_sentence(sentence, xr.Dataset()) == sentence
+
+
+def test_limit_cycles_and_modes_are_told_in_mm(tmp_path):
+    """The message that the result keeps, and the modal amplitude of the table, with its unit."""
+    text = IN_MM.replace("forced_response", "limit_cycles") + "[limit_cycles]\naerodynamic_damping = [-0.03]\n"
+    run = Run({"": job(text, tmp_path, "mm")}, tmp_path)
+    dataset = run.computed(CheckpointFolder(tmp_path / "kept", {}), lambda *_: None)[""]
+    size = float(dataset["amplitude"][0, 0, 0, 0])
+    said = "\n".join(presentation_of(dataset).sentences(dataset))
+    assert f"limit cycle: {1e3 * size:.4g} mm of m.x" in said
+    assert "µm" not in said
+    assert f"{1e6 * size:.4g} µm" in str(dataset["limit_cycle_message"].values)
+    assert "µm" not in str(shown_dataset(dataset)["limit_cycle_message"].values)
+    text = IN_MM.replace("forced_response", "nonlinear_modes")
+    dataset = Run({"": job(text, tmp_path, "mm")}, tmp_path).computed(CheckpointFolder(tmp_path / "k", {}), lambda *_: None)[""]
+    table = presentation_of(dataset).tables(dataset)["nonlinear modes"]
+    found = table["modal amplitude [mm t^0.5]"].to_numpy()
+    np.testing.assert_allclose(found, table["m.x [mm]"] * 5e-4**0.5, rtol=1e-6)
 
 
 def test_old_results_and_those_of_different_units_are_shown_in_si(results):

@@ -17,7 +17,7 @@ from stickslip.checks import fault
 from stickslip.plots.chart import Chart
 from stickslip.plots.shown_chart import shown_chart
 from stickslip.results.schema import analysis_of
-from stickslip.results.shown_units import shown_table, system_of
+from stickslip.results.shown_units import shown_sentence, shown_table, system_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -72,11 +72,17 @@ def presentation_of(dataset: xr.Dataset) -> Presentation:
 
 @cache
 def presentation_named(analysis: str) -> Presentation:
-    """The presentation of an analysis by its name, its figures and tables in the units of the study."""
+    """The presentation of an analysis by its name, with everything that it shows in the units of the study."""
     known = presentations()
     if analysis not in known:
         raise fault("The analysis of the results", f"must be one of {', '.join(sorted(known))}", analysis)
     own = known[analysis]
+
+    def sentences(dataset: xr.Dataset) -> list[str]:
+        return [shown_sentence(sentence, dataset) for sentence in own.sentences(dataset)]
+
+    def failures(dataset: xr.Dataset) -> list[str]:
+        return [shown_sentence(sentence, dataset) for sentence in own.failures(dataset)]
 
     def figures(dataset: xr.Dataset) -> Figures:
         return {name: partial(_shown, draw) for name, draw in own.figures(dataset).items()}
@@ -84,7 +90,7 @@ def presentation_named(analysis: str) -> Presentation:
     def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         return {caption: shown_table(table, dataset) for caption, table in own.tables(dataset).items()}
 
-    return replace(own, figures=figures, tables=tables)
+    return replace(own, sentences=sentences, failures=failures, figures=figures, tables=tables)
 
 
 def _shown(draw: Callable[[xr.Dataset], Chart | Figure], dataset: xr.Dataset) -> Chart | Figure:

@@ -35,6 +35,8 @@ FACTOR = re.compile(r"([A-Za-zµ]+)(\^?-?[\d.]+|²|³)?")
 """A unit with its power inside of a compound one, as in m/(s2 N)."""
 HEAD = re.compile(r"(.* \[)([^\]]+)(\])|(.* in )(\S+)()")
 """The head of a column with its unit, "amplitude [m]" or "kt in N/um"."""
+SIZE = re.compile(r"(?<![\w.])(\d[\d.]*(?:e[+-]?\d+)?) (m kg\^0\.5|N/m|[µn]?m)(?![\w/^])")
+"""A length, a modal amplitude or a stiffness in a sentence."""
 
 
 def attributes_of(system: UnitSystem) -> dict[str, str]:
@@ -101,10 +103,25 @@ def shown_table(table: pd.DataFrame, dataset: xr.Dataset) -> pd.DataFrame:
     )
 
 
+def shown_sentence(sentence: str, *datasets: xr.Dataset) -> str:
+    """A sentence that a result keeps, with its sizes in the units of the study; those that are in them already stay."""
+    system = system_of(*datasets)
+
+    def converted(size: re.Match[str]) -> str:
+        factor, unit = in_system(size[2], system)
+        return size[0] if factor == 1.0 else f"{factor * float(size[1]):.4g} {unit}"
+
+    return SIZE.sub(converted, sentence)
+
+
 def shown_dataset(dataset: xr.Dataset) -> xr.Dataset:
     """A dataset with every variable in the units of its study, for files of other programs."""
     system, found = system_of(dataset), dataset.copy()
     for name, variable in dataset.variables.items():
+        if str(name).endswith(("_message", "_warning")):
+            sentences = [shown_sentence(str(each), dataset) for each in variable.values.flat]
+            found[name] = (variable.dims, np.reshape(np.array(sentences), variable.shape), variable.attrs)
+            continue
         factor, unit = in_system(str(variable.attrs.get("units", "1")), system)
         if factor != 1.0 and np.issubdtype(variable.dtype, np.floating):
             found[name] = (variable.dims, variable.values * factor, {**variable.attrs, "units": unit})

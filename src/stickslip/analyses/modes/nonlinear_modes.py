@@ -39,9 +39,9 @@ class NonlinearModes(Result):
 
     def peaks(self, force_levels: ArrayLike, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
         """Resonance peaks of all force levels from one mode: force_level, frequency [Hz], amplitude [m] of an output,
-        modal_amplitude, damping_ratio, other_modes, phase [rad], solved_frequency and solved_amplitude; a row a peak, where a
-        level has several the highest first. other_modes: their linear response relative to the motion of the mode, with which a
-        peak may be wrong. solved_...: of the forced motion solved at the peak, NaN where that fails.
+        modal_amplitude [m kg^0.5], damping_ratio, other_modes, phase [rad], solved_frequency and solved_amplitude; a row a peak,
+        where a level has several the highest first. other_modes: their linear response relative to the motion of the mode, with
+        which a peak may be wrong. solved_...: of the forced motion solved at the peak, NaN where that fails.
 
         forces: the harmonic forces whose pattern excites the mode, those of the problem unless given. Besides the mode the
         other modes of the stuck structure respond linearly. Raises `InputError` for a level beyond the amplitudes of the curve.
@@ -53,8 +53,8 @@ class NonlinearModes(Result):
 
     def response(self, force_level: float, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
         """The forced response around the resonance of one force level from one mode: frequency [Hz], amplitude [m] and phase
-        [rad] of an output, modal_amplitude, and `mode_alone`, the amplitude without the linear response of the other modes; in
-        the order of travel, over the peak and through folds."""
+        [rad] of an output, modal_amplitude [m kg^0.5], and `mode_alone`, the amplitude without the linear response of the other
+        modes; in the order of travel, over the peak and through folds."""
         return self._synthesis(case, forces).response(positive("force_level", force_level), output_of(self.problem, output))
 
     def phase_resonance(self, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
