@@ -83,6 +83,15 @@ def test_a_structure_without_contacts_is_compared_with_nothing():
     assert "Against" not in html
 
 
+def test_an_infinite_response_has_no_estimated_error():
+    """Undamped, the curve breaks off on its way up: how high it would go is not known, however small the estimates there."""
+    alone = ss.Problem(ss.Structure([[1.0]], [[1.0]], ("a.x",)), (), (ss.Force("a.x", 1.0),), ("a.x",))
+    found = ss.forced_response(alone, ss.radians_per_second(0.8, 1.2), 1.0, harmonics=1, samples=16).dataset
+    assert found["case_outcome"][0] == Outcome.NOT_CONVERGED
+    assert float(found["truncation_error"][0, 0]) == 0.0
+    assert cells_of(peaks_at_a_glance("a", found))[0][3] == "cannot be judged"
+
+
 def test_a_largest_point_is_not_compared_as_a_peak(dataset):
     """In a band on the flank the curve has no peak, and of a stopped curve none is known."""
     flank = ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 0.8), 1.0, harmonics=3).dataset

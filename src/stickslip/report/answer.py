@@ -75,10 +75,10 @@ def _size_word(dataset: xr.Dataset) -> str:
 
 
 def _largest_error(dataset: xr.Dataset, case: int) -> float:
-    return max((size for k in range(dataset.sizes["output"]) for size in _errors(dataset, case, k).values()), default=0.0)
+    return max((size for k in range(dataset.sizes["output"]) for size in errors_of(dataset, case, k).values()), default=0.0)
 
 
-def _errors(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
+def errors_of(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
     """The known estimates of error of a peak, relative, by what causes them."""
     found = {source: float(dataset[name].values[case, output]) for name, source in SOURCES.items() if name in dataset}
     return {source: abs(error) for source, error in found.items() if np.isfinite(error)}
@@ -119,10 +119,17 @@ def _change(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int)
 
 
 def _sure(dataset: xr.Dataset, case: int, output: int, peak: Peak) -> str:
-    """The largest estimate of error and what causes it."""
+    """The largest estimate of error and what causes it; none of the last point of a curve that broke off on its way up."""
+    if not peak.local and not is_listed(dataset) and int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED:
+        return "cannot be judged"
     unstable = "unstable; " if peak_is_unstable(dataset, case, output, peak.point) else ""
-    errors = _errors(dataset, case, output)
+    return unstable + error_words(dataset, case, output)
+
+
+def error_words(dataset: xr.Dataset, case: int, output: int) -> str:
+    """The largest estimate of error of the highest peak of a curve, and what causes it."""
+    errors = errors_of(dataset, case, output)
     if not errors:
-        return f"{unstable}not estimated"
+        return "not estimated"
     source = max(errors, key=lambda name: errors[name])
-    return unstable + (f"{percent(errors[source])}, {source}" if errors[source] >= LEAST else f"below {percent(LEAST)}")
+    return f"{percent(errors[source])}, {source}" if errors[source] >= LEAST else f"below {percent(LEAST)}"

@@ -143,22 +143,23 @@ def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets)
     rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(every) > 1, unit)]
     word = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
     heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"{word} in {unit.name}", f"{word} per force"]
-    heads = [*_result_head(every), *heads, f"Largest in {unit.name}", "Loss factor"]
+    heads += [f"Largest in {unit.name}"] if measure.kind != "max_abs" else []
+    heads = [*_result_head(every), *heads, "Loss factor"]
     of = "first harmonic" if measure == DISPLACEMENT_AMPLITUDE else measure.words
     caption = f"Peaks: local maxima of the {of} along the curve, highest first."
-    first = f"{word} is {measure.symbol}{', the first harmonic alone' if measure.kind == 'amplitude' else ''}"
     mean = "the mean and " if measure.order == 0 else ""
-    note = (
-        f'<p class="note">{first}; largest is max |{("x", "ẋ", "ẍ")[measure.order]}(t)| in time, with {mean}all harmonics. '
-        "It may be smaller than the amplitude: a third harmonic can flatten the crests.</p>"
-    )
+    largest = f"largest is max |{('x', 'ẋ', 'ẍ')[measure.order]}(t)| in time, with {mean}all harmonics."
+    first = f"{word} is {measure.symbol}{', the first harmonic alone' if measure.kind == 'amplitude' else ''}; {largest} "
+    first += "It may be smaller than the amplitude: a third harmonic can flatten the crests."
+    said = largest.capitalize() if measure.kind == "max_abs" else first
+    note = f'<p class="note">{said}</p>'
     return table(f"peaks{place}", caption, heads, rows) + note + _largest(measure, place, datasets, every)
 
 
 def _largest(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
-    """Where the quantity over the whole period, with mean and all harmonics, is largest."""
+    """Where the quantity over the whole period, with mean and all harmonics, is largest; peaks of this say so themselves."""
     rows, unit = [], peak_unit(*datasets.values())
-    for label, dataset in datasets.items():
+    for label, dataset in datasets.items() if measure.kind != "max_abs" else ():
         for case, output in np.argwhere(np.isfinite(dataset.highest_max_abs.values)):
             size, frequency = (float(dataset[f"highest_max_abs{end}"].values[case, output]) for end in ("", "_frequency"))
             size *= measure_in(dataset).per(float(dataset.force_level[case]))
@@ -310,7 +311,7 @@ def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: Length) -> 
                 words = f"{rank}" if rank else largest
                 yield (
                     f'<tr data-case="{case}" data-rank="{rank}">{result}{cell(level_text(dataset, case), force)}{cell(str(name))}'
-                    f"<td>{text(words)}</td>{_peak_cells(values, force, unit, per_force_unit(dataset))}</tr>"
+                    f"<td>{text(words)}</td>{_peak_cells(values, force, unit, per_force_unit(dataset), measure_in(dataset))}</tr>"
                 )
 
 
@@ -326,7 +327,7 @@ def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, 
         yield 0, np.array([highest.frequency, highest.amplitude, highest.max_abs, highest.loss_factor])
 
 
-def _peak_cells(values: Array, force: float, unit: Length, per_level: tuple[float, str]) -> str:
+def _peak_cells(values: Array, force: float, unit: Length, per_level: tuple[float, str], measure: Measure) -> str:
     frequency, amplitude, largest, loss = (float(value) for value in values)
     normalised = amplitude / abs(force) if force else float("nan")
     per_force = f"{number(normalised / unit.metres * per_level[0])} {unit.name}{per_level[1]}"
@@ -334,7 +335,7 @@ def _peak_cells(values: Array, force: float, unit: Length, per_level: tuple[floa
         cell(hertz(frequency), frequency)
         + cell(number(amplitude / unit.metres), amplitude)
         + cell(per_force, normalised)
-        + cell(number(largest / unit.metres), largest)
+        + (cell(number(largest / unit.metres), largest) if measure.kind != "max_abs" else "")
         + cell(number(loss), loss)
     )
 
