@@ -196,6 +196,52 @@ def test_a_speed_sweep_goes_between_models_at_two_speeds(folder):
         job(f"{text}{sweep}[excitation]\nengine_order = 3\n", folder, "wheel")
 
 
+def test_a_check_says_how_many_samples_are_used(folder):
+    """Delays between twelve sectors under engine order 4 are whole numbers of samples."""
+    plan = changed(folder, ("engine_order = 3 ", "engine_order = 4 "), ("samples = 96", "samples = 256")).plan
+    assert plan.works[""].samples == 258
+    assert plan.summary.endswith("3 harmonics, 258 samples")
+
+
+def at_two_speeds(folder, name):
+    """The study with the model at rest in another file."""
+    text = (folder / "wheel.toml").read_text()
+    text = text.replace(SECTOR, f'{SECTOR}speed = 6000.0\nat_speeds = [{{ speed = 0.0, model = "{name}" }}]\n')
+    text = text.replace('analysis = "forced_response"', 'analysis = "speed_sweep"')
+    text = re.sub(r"\[excitation\]\n.*\n|frequency = .*\n", "", text)
+    return text + "[speed_sweep]\nspeed = [5000.0, 7000.0]\nengine_orders = [9]\nreference_speed = 6000.0\n"
+
+
+def without_row(arrays):
+    kept = np.flatnonzero(arrays["dofs"] != "9.y")
+    return {**arrays, "dofs": arrays["dofs"][kept]} | {name: arrays[name][np.ix_(kept, kept)] for name in "MK"}
+
+
+def on_stiff_springs(arrays):
+    held = np.isin(arrays["dofs"], ("77.x", "77.y", "77.z"))
+    return {**arrays, "K": arrays["K"] + np.diag(1e14 * held)}
+
+
+def taken_out(arrays):
+    free = (arrays["dofs"] != "77.x").astype(float)
+    return {**arrays, "K": arrays["K"] * np.outer(free, free) + np.diag(1.0 - free)}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (without_row, "must have the same rows, but is '9.y in wheel_sector.npz alone'. Fix the same nodes"),
+        (on_stiff_springs, "must be held at the same nodes, but is '77.x, 77.y, 77.z with "),
+        (taken_out, "must be held at the same nodes, but is '77.x with "),
+    ],
+)
+def test_models_at_two_speeds_with_other_supports_are_refused(folder, change, said):
+    with np.load(folder / "wheel_sector.npz") as arrays:
+        np.savez(folder / "rest.npz", **change({**arrays}))
+    with pytest.raises(InputError, match=re.escape(said)):
+        job(at_two_speeds(folder, "rest.npz"), folder, "wheel")
+
+
 def test_engine_orders_of_other_models_are_refused(tmp_path):
     text = '[study]\nanalysis = "forced_response"\n[structure]\nmatrices = { M = [[1.0]], K = [[1.0]] }\ndofs = ["1.x"]\n'
     with pytest.raises(InputError, match=re.escape("[excitation] must go with a bladed disk")):

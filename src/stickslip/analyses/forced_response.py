@@ -485,7 +485,7 @@ class ForcedResponseWork(OneBalance):
         """The work of the arguments of `forced_response`, checked."""
         of_kind("problem", problem, Problem)
         (frequencies, exactly), levels = band_or_list(band), force_levels(force)
-        Nt = _with_whole_delays(between("samples", samples, 1, MOST_SAMPLES), problem)
+        Nt = problem.systems.enough_samples(between("samples", samples, 1, MOST_SAMPLES))
         if not positive("peak_tolerance", peak_tolerance) < 0.1:
             raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
         sentence, finer = "", problem.at_nodes
@@ -493,7 +493,7 @@ class ForcedResponseWork(OneBalance):
         problem = on_few_coordinates(problem, reach * max(frequencies))
         if isinstance(harmonics, str) and harmonics == "auto":
             choice = sufficient_harmonics(problem, frequencies, levels, tolerance, Nt)
-            harmonics, Nt, sentence = choice.harmonics, _with_whole_delays(choice.samples, problem), choice.sentence
+            harmonics, Nt, sentence = choice.harmonics, choice.samples, choice.sentence
         H = harmonics_for(problem, harmonics, 'Or write "auto".')
         fourier(highest(H), Nt)
         over_periods(problem, whole_number("periods", periods))
@@ -672,11 +672,6 @@ def band_or_list(band: Band | Sequence[float]) -> tuple[list[float], bool]:
     if isinstance(band, Band):
         return [band.start, band.stop], False
     return followed(band), True
-
-
-def _with_whole_delays(samples: int, problem: Problem) -> int:
-    """The next number of samples with which delays between sectors are whole."""
-    return samples + -samples % problem.systems.sample_multiple
 
 
 def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:

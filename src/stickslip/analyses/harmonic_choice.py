@@ -72,11 +72,16 @@ def sufficient_harmonics(
     return replace(choice, samples=finest.samples, sampling=finest.sampling)
 
 
+def _enough(problem: Problem, samples: int, harmonics: int) -> int:
+    """The samples that a number of harmonics is tried with."""
+    return problem.systems.enough_samples(max(samples, SAMPLES_PER_HARMONIC * harmonics))
+
+
 def _worst_points(
     problem: Problem, frequencies: Sequence[float], level: float, harmonics: int, samples: int
 ) -> list[tuple[HarmonicBalance, Evaluation]]:
     """The highest peak of every output at a level, or the largest point of a curve without one."""
-    balance = HarmonicBalance(problem, harmonics, max(samples, SAMPLES_PER_HARMONIC * harmonics))
+    balance = HarmonicBalance(problem, harmonics, _enough(problem, samples, harmonics))
     ends = [2.0 * np.pi * min(frequencies), 2.0 * np.pi * max(frequencies)]
     curve = solve_curve(balance, ends, level, exactly=ends[0] == ends[1])
     found = []
@@ -109,9 +114,9 @@ def _raised(
     while True:
         H = balance.highest
         beyond = enough_beyond(H)
-        finer = HarmonicBalance(problem, beyond, max(samples, SAMPLES_PER_HARMONIC * beyond))
+        finer = HarmonicBalance(problem, beyond, _enough(problem, samples, beyond))
         estimate = truncation_at(balance, finer, evaluation)
-        Nt = max(samples, SAMPLES_PER_HARMONIC * H)
+        Nt = _enough(problem, samples, H)
         if estimate.total <= tolerance:
             return HarmonicChoice(H, Nt, estimate.total, f"{H} harmonics: {reason}"), evaluation
         if H >= MOST:
@@ -119,7 +124,7 @@ def _raised(
             return HarmonicChoice(H, Nt, estimate.total, text), evaluation
         reason = _reason(problem, estimate, evaluation, tolerance)
         following = min(max(estimate.needed(tolerance), H + 2), MOST)
-        balance = HarmonicBalance(problem, following, max(samples, SAMPLES_PER_HARMONIC * following))
+        balance = HarmonicBalance(problem, following, _enough(problem, samples, following))
         correction = resolved(balance, evaluation)
         if correction.converged:
             evaluation = correction.evaluation

@@ -14,6 +14,7 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.harmonic.measure import Measure
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
+from stickslip.results.shown_units import shown_sentence
 from stickslip.solve.all_modes import solved_on_all_modes
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.finer_peak import finer_peak, phase_condition
@@ -297,7 +298,7 @@ def finer_balance(balance: HarmonicBalance, beyond: int) -> HarmonicBalance:
     there, and where friction alone holds a body it would make the matrix singular."""
     harmonics = beyond if balance.kept[0] == 0 else tuple(range(1, beyond + 1))
     samples = max(MORE_SAMPLES * balance.tables.E.shape[0], SAMPLES_PER_HARMONIC * beyond)
-    return HarmonicBalance(balance.problem, harmonics, samples + -samples % balance.problem.systems.sample_multiple)
+    return HarmonicBalance(balance.problem, harmonics, balance.problem.systems.enough_samples(samples))
 
 
 def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) -> str:
@@ -357,7 +358,9 @@ def coordinates_note(few: Problem, whole: Problem) -> str:
 
 def finer_sentences(dataset: xr.Dataset) -> list[str]:
     """On which coordinates a response was solved, and how much its highest peaks change on all modes, or with all nodes."""
-    sentences = [str(dataset.attrs["coordinates_chosen"])] if "coordinates_chosen" in dataset.attrs else []
+    sentences = (
+        [shown_sentence(str(dataset.attrs["coordinates_chosen"]), dataset)] if "coordinates_chosen" in dataset.attrs else []
+    )
     for finer in (ALL_MODES, ALL_NODES):
         if finer.variable in dataset and np.isfinite(dataset[finer.variable].values).any():
             errors, levels = dataset[finer.variable].values, dataset["force_level"].values

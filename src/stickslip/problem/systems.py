@@ -63,6 +63,10 @@ class HarmonicSystems:
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
 
+    def enough_samples(self, samples: int) -> int:
+        """The number of samples that is used: the next one with which delays between sectors are whole."""
+        return samples + -samples % self.sample_multiple
+
     @property
     def stiffens(self) -> bool:
         """Whether the stiffness goes with the rotor speed, and so with the frequency."""

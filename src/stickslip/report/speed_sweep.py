@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,9 +12,10 @@ from stickslip.checks import counted
 from stickslip.outcome import Outcome
 from stickslip.plots.files import Figures
 from stickslip.plots.speed_sweep import over_speed, peaks_over_speed
-from stickslip.report.numbers import hertz
+from stickslip.report.answer import error_words, errors_of
+from stickslip.report.numbers import hertz, percent
 from stickslip.report.presentation import Presentation, presents
-from stickslip.results.view import length_text, level_text
+from stickslip.results.view import length_text, level_text, linear_peak
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,17 +23,28 @@ if TYPE_CHECKING:
 
 MOST = 12
 """Curves with a sentence each."""
+LINEAR = {"stuck": "with stuck contacts", "free": "without contacts"}
+"""The linear responses that peaks are compared with."""
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
-    """The highest peak of the first output: of all curves, and for each engine order and force level."""
+    """The highest peak of the first output, of all curves and for each engine order and force level, with the estimate of its
+    error and beside the linear resonances; what the curves warn of."""
     places = list(np.ndindex(dataset["outcome"].shape[:2]))
     lines = [_highest(dataset, e, case) for e, case in places[:MOST]]
     peaks = dataset["peak_amplitude"].values[..., 0] if dataset.sizes["peak"] else np.array([np.nan])
     if len(places) > 1 and np.isfinite(peaks).any():
         e, case, _ = np.unravel_index(np.nanargmax(peaks), peaks.shape)
         lines = [f"highest peak: {_highest(dataset, int(e), int(case))}", *lines]
-    return [*lines, *([f"{MOST} of {len(places)} curves; all stand in the report"] if len(places) > MOST else [])]
+    lines += [f"{MOST} of {len(places)} curves; all stand in the report"] if len(places) > MOST else []
+    return [*lines, *islice(filter(None, (_warning(dataset, e, case) for e, case in places)), MOST)]
+
+
+def _warning(dataset: xr.Dataset, e: int, case: int) -> str:
+    """What the message of a curve that arrived warns of."""
+    _, _, more = str(dataset["case_message"].values[e, case]).partition(". ")
+    arrived = int(dataset["case_outcome"].values[e, case]) == Outcome.CONVERGED
+    return f"  warning, {_name(dataset, e, case)}: {more.strip()}" if more.strip() and arrived else ""
 
 
 def _name(dataset: xr.Dataset, e: int, case: int) -> str:
@@ -47,11 +60,27 @@ def _highest(dataset: xr.Dataset, e: int, case: int) -> str:
         speed, frequency, size = (
             float(dataset[f"peak_{key}"].values[e, case, 0, 0]) for key in ("speed", "frequency", "amplitude")
         )
-        return f"{name}: {output} {length_text(size, dataset)} at {speed:.5g} rev/min ({hertz(frequency)} Hz)"
+        one = dataset.isel(engine_order=e)
+        error = error_words(one, case, 0)
+        words = [f"{output} {length_text(size, dataset)} at {speed:.5g} rev/min ({hertz(frequency)} Hz)"]
+        words.append(f"estimated error {error}" if errors_of(one, case, 0) else f"error {error}")
+        for which, linear in _linear(one, case, frequency, 0, size).items():
+            change = size / linear - 1.0
+            words.append(f"{percent(abs(change))} {'lower' if change <= 0.0 else 'higher'} than {LINEAR[which]}")
+        return f"{name}: {'; '.join(words)}"
     sizes = np.where(solved, dataset["amplitude"].values[e, case, :, 0], -np.inf)
     k = int(np.argmax(sizes))
     speed = float(dataset["speed"].values[e, case, k])
     return f"{name}: no resonance in the range; {output} at most {length_text(float(sizes[k]), dataset)}, at {speed:.5g} rev/min"
+
+
+def _linear(one: xr.Dataset, case: int, frequency: float, output: int, size: float) -> dict[str, float]:
+    """The heights of the linear resonances of the mode of a peak of an engine order, with stuck contacts and without contacts;
+    empty where both curves are the same, as without contacts, and where they are not known."""
+    if np.array_equal(one["stuck_amplitude"].values, one["free_amplitude"].values, equal_nan=True):
+        return {}
+    found = {which: linear_peak(one, which, case, frequency, output, size) for which in LINEAR}
+    return {which: peak[1] for which, peak in found.items() if peak is not None}
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -64,7 +93,8 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """All peaks, and every point of every curve."""
+    """All peaks, with the estimate of error at the highest of each curve and beside the linear resonances, and every point of
+    every curve."""
     import pandas as pd
 
     outputs = [str(name) for name in dataset["output"].values]
@@ -81,7 +111,12 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
                 "frequency [Hz]": dataset["peak_frequency"].values[place],
                 "amplitude [m]": dataset["peak_amplitude"].values[place],
             }
-            peaks.append(row | {"loss factor": dataset["peak_loss_factor"].values[place]})
+            row["loss factor"] = dataset["peak_loss_factor"].values[place]
+            one, size = dataset.isel(engine_order=e), float(dataset["peak_amplitude"].values[place])
+            linear = _linear(one, case, float(dataset["peak_frequency"].values[place]), int(o), size)
+            row |= {f"{words} [m]": linear.get(which, np.nan) for which, words in LINEAR.items()}
+            errors = errors_of(one, case, int(o)).values() if k == 0 else ()
+            peaks.append(row | {"estimated error": max(errors, default=np.nan)})
         for k in np.flatnonzero(dataset["outcome"].values[e, case] == Outcome.CONVERGED):
             row = {
                 **first,

@@ -91,7 +91,8 @@ class Sweep:
         of = "" if self.measure == DISPLACEMENT_AMPLITUDE else f", peaks of the {self.measure.words}"
         contacts = counted(len(problem.contacts), "contact")
         orders = f"{problem.orders_in_words}, " if isinstance(problem, TunedDisk) else ""
-        return f"{size}, {contacts}, {orders}{levels} {where}, {harmonics}, {self.samples} samples{of}"
+        samples = problem.systems.enough_samples(self.samples)
+        return f"{size}, {contacts}, {orders}{levels} {where}, {harmonics}, {samples} samples{of}"
 
     def forced_response(self, periods: int = 1) -> ForcedResponseWork:
         """Its forced response over a number of periods, which other analyses go by; "auto" has become a number there."""

@@ -1,5 +1,6 @@
 """Speed sweeps: against problems at one speed, closed forms, the whole disk, and time integration."""
 
+import re
 from dataclasses import replace
 from math import cos
 
@@ -7,8 +8,11 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.speed.models import at_reference_speed, synchronous
+from stickslip.analyses.speed.speed_sweep import SpeedSweepWork
 from stickslip.harmonic.balance import HarmonicBalance, Point
+from stickslip.report.presentation import presentation_of
 
 M = np.diag([1.0, 0.5, 0.2])
 K = np.array([[200.0, -100.0, 0.0], [-100.0, 180.0, -40.0], [0.0, -40.0, 90.0]])
@@ -173,6 +177,31 @@ def test_the_envelope_is_the_largest_of_all_engine_orders():
     sweep.plot()
     sweep.plot("peaks")
     assert "engine order 2" in repr(sweep)
+
+
+def test_peaks_stand_beside_linear_resonances_with_an_estimate_of_their_error():
+    sweep = ss.speed_sweep(chain(), (40.0, 100.0), [2], [6.0], harmonics=1)
+    data, response = sweep.dataset, sweep.responses[2].dataset
+    peaks = presentation_of(data).tables(data)["peaks"]
+    first = peaks[peaks["output"] == "1.x"].iloc[0]
+    known = max(float(abs(response[name][0, 0])) for name in ("truncation_error", "sampling_error"))
+    assert first["estimated error"] == pytest.approx(known)
+    assert known > 1e-3
+    for name, column in (("stuck", "with stuck contacts [m]"), ("free", "without contacts [m]")):
+        assert first[column] == pytest.approx(np.nanmax(data[f"{name}_amplitude"].values[0, 0, :, 0]))
+    share = 100.0 * (1.0 - first["amplitude [m]"] / first["with stuck contacts [m]"])
+    said = repr(sweep)
+    assert re.search(r"estimated error \d\.\d %, (harmonics|samples)", said)
+    assert f"{share:.0f} % lower than with stuck contacts" in said
+    assert "warning, engine order 2, 6 N: " in said
+
+
+def test_all_engine_orders_have_the_samples_that_are_shown():
+    """Six sectors are in phase again after two or three: 66 samples in place of 64 serve both."""
+    work = SpeedSweepWork.of(ring(), speed=(40.0, 100.0), engine_orders=[2, 3], force=1.0, harmonics=3, samples=64)
+    assert [part.samples for part in work.parts] == [66, 66]
+    choice = sufficient_harmonics(ring(2).at_speed(9.0), (1.3, 1.7), [4.0], samples=64)
+    assert choice.samples % 3 == 0
 
 
 def test_a_slow_run_up_in_time_passes_the_amplitudes_of_the_sweep():

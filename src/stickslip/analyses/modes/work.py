@@ -92,7 +92,7 @@ class Modes(Settings):
     def __post_init__(self) -> None:
         super().__post_init__()
         output_of(self.problem, self.output)
-        object.__setattr__(self, "samples", self.samples + -self.samples % self.problem.systems.sample_multiple)
+        object.__setattr__(self, "samples", self.problem.systems.enough_samples(self.samples))
         harmonics_for(self.problem, self.harmonics)
         fourier(highest(self.kept_harmonics), self.samples)
         _ = self.modes

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import lcm
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -13,9 +14,11 @@ from stickslip.analyses.speed.models import synchronous
 from stickslip.analyses.work_parts import StateOfFields
 from stickslip.checks import Array, InputError, between, fault, several, unique, vector
 from stickslip.disks.tuned import TunedDisk
+from stickslip.harmonic.orders import MOST_SAMPLES
 from stickslip.outcome import Outcome
 from stickslip.peaks.search import TOLERANCE
 from stickslip.problem import Problem
+from stickslip.results.quantities import ERRORS
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
@@ -111,13 +114,14 @@ class SpeedSweepWork(StateOfFields):
         unique("engine_orders", orders)
         if not orders:
             raise fault("engine_orders", "must hold at least one", "none")
+        Nt = samples_for(problem, orders, samples)
         parts = [
             ForcedResponseWork.of(
                 excited(problem, order),
                 band=Band(*(order * end / 60.0 for end in ends)),
                 force=force,
                 harmonics=harmonics,
-                samples=samples,
+                samples=Nt,
                 tolerance=tolerance,
                 peak_tolerance=peak_tolerance,
             )
@@ -159,6 +163,12 @@ def excited(problem: Problem, order: int) -> Problem:
     return under.with_engine_order(order % under.sectors)
 
 
+def samples_for(problem: Problem, orders: Sequence[int], samples: int) -> int:
+    """The number of samples that all engine orders share: the next one with which the delays between sectors are whole."""
+    given = between("samples", samples, 1, MOST_SAMPLES)
+    return given + -given % lcm(*(excited(problem, order).systems.sample_multiple for order in orders))
+
+
 def _order(problem: Problem) -> int:
     assert problem.speed is not None
     return problem.speed.engine_order
@@ -193,7 +203,7 @@ def _over_speed(dataset: xr.Dataset, order: int) -> xr.Dataset:
     """What a sweep keeps of a response, with speeds beside its frequencies."""
     kept = ["frequency", "outcome", "amplitude", "loss_factor", "peak_frequency", "peak_amplitude", "peak_max_abs"]
     kept += ["peak_loss_factor", "linear_frequency", "free_amplitude", "stuck_amplitude", "case_outcome", "case_message"]
-    kept += [name for name in ("stability", "multiplier", "peak_stability") if name in dataset]
+    kept += [name for name in ("stability", "multiplier", "peak_stability", *ERRORS) if name in dataset]
     part = dataset[kept]
     part = part.rename({dataset["linear_frequency"].dims[0]: "linear_point"}) if "linear_point" not in part.dims else part
     part = part.reset_coords([name for name in ("frequency", "linear_frequency") if name in part.coords])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 from pathlib import Path
@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, Tag
 
 from stickslip.analyses.speed.models import at_reference_speed
-from stickslip.analyses.speed.speed_sweep import SpeedSweepWork
+from stickslip.analyses.speed.speed_sweep import SpeedSweepWork, samples_for
 from stickslip.checks import Array, InputError, counted, fault, positive, unique
 from stickslip.disks.tuned import TunedDisk
 from stickslip.models.read import read_content
@@ -80,7 +80,9 @@ class SpeedSweepPlan(Plan):
     @property
     def summary(self) -> str:
         orders = counted(len(self.table.engine_orders), "engine order")
-        return f"{self.sweep.summary}; {orders} from {self.table.speed[0]:g} to {self.table.speed[1]:g} rev/min"
+        samples = samples_for(self.problem, self.table.engine_orders, self.sweep.samples)
+        sweep = replace(self.sweep, samples=samples)
+        return f"{sweep.summary}; {orders} from {self.table.speed[0]:g} to {self.table.speed[1]:g} rev/min"
 
     @cached_property
     def work(self) -> SpeedSweepWork:
