@@ -114,6 +114,18 @@ def test_peaks_of_one_of_several_excited_harmonics(tmp_path):
     assert warned(two.replace("[sweep]", '[sweep]\nmeasure = "max_abs"')) == 0
 
 
+@pytest.mark.parametrize("first", ["", '[[force]]\ndirection = "m.x"\namplitude = 0.001\n'])
+def test_the_force_of_the_second_harmonic_counts_at_its_resonance(first, tmp_path):
+    """4 μN/(π F) < 0.1 with μN = 10 N from F = 127 N on; large motions at the ends of the band."""
+    text = MASS.replace("[200.0, 300.0]", "[100.0, 150.0]").replace("[sweep]", '[sweep]\nmeasure = "max_abs"')
+    text = text.replace('[[force]]\ndirection = "m.x"\n', f'{first}[[force]]\ndirection = "m.x"\nharmonic = 2\n')
+    said = {
+        force: " ".join(notes_of(text.replace("amplitude = 1.0", f"amplitude = {force}"), tmp_path)) for force in (100, 150, 1e10)
+    }
+    assert [force for force, notes in said.items() if "friction has almost no effect" in notes] == [150, 1e10]
+    assert [force for force, notes in said.items() if "moves the stuck structure" in notes] == [1e10]
+
+
 def test_a_contact_that_slips_by_the_second_harmonic_alone_is_no_slip_of_the_pen(tmp_path):
     """The second harmonic meets the resonance at half its frequency; the first hardly loads the contact there."""
     second = MASS.replace("[sweep]", '[[force]]\ndirection = "m.x"\namplitude = 5.0\nharmonic = 2\n[sweep]\nmeasure = "max_abs"')

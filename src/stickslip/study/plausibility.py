@@ -149,11 +149,12 @@ def _size(problem: Problem) -> float:
 
 def _amplitudes(study: _Study) -> list[str]:
     """A warning where the largest force level moves the structure by a part of its size, even at the ends of the band and with
-    all contacts stuck.
+    all contacts stuck, all excited harmonics together.
     """
     problem, level = study.problem, max(study.sweep.force_levels)
-    outputs = problem.output_rows
-    moved = max(float(np.max(np.abs(outputs @ _linear_motion(problem, level, hertz)[0]))) for hertz in study.band)
+    outputs, harmonics = problem.output_rows, _excited(problem)
+    motions = [[_linear_motion(problem, level, hertz, h)[0] for h in harmonics] for hertz in study.band]
+    moved = float(np.abs(np.array(motions) @ outputs.T).sum(axis=1).max())
     size = _size(problem)
     if moved <= (LARGE * size or LARGE_WITHOUT_SIZE):
         return []
@@ -316,12 +317,15 @@ def _flank(study: _Study) -> list[str]:
 def _largest_effect(study: _Study, level: float) -> float:
     """4 Σ μN |B q| / (π |fᵀ q|) of the free mode q in the band in which friction can do most; infinite where there is none.
 
-    Beside its resonance the response without contacts has the shape of the mode, and its size cancels.
+    Beside its resonance the response without contacts has the shape of the mode, and its size cancels. Of several excited
+    harmonics the one in resonance is that whose force does most work.
     """
     problem, limits, largest = study.problem, study.limits, 0.0
     for hertz in study.inside(stuck=False):
-        moved, load = _linear_motion(problem, level, BESIDE * hertz, stuck=False)
-        along, taken = np.abs(problem.systems.at(1).B @ moved), 0.0
+        found = {h: _linear_motion(problem, level, BESIDE * hertz, h, stuck=False) for h in _excited(problem)}
+        harmonic = max(found, key=lambda h: float(abs(found[h][1] @ found[h][0])))
+        moved, load = found[harmonic]
+        along, taken = np.abs(problem.systems.at(harmonic).B @ moved), 0.0
         for contact, first in _first_rows(problem):
             if contact.name in limits:
                 taken += 4.0 * limits[contact.name] * float(np.linalg.norm(along[first : first + len(contact.elements.friction)]))
