@@ -62,6 +62,8 @@ def test_the_error_of_patches_is_that_of_their_peaks_against_all_nodes(beam, all
     data = ss.forced_response(on_the_ground(beam, 1), BAND, [100.0], harmonics=1, samples=64).dataset
     assert ("coordinates" in data.attrs) == few_coordinates
     assert data.sizes["contact"] == 1
+    whole = [float(found["contact_area"].sum()) for found in (data, all_nodes)]
+    assert whole == pytest.approx([ss.NodeSurface.of(beam, "pad", (0.0, 0.0, -1.0)).area] * 2, rel=1e-12)
     change = all_nodes["peak_amplitude"].values[:, 0] / data["peak_amplitude"].values[:, 0] - 1.0
     np.testing.assert_allclose(data["patch_error"], change, rtol=0.02)
     assert np.abs(change).max() > 0.01

@@ -1,6 +1,7 @@
 """A study of blades from CalculiX and a damper of one's own between them: surfaces, bodies, several structures."""
 
 import gzip
+import re
 from pathlib import Path
 
 import numpy as np
@@ -169,6 +170,10 @@ def test_points_of_a_surface_stand_for_its_nodes(folder):
     assert (len(contacts), sum(len(contact.nodes) for contact in contacts)) == (4 + 15, 15)
     assert sum(contact.law.kt for contact in contacts[:4]) == pytest.approx(2e7)
     assert any(note.startswith("L: 4 points of 15 nodes on left/PLATR against damper, 329.6 mm2") for note in found.notes)
+    (areas,) = [re.search(r"Areas in mm2: (.*?)(\. |$)", note)[1] for note in found.notes if note.startswith("L: ")]
+    assert [part.rpartition(" ")[0] for part in areas.split(", ")] == ["L 1", "L 2", "L 3", "L 4"]
+    assert sum(float(part.rpartition(" ")[2]) for part in areas.split(", ")) == pytest.approx(329.6, abs=0.2)
+    assert sum(contact.area for contact in contacts[:4]) == pytest.approx(329.6e-6, rel=1e-4)
     (other,) = [note for note in found.notes if note.startswith("contact 2: 15 contacts on right/PLATL")]
     assert "points = 99 are more than its nodes" in other
     with pytest.raises(InputError, match=r"'damper/centre.r.' is held by nothing .* More points of a surface hold rotations"):

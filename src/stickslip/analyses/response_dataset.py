@@ -71,6 +71,9 @@ def response_dataset(
     if newtons:
         dataset["force_level"].attrs |= {"units": "N", "long_name": "amplitude of the harmonic force"}
     _describe_peaks(dataset, measure, measure.reported_units(newtons))
+    areas = [contact.area for contact in problem.contacts]
+    if any(areas):
+        dataset["contact_area"] = "contact", areas, {"units": "m2", "long_name": "area that the contact stands for, 0: not known"}
     return dataset
 
 

@@ -100,7 +100,8 @@ class Contact:
     tangential: no, one or two directions t1, t2; normal: the closing direction, if the law has a varying normal load.
     start: one rule for all directions, or one per tangential direction.
     balanced: z is counted from the preloaded equilibrium: the structure feels N − N0 (else the whole N).
-    nodes: of a patch of a surface, those whose mean motion it has (`surface_contacts`).
+    nodes: of a patch of a surface, those whose mean motion it has (`surface_contacts`); area: of the surface that it stands for,
+    m², 0 where it is not known.
     """
 
     name: str
@@ -110,6 +111,7 @@ class Contact:
     start: Start | tuple[Start, ...] = field(default_factory=SliderOffset)
     balanced: bool = False
     nodes: tuple[PatchNode, ...] = field(default=(), repr=False)
+    area: float = field(default=0.0, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         storable("The name of a contact", self.name)
@@ -194,7 +196,7 @@ class Contact:
             replace(start, value=np.multiply(each.share, start.value).tolist()) if isinstance(start, MeanTraction) else start
             for start in self.starts
         )
-        return Contact(each.name, law, each.tangential, each.normal, starts, self.balanced)
+        return Contact(each.name, law, each.tangential, each.normal, starts, self.balanced, area=each.share * self.area)
 
     def with_start(self, start: Start | tuple[Start, ...]) -> Contact:
         """A copy with another start state."""

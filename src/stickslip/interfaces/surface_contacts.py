@@ -71,11 +71,12 @@ def surface_contacts(
         """The contact of nodes that move as their mean."""
         shares = _shares(surface, members)
         normal = shares @ surface.normals[members]
-        own = law.share(float(surface.weights[members].sum()))
+        part = float(surface.weights[members].sum())
+        own = law.share(part)
         own = _with_gap(own, float(shares @ gaps[members])) if mesh_gap else own
         a, b = (mean([side[k] for k in members], shares) for side in (places, opposites))
         contact = contact_in_space(title, own, a, b, _frame(name, normal / np.linalg.norm(normal), along), start)
-        return replace(contact, balanced=balanced)
+        return replace(contact, balanced=balanced, area=part * surface.area)
 
     titles = [f"{name} {surface.nodes[k].rpartition('/')[2]}" for k in touching]
     if len(set(titles)) < len(titles):

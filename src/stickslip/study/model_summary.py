@@ -27,7 +27,7 @@ def model_summary(sweep: Sweep, condition: str = "", system: UnitSystem | None =
     lines += _waves(sweep.problem)
     if held_by_friction_alone(sweep.problem):
         lines.append(f"{HELD_BY_FRICTION} {_proposed(sweep.problem, system)}")
-    return lines + _loads(sweep.problem, when)
+    return lines + _loads(sweep.problem, when, system)
 
 
 def _waves(problem: Problem) -> list[str]:
@@ -44,7 +44,7 @@ def _proposed(problem: Problem, system: UnitSystem | None) -> str:
     """Soft springs for the mean of each loose motion, as a study holds them, in its units."""
     tables, (factor, unit) = [], in_system("N/m", system)
     for spring in soft_springs(problem):
-        largest = max(map(abs, spring.direction.values()))
+        largest = max(spring.direction.values(), key=abs)  # a motion has no sign; the table shows its largest part as 1
         parts = {dof: round(c / largest, 3) for dof, c in spring.direction.items()}
         direction = ", ".join(f'"{dof}" = {c:g}' for dof, c in parts.items() if c)
         tables.append(f"direction = {{ {direction} }}, k of about {factor * spring.stiffness * largest**2:.1g} {unit}")
@@ -58,7 +58,7 @@ def _listed(frequencies: Array) -> str:
     return first_of([*rigid, *(f"{f:.5g}" for f in moving)], SHOWN)
 
 
-def _loads(problem: Problem, when: str) -> list[str]:
+def _loads(problem: Problem, when: str, system: UnitSystem | None) -> list[str]:
     """Normal loads at rest of contacts where they vary; those that are open by name."""
     loads = normal_loads_at_rest(problem)
     if not loads:
@@ -67,8 +67,9 @@ def _loads(problem: Problem, when: str) -> list[str]:
         held = ", and does friction hold them" if any(contact.law.rubs for contact in problem.contacts) else ""
         return [f"Normal loads at rest{when}: none found. Do the static loads press the contacts on{held}?"]
     open_ = [name for name, load in loads.items() if load == 0.0]
-    closed = [f"{name} {load:.4g}" for name, load in loads.items() if load > 0.0]
+    factor, unit = in_system("N", system)
+    closed = [f"{name} {factor * load:.4g}" for name, load in loads.items() if load > 0.0]
     return [
-        *([f"Normal loads at rest in N{when}: {first_of(closed, SHOWN)}."] if closed else []),
+        *([f"Normal loads at rest in {unit}{when}: {first_of(closed, SHOWN)}."] if closed else []),
         *([f"Open at rest{when}: {first_of(open_, SHOWN)}."] if open_ else []),
     ]

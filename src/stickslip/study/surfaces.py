@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import Array, InputError, counted, fault, nearest
+from stickslip.checks import Array, InputError, counted, fault, first_of, nearest
 from stickslip.contact.law import Law
 from stickslip.contact.point import GROUND, Contact
 from stickslip.interfaces.node_surface import NodeSurface, mean_motion
 from stickslip.interfaces.surface_contacts import Opposite, surface_contacts
 from stickslip.loads import Force
+from stickslip.results.shown_units import in_system
 from stickslip.structure.cyclic import NEXT, CyclicStructure
 from stickslip.study.build import force_along
 from stickslip.study.contacts import ContactTable, FrictionTable, SurfaceTable
@@ -21,8 +22,12 @@ from stickslip.study.parts import Parts
 from stickslip.study.starts import start_rules
 from stickslip.study.tables import ForceTable
 from stickslip.study.units import Units, in_si
+from stickslip.units import UnitSystem
 
 AXES = ("x", "y", "z")
+
+SHOWN = 12
+"""Areas that a note lists."""
 
 FAR, SMALLEST = 10.0, 1e-4
 """Distance of what lies opposite from where on it is likely a slip, over the size of the surface or this length [m]."""
@@ -48,7 +53,7 @@ def contacts_on(table: SurfaceTable, number: int, parts: Parts, units: Units) ->
         start = start_rules(table.start, units, 2, law.elements(2, law.has_normal).friction[0].stiffness.size)
     more: dict[str, Any] = {"start": start, "balanced": getattr(table, "balanced", False), "mesh_gap": table.mesh_gap}
     contacts = surface_contacts(name, law, surface, against, tangent=table.tangent, points=table.points, **more)
-    return contacts, _note(name, surface, contacts, table, _middle(table, against, parts))
+    return contacts, _note(name, surface, contacts, table, _middle(table, against, parts), units.system)
 
 
 def force_on(table: ForceTable, parts: Parts, units: Units) -> Force:
@@ -125,16 +130,27 @@ def _pressed(law: Law, pressure: float, surface: NodeSurface) -> Law:
     return pressed
 
 
-def _note(name: str, surface: NodeSurface, contacts: tuple[Contact, ...], table: SurfaceTable, opposite: Array | None) -> str:
-    """What was found, and what is likely a slip."""
+def _note(
+    name: str,
+    surface: NodeSurface,
+    contacts: tuple[Contact, ...],
+    table: SurfaceTable,
+    opposite: Array | None,
+    system: UnitSystem,
+) -> str:
+    """What was found, and what is likely a slip, in the units of the study; areas of a study in m in mm²."""
     middle = surface.weights @ surface.normals
     normal = ", ".join(f"{axis:.3g}" for axis in np.round(middle / np.linalg.norm(middle), 6) + 0.0)
-    area = f", {1e6 * surface.area:.4g} mm2" if surface.area else ""
+    factor, unit = (1e6, "mm2") if system.length == "m" else in_system("m2", system)
+    area = f", {factor * surface.area:.4g} {unit}" if surface.area else ""
     touching = sum(len(contact.at_nodes) for contact in contacts)
     what = counted(len(contacts), "contact")
     if len(contacts) < touching:
         what = f"{counted(len(contacts), 'point')} of {counted(touching, 'node')}"
     found = [f"{name}: {what} on {table.surface} against {table.against}{area}; mean normal {normal}"]
+    if len(contacts) < touching and area:
+        areas = [f"{contact.name} {factor * contact.area:.4g}" for contact in contacts]
+        found.append(f"Areas in {unit}: {first_of(areas, SHOWN)}")
     if table.points is not None and table.points > touching:
         found.append(f"points = {table.points} are more than its nodes, so there is a contact at each")
     left = len(surface.nodes) - touching
@@ -145,9 +161,9 @@ def _note(name: str, surface: NodeSurface, contacts: tuple[Contact, ...], table:
     if surface.has_holes:
         found.append("The nodes leave out a hole or a recess, whose area does not count")
     if opposite is not None:
+        metre, length = in_system("m", system)
         away = float(np.linalg.norm(opposite - surface.weights @ surface.points))
         if away > FAR * max(surface.size, SMALLEST):
-            found.append(
-                f"{table.against} is {away:.3g} m away, {away / max(surface.size, SMALLEST):.0f} times the size: {CHECK_UNITS}"
-            )
+            times = f"{away / max(surface.size, SMALLEST):.0f} times the size"
+            found.append(f"{table.against} is {metre * away:.3g} {length} away, {times}: {CHECK_UNITS}")
     return ". ".join(found)
