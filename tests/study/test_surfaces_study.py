@@ -215,13 +215,13 @@ def test_laws_without_a_start_state_are_not_warned_of_one(folder):
 
 
 def test_a_stop_without_friction_and_what_is_likely_a_slip(folder):
-    """A gap law takes surfaces too; a body 20 m away, mm typed for m, is said to be far."""
+    """A gap law takes surfaces too; a body 20 m away, is said to be far."""
     stop = '[[contact]]\nlaw = "gap"\nsurface = "left/PLATR"\nagainst = "damper"\nkn = 1e4\ngap = 0.01\n'
     found = study(folder, STUDY.replace("[[force]]", stop + "[[force]]"))
     stops = [contact for contact in found.sweep.problem.contacts if contact.name.startswith("contact 3 ")]
     assert {contact.direction_names for contact in stops} == {("n",)}
     assert sum(contact.law.kn for contact in stops) == pytest.approx(1e7)
-    with pytest.raises(InputError, match=r"its contacts can carry.* L: .* is 19.9 m away, \d+ times the size: check units\."):
+    with pytest.raises(InputError, match=r"its contacts can carry.* L: .* is 1.99e\+04 mm away, \d+ times the size: check units\."):
         study(folder, STUDY.replace("centre = [20.0, 52.0, 1.0]", "centre = [20.0, 20000.0, 1.0]").replace("PLATL", "PLATR"))
 
 
