@@ -53,6 +53,7 @@ def _carried(finer: HarmonicBalance, evaluation: Evaluation, steps: int) -> Corr
     return correction if near is None else correct(finer, near, fixed("omega", point.omega), iterations=30, halvings=10)
 
 
+@np.errstate(over="ignore")  # a step of a body that drifts may exceed all numbers: its length is infinite, and the search ends
 def _damped(balance: HarmonicBalance, start: Point, steps: int) -> Point | None:
     """A point with a residual below `FLOOR` at the frequency and level of the start; None where the steps do not lead to one.
 
