@@ -23,6 +23,7 @@ from .structure.damping import (
     ModalDamping as ModalDamping,
     RayleighDamping as RayleighDamping,
 )
+from .models.stress_places import StrainGauge as StrainGauge
 from .structure.fatigue import FatigueLimit as FatigueLimit
 from .structure.matrices import Structure as Structure
 from .structure.rigid_body import PlanarBody as PlanarBody, RigidBody as RigidBody, box_inertia as box_inertia

@@ -10,10 +10,12 @@ from structure.calculix_elements import CALCULIX
 from structure.cantilever import LENGTH, THICKNESS, cantilever, static_stress
 
 import stickslip as ss
+from stickslip.analyses.fatigue import margins
 from stickslip.disks.tuned import TunedDisk
 from stickslip.models.read import read_model
 from stickslip.models.sector import Faces, sector_of_model
-from stickslip.models.stress_places import MOST_PLACES, stress_rows_of
+from stickslip.models.stress_places import MOST_PLACES, StrainGauge, stress_rows_of
+from stickslip.report.stress import strain_table
 from stickslip.structure.mesh_surface import HEXAHEDRON_OF_SKFEM
 from stickslip.structure.nodal_stress import BRICK, BRICK_EDGES, nodal_stress
 from stickslip.structure.solid import STEEL, Material
@@ -104,6 +106,10 @@ def test_constant_strain_gives_its_stress_at_every_node_of_a_set(beam):
     expected = [sigma[0, 0], sigma[1, 1], sigma[2, 2], sigma[0, 1], sigma[1, 2], sigma[2, 0]]
     found = (rows.rows @ motion).reshape(-1, 6)
     np.testing.assert_allclose(found, np.tile(expected, (len(inner), 1)), rtol=1e-8)
+    for along in np.vstack([np.eye(3), [[3.0, -1.0, 2.0], [0.0, 1.0, 1.0], [-2.0, 0.5, 0.0]]]):
+        gauge = stress_rows_of(model, {"g": StrainGauge(inner[0] + 1, along)})
+        measured = gauge.gauges["g"] @ (gauge.rows @ motion)
+        assert measured == pytest.approx(along @ strain @ along / (along @ along), rel=1e-8)
 
 
 def test_two_bodies_have_the_places_of_both(beam):
@@ -121,6 +127,24 @@ def test_two_bodies_have_the_places_of_both(beam):
     plain = ss.Problem(ss.read_structure(deck, keep={"tip": "TIP"}, modes=4), (), (ss.Force("tip.x", 1.0),), ("tip.x",))
     with pytest.raises(ss.InputError, match="Stress needs places"):
         ss.forced_response(plain, [10.0]).with_stress()
+
+
+def test_a_strain_gauge_measures_the_bending_strain_and_its_limit(beam):
+    """Along the beam σ/E, across it −ν σ/E, at each of both force levels; the limit grows with the margin."""
+    along, across = StrainGauge(MIDDLE, (0.0, 2.0, 0.0)), StrainGauge(MIDDLE, (0.0, 0.0, 1.0))
+    blade = ss.read_structure(beam[0], keep={"tip": "TIP"}, modes=4, stress={"along": along, "across": across, "middle": MIDDLE})
+    pair = ss.assemble({"blade": blade}).with_damping(ss.ModalDamping(0.01))
+    rig = ss.Problem(pair, (), (ss.Force("blade/tip.x", 100.0), ss.Force("blade/tip.x", static=400.0)), ("blade/tip.x",))
+    response = ss.forced_response(rig, [10.0], [1.0, 2.0]).with_stress().with_fatigue(ss.FatigueLimit(400e6, 900e6))
+    strain = response.dataset["strain_amplitude"]
+    assert strain["gauge"].values.tolist() == ["blade/along", "blade/across"]
+    expected = abs(static_stress(100.0, MIDDLE)) / STEEL.young
+    np.testing.assert_allclose(strain.sel(gauge="blade/along").values[:, 0], [expected, 2.0 * expected], rtol=0.01)
+    np.testing.assert_allclose(strain.sel(gauge="blade/across"), STEEL.poisson * strain.sel(gauge="blade/along"), rtol=0.03)
+    table = strain_table(response.dataset)
+    margin = min(found.size for found in margins(response.dataset) if found.case == 1)
+    (row,) = table[(table.force_level == 2.0) & (table.gauge == "blade/along")].itertuples(index=False)
+    assert row[4] == pytest.approx(margin * row[3], rel=1e-12)
 
 
 @pytest.fixture(scope="module")
@@ -166,6 +190,9 @@ def test_a_place_on_a_face_of_a_sector_is_refused(disk_deck):
         ("", "", {"a": 99999}, "Node or set '99999' does not exist"),
         ("", "", {"a": (0.0, 3.0, 0.0)}, "must lie within"),
         ("", "", {}, "must be from 1 to 200, but is 0"),
+        ("", "", {"a": StrainGauge("TIP", (0, 0, 0))}, "stress, a: "),
+        ("", "", {"a": StrainGauge(MIDDLE, (0.0, 0.0, 0.0))}, "stress, a: direction must not be zero"),
+        ("", "", {"a": StrainGauge(MIDDLE, (0.0, 1.0))}, "stress, a: direction must"),
         ("TYPE=C3D20R", "TYPE=C3D20", {"a": MIDDLE}, "must be one of C3D4, C3D8, C3D10, C3D20R, but is 'C3D20'"),
         ("TYPE=C3D20R", "TYPE=C3D8", {"a": MIDDLE}, "A C3D8 at a place of stress must have 8 nodes, but"),
         ("*SOLID SECTION, ELSET=ALL", "*SOLID SECTION, ELSET=OTHER", {"a": MIDDLE}, "must have a *SOLID SECTION with a material"),
@@ -212,6 +239,11 @@ def test_a_study_names_places_of_stress(beam):
     plan = job(STUDY, beam[0].parent, "beam").plan
     assert plan.recovery.places == ("middle",)
     assert plan.recovery.rows.shape == (1, len(COMPONENTS), 7)
+    gauge = STUDY.replace("[0.01, 0.1, 0.0] }", "{ at = [0.01, 0.1, 0.0], direction = [0.0, 1.0, 0.0] } }")
+    (measured,) = job(gauge, beam[0].parent, "beam").plan.recovery.gauges.values()
+    np.testing.assert_allclose(measured * STEEL.young, [-STEEL.poisson, 1.0, -STEEL.poisson, 0.0, 0.0, 0.0], atol=1e-12)
+    with pytest.raises(ss.InputError, match="direction"):
+        job(gauge.replace(", direction = [0.0, 1.0, 0.0]", ""), beam[0].parent, "beam")
     with pytest.raises(ss.InputError, match="stress must go with a model"):
         job(STUDY.replace('model = "disk.inp"\nkeep = { tip = "TIP" }\nmodes = 4', 'rig = "single_mass"'), beam[0].parent, "beam")
     with pytest.raises(ss.InputError, match='stress must go with analysis = "forced_response", but the analysis is'):

@@ -54,18 +54,28 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
 
     `stress_von_mises` (case, point, place), its largest over the period, with the mean; `stress_alternating`, the same without
     the mean; `stress_amplitude` and `stress_mean` (case, point, place, component), first harmonic and mean of each component.
+    With strain gauges `strain_amplitude` (case, point, gauge): half of what the strain varies over the period, all harmonics.
     """
     here, points = degrees_of_freedom(problem, recovery), SolvedPoints(dataset, problem)
     sizes = (*dataset["outcome"].shape, len(recovery.places))
     largest, alternating = np.full((2, *sizes), np.nan)
     amplitude, mean = np.full((2, *sizes, len(COMPONENTS)), np.nan)
+    gauges = [recovery.places.index(name) for name in recovery.gauges]
+    measured, strains = np.array(list(recovery.gauges.values())), np.full((*sizes[:2], len(gauges)), np.nan)
     for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED):
         harmonics = stress_harmonics(problem, recovery, points.whole_motion(case, point)[here])
         over_time = np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E)
         largest[case, point] = von_mises(over_time).max(axis=1)
         alternating[case, point] = von_mises(over_time - harmonics[:, None, :, 0]).max(axis=1)
+        if gauges:
+            strains[case, point] = 0.5 * np.ptp(np.einsum("gnc,gc->gn", over_time[gauges], measured), axis=1)
         amplitude[case, point], mean[case, point] = np.hypot(harmonics[..., 1], harmonics[..., 2]), harmonics[..., 0]
     dims = ("case", "point", "place")
+    if gauges:
+        about = {"units": "1", "long_name": "amplitude of the strain at the gauge"}
+        dataset = dataset.assign(strain_amplitude=(("case", "point", "gauge"), strains, about)).assign_coords(
+            gauge=("gauge", list(recovery.gauges), {"units": "1", "long_name": "strain gauge"})
+        )
     return dataset.assign(
         stress_von_mises=(dims, largest, {"units": "Pa", "long_name": "largest von Mises stress over the period, with the mean"}),
         stress_alternating=(dims, alternating, {"units": "Pa", "long_name": "largest von Mises stress of the vibration"}),
@@ -92,6 +102,11 @@ def stress_harmonics(problem: Problem, recovery: StressRecovery, q: Array) -> Ar
 def own_recovery(problem: Problem) -> StressRecovery | None:
     """The recovery at the places that the models of a problem name; None without any."""
     return joined(problem.structure.stresses) if problem.structure.stresses else None
+
+
+def has_gauges(dataset: xr.Dataset) -> bool:
+    """Whether a result holds the strain at gauges along its curves."""
+    return "strain_amplitude" in dataset.variables
 
 
 def has_stress(dataset: xr.Dataset) -> bool:

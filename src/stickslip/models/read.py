@@ -34,7 +34,7 @@ from stickslip.models.model import Model, model_of
 from stickslip.models.named_rows import with_names
 from stickslip.models.places import Keep, Where, places_of
 from stickslip.models.reduction import Progress, quiet, structure_of
-from stickslip.models.stress_places import stress_rows_of
+from stickslip.models.stress_places import StrainGauge, stress_rows_of
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
 from stickslip.structure.sparse import square_sparse
@@ -84,7 +84,7 @@ def read_structure(
     dofs: Sequence[str] = (),
     variables: Mapping[str, str] | None = None,
     own_damping: bool = True,
-    stress: Mapping[str, Where] | None = None,
+    stress: Mapping[str, Where | StrainGauge] | None = None,
     progress: Progress = quiet,
 ) -> Structure:
     """A finite-element model of another program as a `Structure`, in SI.
@@ -94,8 +94,8 @@ def read_structure(
     fixed-interface modes (30), and without `keep` the model is taken whole. names: a deck (.cdb, .inp, .bdf) or a table (CSV)
     with names of rows, coordinates and sets; dofs: the names themselves; variables: {"K": "KELAST"} where the matrices have
     unusual names; damping: a rule where the file has no C, or own_damping=False leaves that out;
-    stress: places {name: node, set or coordinates} whose stress `ForcedResponse.with_stress()` gives, from the elements of
-    a deck;
+    stress: places {name: node, set, coordinates or `StrainGauge`} whose stress `ForcedResponse.with_stress()` gives, from the
+    elements of a deck;
     progress(share, text) is called during long work, and with the places found.
     """
     system = unit_system(units)

@@ -24,7 +24,7 @@ from stickslip.models.read import Paths, read_model
 from stickslip.models.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, quiet, to_cache
 from stickslip.models.sector_faces import interpolation_error, paired
 from stickslip.models.spin_softening import spin_softening
-from stickslip.models.stress_places import StressRows, stress_rows_of
+from stickslip.models.stress_places import StrainGauge, StressRows, stress_rows_of
 from stickslip.structure.cyclic import MOST_SECTORS, CyclicStructure, Waves, cyclic
 from stickslip.structure.cyclic_reduction import Sector, hermitian, mode_names
 from stickslip.structure.damping import Damping
@@ -82,7 +82,7 @@ def read_sector(
     units: str | UnitSystem = "SI",
     damping: Damping | None = None,
     names: str | Path | None = None,
-    stress: Mapping[str, Where] | None = None,
+    stress: Mapping[str, Where | StrainGauge] | None = None,
     progress: Progress = quiet,
 ) -> CyclicStructure:
     """Read the finite-element model of one sector and return the disk of `sectors` equal sectors, reduced for every nodal
@@ -92,8 +92,8 @@ def read_sector(
     about the axis. keep: the nodes to retain, as in `read_structure`, none of them on the faces. axis: of rotation, "x", "y" or
     "z" through the origin, or (point, direction) in the units of the model. modes: number of fixed-interface modes of each nodal
     diameter, in addition to the retained nodes. interpolated: for faces with different meshes; the displacements of the finer
-    face are interpolated between the nodes of the other. stress: places {name: node, set or coordinates} whose stress is
-    recovered from the elements of the deck, none of them on the faces. progress is called with what is being done
+    face are interpolated between the nodes of the other. stress: places {name: node, set, coordinates or `StrainGauge`} whose
+    stress is recovered from the elements of the deck, none of them on the faces. progress is called with what is being done
     and what was found.
 
     A pair of nodes on the faces is fixed if either node is fixed. Matrices with a constraint between the faces are refused: in
@@ -122,7 +122,7 @@ def read_sector_at_speeds(
     units: str | UnitSystem = "SI",
     damping: Damping | None = None,
     names: str | Path | None = None,
-    stress: Mapping[str, Where] | None = None,
+    stress: Mapping[str, Where | StrainGauge] | None = None,
     progress: Progress = quiet,
 ) -> dict[float, CyclicStructure]:
     """Read the models of one sector at several rotor speeds, {speed in rev/min: path}, and return {speed: disk}, all of them

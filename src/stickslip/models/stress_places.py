@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral
 from typing import Any
@@ -14,19 +14,30 @@ from stickslip.checks import Array, InputError, counted, fault, nearest
 from stickslip.models.model import Model
 from stickslip.models.places import Where, nearest_of
 from stickslip.structure.nodal_stress import KINDS, nodal_stress
-from stickslip.structure.stress import COMPONENTS, StressRecovery
+from stickslip.structure.solid import Material
+from stickslip.structure.stress import COMPONENTS, StressRecovery, strain_along
 
 MOST_PLACES = 200
 """Places of stress of one model: results hold 13 numbers for each at every point of every curve."""
 
 
+@dataclass(frozen=True)
+class StrainGauge:
+    """A place of stress with a strain gauge: at, a node or coordinates (x, y, z); direction (3,): in which it measures, of any
+    length, in the axes of the model."""
+
+    at: Where
+    direction: Sequence[float]
+
+
 @dataclass(frozen=True, eq=False)
 class StressRows:
     """σ = rows u at named nodes: rows (6 places, n) [Pa/m], sparse, all components of one place after another; u of the model.
-    nodes: of the model, by the name of the place; notes: on what was found."""
+    nodes: of the model, by the name of the place; gauges: as of a `StressRecovery`; notes: on what was found."""
 
     nodes: Mapping[str, str]
     rows: sparse.csr_array
+    gauges: Mapping[str, Array]
     notes: tuple[str, ...] = ()
 
     @property
@@ -38,12 +49,14 @@ class StressRows:
         """The recovery from reduced coordinates `dofs`: rows (6 places, m), of a sector for each nodal diameter (N//2+1, ...)."""
         places = (len(self.nodes), len(COMPONENTS), len(dofs))
         if not sectors:
-            return StressRecovery(tuple(self.nodes), rows.reshape(places), dofs)
-        return StressRecovery(tuple(self.nodes), rows[0].real.reshape(places), dofs, rows.reshape(-1, *places), sectors)
+            return StressRecovery(tuple(self.nodes), rows.reshape(places), dofs, gauges=self.gauges)
+        waves = rows.reshape(-1, *places)
+        return StressRecovery(tuple(self.nodes), waves[0].real, dofs, waves, sectors, self.gauges)
 
 
-def stress_rows_of(model: Model, asked: Mapping[str, Where], metres: float = 1.0) -> StressRows:
-    """The stress at places {name: node, set or coordinates (x, y, z) in units of `metres`}, averaged over the elements of a node.
+def stress_rows_of(model: Model, asked: Mapping[str, Where | StrainGauge], metres: float = 1.0) -> StressRows:
+    """The stress at places {name: node, set or coordinates (x, y, z) in units of `metres`}, averaged over the elements of a node,
+    and the strain at those that are a `StrainGauge`.
 
     The nodes of a set are NAME/NODE. Fixed nodes and those in the middle of an edge are places too.
     """
@@ -54,9 +67,14 @@ def stress_rows_of(model: Model, asked: Mapping[str, Where], metres: float = 1.0
             "one without",
             "Put the .inp beside the matrices, or name it in `names`.",
         )
-    nodes = _nodes(model, asked, metres)
+    gauges = {name: where for name, where in asked.items() if isinstance(where, StrainGauge)}
+    places = {name: where.at if isinstance(where, StrainGauge) else where for name, where in asked.items()}
+    nodes = _nodes(model, places, metres)
+    for name in gauges:
+        if name not in nodes:
+            raise fault(f"stress, {name}: a strain gauge", "must be at one node", f"the set {places[name]!r}")
     place = {node: k for k, node in enumerate(dict.fromkeys(nodes.values()))}
-    shares, around = np.zeros(len(place)), set[str]()
+    shares, around, materials = np.zeros(len(place)), set[str](), dict[str, Material]()
     found: list[tuple[int, Array, Array]] = []
     for kind, own, material in model.solids.around(place.keys()):
         stress = nodal_stress(kind, _points(model, kind, own), material)
@@ -65,6 +83,8 @@ def stress_rows_of(model: Model, asked: Mapping[str, Where], metres: float = 1.0
         for node, values in zip(own, stress, strict=True):
             if node in place:
                 shares[place[node]] += 1.0
+                if materials.setdefault(node, material) != material and any(nodes[name] == node for name in gauges):
+                    raise fault("A strain gauge", "must be where all elements have one material", f"node {node}")
                 found.append((place[node], columns, values.reshape(len(COMPONENTS), -1)))
     lonely = next((node for node, k in place.items() if not shares[k]), None)
     if lonely is not None:
@@ -73,7 +93,15 @@ def stress_rows_of(model: Model, asked: Mapping[str, Where], metres: float = 1.0
     for k, columns, values in found:
         each[6 * k : 6 * k + 6, columns] += values / shares[k]
     order = np.concatenate([6 * place[node] + np.arange(6) for node in nodes.values()])
-    return StressRows(nodes, sparse.csr_array(each)[order][:, :-1], _notes(model, nodes, around))
+    strains = {name: _strain(name, gauge, materials[nodes[name]]) for name, gauge in gauges.items()}
+    return StressRows(nodes, sparse.csr_array(each)[order][:, :-1], strains, _notes(model, nodes, around))
+
+
+def _strain(name: str, gauge: StrainGauge, material: Material) -> Array:
+    try:
+        return strain_along(gauge.direction, material)
+    except InputError as error:
+        raise InputError(f"stress, {name}: {error}") from None
 
 
 def _points(model: Model, kind: str, nodes: tuple[str, ...]) -> Array:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.fatigue import has_fatigue
-from stickslip.analyses.stress import has_stress
+from stickslip.analyses.stress import has_gauges, has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.analyses.variability.percentiles import has_percentiles
@@ -23,7 +23,7 @@ from stickslip.report.failures import bounds_failures, bounds_warnings
 from stickslip.report.fatigue import fatigue_sentences, fatigue_table
 from stickslip.report.percentiles import percentiles_table
 from stickslip.report.presentation import Presentation, presents
-from stickslip.report.stress import stress_sentences, stress_table
+from stickslip.report.stress import strain_sentences, strain_table, stress_sentences, stress_table
 from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
@@ -66,6 +66,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines += isolated_sentences(dataset)
     lines += stability_sentences(dataset) if has_stability(dataset) else []
     lines += stress_sentences(dataset) if has_stress(dataset) else []
+    lines += strain_sentences(dataset) if has_gauges(dataset) else []
     return [*lines, *(fatigue_sentences(dataset) if has_fatigue(dataset) else [])]
 
 
@@ -210,6 +211,7 @@ def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     found = {"bounds": bounds_table(detached(dataset))} if has_bounds(dataset) else {}
     found |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
     found |= {"stress": stress_table(dataset)} if has_stress(dataset) else {}
+    found |= {"strain": strain_table(dataset)} if has_gauges(dataset) else {}
     return found | ({"fatigue": fatigue_table(dataset)} if has_fatigue(dataset) else {})
 
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.analyses.stress import has_stress
+from stickslip.analyses.fatigue import has_fatigue, margins
+from stickslip.analyses.stress import has_gauges, has_stress
 from stickslip.plots.stress import MPa, stress_curves
 from stickslip.report.charts import Charts
 from stickslip.report.fatigue import fatigue_part
@@ -25,6 +26,14 @@ NOTE = (
     "period, with the mean; the component is the one that vibrates most there, in the axes of the body. At clamps, sharp corners "
     "and contacts stress is singular and grows with the mesh.</p>"
 )
+
+
+GAUGES = (
+    '<p class="note">Strain gauges: half of what the strain varies over the period, at the largest computed point of each curve. '
+    "With a fatigue limit, the limit of a gauge is its strain where the smallest margin of the curve is 1, if the motion grows "
+    "in its shape.</p>"
+)
+MICRO = 1e-6
 
 
 class Largest(NamedTuple):
@@ -61,6 +70,47 @@ def stress_table(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["force_level", "place", *heads])
 
 
+class Strain(NamedTuple):
+    """The largest strain of one curve at one gauge, and that at which the smallest fatigue margin of the curve is 1 if the motion
+    grows in its shape, NaN without one; amplitudes [1]; Hz."""
+
+    case: int
+    gauge: str
+    frequency: float
+    amplitude: float
+    limit: float
+
+
+def largest_strains(dataset: xr.Dataset) -> Iterator[Strain]:
+    """Of every force level and gauge where a point was solved."""
+    found = list(margins(dataset)) if has_fatigue(dataset) else []
+    for case, curve in enumerate(dataset["strain_amplitude"].values):
+        worst = min((margin for margin in found if margin.case == case), key=lambda margin: margin.size, default=None)
+        for k, gauge in enumerate(dataset["gauge"].values):
+            if np.any(np.isfinite(curve[:, k])):
+                point = int(np.nanargmax(curve[:, k]))
+                limit = np.nan if worst is None else worst.size * curve[worst.point, k]
+                yield Strain(case, str(gauge), float(dataset["frequency"].values[case, point]), curve[point, k], limit)
+
+
+def strain_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """`largest_strains` as a table."""
+    import pandas as pd
+
+    rows = [(float(dataset["force_level"].values[found.case]), *found[1:]) for found in largest_strains(dataset)]
+    return pd.DataFrame(rows, columns=["force_level", "gauge", "frequency [Hz]", "strain amplitude [1]", "limit [1]"])
+
+
+def strain_sentences(dataset: xr.Dataset) -> list[str]:
+    """The largest strain of each gauge and force level."""
+    lines, levels = ["largest strain amplitude at gauges"], dataset["force_level"].values
+    for found in largest_strains(dataset):
+        limit = "" if np.isnan(found.limit) else f"; limit {found.limit / MICRO:.4g} µm/m"
+        size = f"{found.amplitude / MICRO:.4g} µm/m at {found.frequency:.6g} Hz"
+        lines.append(f"  force {levels[found.case]:<8g} {size}, {found.gauge}{limit}")
+    return lines
+
+
 def stress_sentences(dataset: xr.Dataset) -> list[str]:
     """The largest stress of each force level."""
     lines, (unit, name) = ["largest von Mises stress"], _unit(dataset)
@@ -92,7 +142,23 @@ def _part(charts: Charts, k: int, label: str, dataset: xr.Dataset) -> str:
     heads += [f"vibrating in {name}", f"mean in {name}"]
     figure = charts.drawn(f"chart-stress-{k}", stress_curves(dataset), "Von Mises stress along the curves")
     largest = table(f"stress-{k}", f"{label}: largest stress at each place", heads, _rows(dataset))
-    return fatigue_part(charts, str(k), label, dataset) + figure + largest
+    return fatigue_part(charts, str(k), label, dataset) + _gauges(k, label, dataset) + figure + largest
+
+
+def _gauges(k: int, label: str, dataset: xr.Dataset) -> str:
+    """The table of strain gauges; empty without any."""
+    if not has_gauges(dataset):
+        return ""
+    heads = ["force level", "gauge", "frequency in Hz", "strain amplitude in µm/m"]
+    heads += ["limit in µm/m"] if has_fatigue(dataset) else []
+    rows = []
+    for found in largest_strains(dataset):
+        cells = [cell(level_text(dataset, found.case), float(dataset["force_level"].values[found.case])), cell(found.gauge)]
+        cells += [cell(hertz(found.frequency), found.frequency), cell(number(found.amplitude / MICRO), found.amplitude)]
+        if has_fatigue(dataset):
+            cells.append(cell(number(found.limit / MICRO) if np.isfinite(found.limit) else "–", found.limit))
+        rows.append(f"<tr>{''.join(cells)}</tr>")
+    return GAUGES + table(f"gauges-{k}", f"{label}: largest strain at each gauge", heads, rows)
 
 
 def _rows(dataset: xr.Dataset) -> Iterator[str]:

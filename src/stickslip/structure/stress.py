@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ class StressRecovery:
     """σ = rows q at named places. rows (places, 6, dofs) [Pa/m], components xx, yy, zz, xy, yz, zx; dofs: names of q.
 
     waves (N//2 + 1, places, 6, dofs), complex: of one of N `sectors` of a disk, the rows for each nodal diameter.
+    gauges: places with a strain gauge, and the strain that it measures per stress there, (6,) [1/Pa].
     """
 
     places: tuple[str, ...]
@@ -35,6 +36,7 @@ class StressRecovery:
     dofs: tuple[str, ...]
     waves: NDArray[Any] | None = None
     sectors: int = 1
+    gauges: Mapping[str, Array] = field(default_factory=dict)
 
     def at(self, nodal_diameter: int) -> NDArray[Any]:
         """The rows of a nodal diameter, any whole number: that of N − n runs the other way, its rows are conjugate."""
@@ -45,8 +47,10 @@ class StressRecovery:
 
     def prefixed(self, body: str) -> StressRecovery:
         """The same within an assembly, where places and degrees of freedom are named "BODY/..."."""
-        places, dofs = (tuple(f"{body}/{name}" if body else name for name in names) for names in (self.places, self.dofs))
-        return replace(self, places=places, dofs=dofs)
+        places, dofs, gauges = (
+            tuple(f"{body}/{name}" if body else name for name in names) for names in (self.places, self.dofs, self.gauges)
+        )
+        return replace(self, places=places, dofs=dofs, gauges=dict(zip(gauges, self.gauges.values(), strict=True)))
 
     def __repr__(self) -> str:
         return f"StressRecovery: {counted(len(self.places), 'place')} from {freedoms(self.dofs)}"
@@ -59,7 +63,8 @@ def joined(recoveries: Sequence[StressRecovery]) -> StressRecovery:
     places = tuple(place for each in recoveries for place in each.places)
     dofs = tuple(dof for each in recoveries for dof in each.dofs)
     blocks = linalg.block_diag(*(each.rows.reshape(-1, len(each.dofs)) for each in recoveries))
-    return StressRecovery(places, blocks.reshape(len(places), len(COMPONENTS), len(dofs)), dofs)
+    gauges = {name: strain for each in recoveries for name, strain in each.gauges.items()}
+    return StressRecovery(places, blocks.reshape(len(places), len(COMPONENTS), len(dofs)), dofs, gauges=gauges)
 
 
 def stress_recovery(
@@ -95,6 +100,20 @@ def von_mises(stress: Array) -> Array:
     """√(½((σxx − σyy)² + (σyy − σzz)² + (σzz − σxx)²) + 3 (τxy² + τyz² + τzx²)) of stresses (..., 6), Pa."""
     x, y, z, xy, yz, zx = np.moveaxis(np.asarray(stress), -1, 0)
     return np.asarray(np.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3.0 * (xy**2 + yz**2 + zx**2)))
+
+
+def strain_along(direction: ArrayLike, material: Material) -> Array:
+    """The normal strain along a direction per stress, (6,) [1/Pa]: ε = dᵀ ((1 + ν) σ − ν tr(σ) 1) d / E, |d| = 1."""
+    d = vector("direction", direction, 3)
+    size = float(np.linalg.norm(d))
+    if not size:
+        raise fault("direction", "must not be zero", d.tolist())
+    x, y, z = d / size
+    nu, young = material.poisson, material.young
+    normal = np.array([x * x, y * y, z * z, 0.0, 0.0, 0.0]) - nu * np.array(
+        [y * y + z * z, z * z + x * x, x * x + y * y, 0, 0, 0]
+    )
+    return np.asarray((normal + 2.0 * (1.0 + nu) * np.array([0, 0, 0, x * y, y * z, z * x])) / young)
 
 
 def _cells_around(basis: Any, mesh: Any, place: Array) -> list[tuple[int, Array]]:

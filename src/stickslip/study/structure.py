@@ -18,12 +18,12 @@ from stickslip.models.places import places_of
 from stickslip.models.read import read_content
 from stickslip.models.reduction import Progress, structure_of
 from stickslip.models.sector import Faces, disks_of
-from stickslip.models.stress_places import StressRows, stress_rows_of
+from stickslip.models.stress_places import StrainGauge, StressRows, stress_rows_of
 from stickslip.structure.cyclic import CyclicStructure
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
 from stickslip.structure.rotation_axis import RotationAxis
-from stickslip.study.tables import FilesTable, MatricesTable, SectorTable, StructureTable
+from stickslip.study.tables import FilesTable, GaugeTable, MatricesTable, SectorTable, StructureTable
 from stickslip.study.units import SYSTEMS, Units
 
 OF_A_COPY = ("name", "keep", "modes", "shift", "stress")
@@ -61,7 +61,7 @@ def structure(
     key = repr([(name, value) for name, value in table if name not in OF_A_COPY])
     model = models[key] = models.get(key) or _model(table, folder, own)
     keep = {} if table.keep is None else table.keep
-    stress = None if table.stress is None else stress_rows_of(model, table.stress, own.system.metres)
+    stress = None if table.stress is None else stress_rows_of(model, _stress_places(table.stress), own.system.metres)
     if table.sector is not None:
         return _disk(table, table.sector, model, surfaces, folder, own, progress, stress)
     besides = [name for name in surfaces if name in model.sets and name not in keep]
@@ -71,6 +71,13 @@ def structure(
     made = structure_of(model, places, table.modes, damping, progress, stress)
     made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
     return Built(made, notes, {}, tuple(model.sets))
+
+
+def _stress_places(asked: Mapping[str, Any]) -> dict[str, Any]:
+    """The places of stress as the models take them."""
+    return {
+        name: StrainGauge(where.at, where.direction) if isinstance(where, GaugeTable) else where for name, where in asked.items()
+    }
 
 
 def _disk(

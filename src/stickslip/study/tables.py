@@ -77,6 +77,20 @@ NodeOrSet = Annotated[str, Tag("<single>")] | Annotated[int, Tag("<number>")]
 Where = Annotated[
     NodeOrSet | Annotated[list[Number], Field(min_length=3, max_length=3), Tag("<list>")], by_form(_where_form), Words("place")
 ]
+
+
+class GaugeTable(Table):
+    """A strain gauge at a place of stress."""
+
+    at: Annotated[Where, Field(description="its node, or coordinates")]
+    direction: Annotated[Vector, Field(description="in which it measures, in the axes of the model")]
+
+
+StressPlace = Annotated[
+    Annotated[Where, Tag("<place>")] | Annotated[GaugeTable, Tag("<table>")],
+    by_form(lambda value: "<table>" if isinstance(value, dict | GaugeTable) else "<place>"),
+    Words("place, or strain gauge"),
+]
 Keep = Annotated[
     Annotated[dict[str, Where], Field(min_length=1), Tag("<table>")]
     | Annotated[list[Annotated[NodeOrSet, by_form(_where_form)]], Field(min_length=1), Tag("<list>")],
@@ -188,10 +202,11 @@ class StructureTable(Table):
         ),
     ] = None
     stress: Annotated[
-        dict[str, Where] | None,
+        dict[str, StressPlace] | None,
         Field(
             min_length=1,
-            description="places whose stress is recovered from the elements of the deck: NAME = node, set or [x, y, z]",
+            description="places whose stress is recovered from the elements of the deck: NAME = node, set or [x, y, z], or a "
+            "strain gauge, NAME = { at = node or [x, y, z], direction = [x, y, z] }",
         ),
         Words("table of places"),
     ] = None
