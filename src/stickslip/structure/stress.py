@@ -110,10 +110,8 @@ def strain_along(direction: ArrayLike, material: Material) -> Array:
         raise fault("direction", "must not be zero", d.tolist())
     x, y, z = d / size
     nu, young = material.poisson, material.young
-    normal = np.array([x * x, y * y, z * z, 0.0, 0.0, 0.0]) - nu * np.array(
-        [y * y + z * z, z * z + x * x, x * x + y * y, 0, 0, 0]
-    )
-    return np.asarray((normal + 2.0 * (1.0 + nu) * np.array([0, 0, 0, x * y, y * z, z * x])) / young)
+    each = np.array([x * x, y * y, z * z, 2.0 * x * y, 2.0 * y * z, 2.0 * z * x])
+    return np.asarray(((1.0 + nu) * each - nu * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])) / young)
 
 
 def _cells_around(basis: Any, mesh: Any, place: Array) -> list[tuple[int, Array]]:
