@@ -177,6 +177,21 @@ def test_stress_of_a_travelling_wave_is_that_of_the_unreduced_sector(disk_deck, 
     assert np.abs(expected.imag).max() > 1e-3 * np.abs(expected).max()
 
 
+def test_stress_of_a_disk_without_contacts_is_that_of_its_resonance(disk_deck):
+    """A contact that always slips at a small limit changes little; the disk without any, solved at its own resonance."""
+    place = {"root": int(read_model(disk_deck).sets["RIGHT"][0])}
+    disk = ss.read_sector(disk_deck, sectors=6, faces=("LOW", "HIGH"), keep={"tip": "TIP"}, modes=8, stress=place)
+    disk = disk.with_damping(ss.ModalDamping(0.01))
+    force = (ss.Force("tip.x", 1.0),)
+    rubbing = ss.Contact("c", ss.Macroslip(kt=1e5, mu=0.5, normal_load=2.0), ({"tip.x": 1.0},))
+    with_contact, free = (TunedDisk(disk, contacts, force, ("tip.x",), engine_order=2) for contacts in ((rubbing,), ()))
+    own = float(free.frequencies(stuck=False)[0])
+    response = ss.forced_response(with_contact, ss.hertz(0.9 * own, 1.1 * own), [1.0], harmonics=1).with_stress()
+    assert float(response.dataset["frequency_without_contacts"][0]) == pytest.approx(own, rel=1e-9)
+    solved = ss.forced_response(free, [own], [1.0], harmonics=1).with_stress().dataset["stress_alternating"].values[0, 0]
+    np.testing.assert_allclose(response.dataset["stress_without_contacts"], solved, rtol=1e-4)
+
+
 def test_a_place_on_a_face_of_a_sector_is_refused(disk_deck):
     node = int(read_model(disk_deck).sets["LOW"][0])
     with pytest.raises(ss.InputError, match="must not lie on a face of the sector, but is 'side'"):

@@ -65,7 +65,7 @@ def has_fatigue(dataset: xr.Dataset) -> bool:
 
 class Margin(NamedTuple):
     """The smallest margin of one curve at one place: where, Hz; amplitude and mean of the stress, the amplitude that the material
-    stands, Pa."""
+    stands, and the amplitude at the resonance without contacts at the same force level, NaN where there is none, Pa."""
 
     case: int
     place: str
@@ -74,25 +74,33 @@ class Margin(NamedTuple):
     alternating: float
     mean: float
     allowed: float
+    without_contacts: float
 
     @property
     def size(self) -> float:
         """By how much the vibration may grow; infinite where nothing vibrates."""
         return self.allowed / self.alternating if self.alternating > 0.0 else np.inf
 
+    @property
+    def size_without_contacts(self) -> float:
+        """The margin at the resonance without contacts, at the same mean stress; NaN where there is none."""
+        return self.allowed / self.without_contacts if self.without_contacts > 0.0 else np.nan
+
 
 def margins(dataset: xr.Dataset) -> Iterator[Margin]:
     """Of every curve and place where a point was solved, the smallest along the curve."""
     alternating, allowed = dataset["stress_alternating"].values, dataset["fatigue_limit"].values
+    none = np.full(dataset.sizes["place"], np.nan)  # in results of before
+    free = np.outer(dataset["force_level"].values, dataset.get("stress_without_contacts", none))
     with np.errstate(divide="ignore", invalid="ignore"):
         size = np.where(alternating > 0.0, allowed / alternating, np.where(np.isfinite(alternating), np.inf, np.nan))
     for case in range(size.shape[0]):
         for k, place in enumerate(dataset["place"].values):
             if np.isfinite(alternating[case, :, k]).any():
                 point = int(np.nanargmin(size[case, :, k]))
-                found = (alternating[case, point, k], dataset["fatigue_mean"].values[case, point, k], allowed[case, point, k])
+                found = alternating[case, point, k], dataset["fatigue_mean"].values[case, point, k], allowed[case, point, k]
                 frequency = float(dataset["frequency"].values[case, point])
-                yield Margin(case, str(place), point, frequency, *map(float, found))
+                yield Margin(case, str(place), point, frequency, *map(float, (*found, free[case, k])))
 
 
 def smallest_margin(dataset: xr.Dataset) -> Margin | None:

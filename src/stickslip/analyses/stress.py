@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,12 +11,16 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.checks import Array, fault
 from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
+from stickslip.harmonic.linear_response import without_contacts
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.structure.stress import COMPONENTS, StressRecovery, joined, von_mises
 
 if TYPE_CHECKING:
     import xarray as xr
+
+TURNS = 256
+"""Instants of a period of a vibration of one harmonic."""
 
 
 def stress(dataset: xr.Dataset, problem: Problem, case: int, point: int, recovery: StressRecovery) -> xr.Dataset:
@@ -54,6 +59,8 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
 
     `stress_von_mises` (case, point, place), its largest over the period, with the mean; `stress_alternating`, the same without
     the mean; `stress_amplitude` and `stress_mean` (case, point, place, component), first harmonic and mean of each component.
+    `stress_without_contacts` and `frequency_without_contacts` (place): `stress_alternating` of the structure without contacts per
+    unit force level, the largest at its natural frequencies in the band, and where, Hz; NaN where there are none.
     With strain gauges `strain_amplitude` (case, point, gauge): half of what the strain varies over the period, all harmonics.
     """
     here, points = degrees_of_freedom(problem, recovery), SolvedPoints(dataset, problem)
@@ -71,6 +78,7 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
             strains[case, point] = 0.5 * np.ptp(np.einsum("gnc,gc->gn", over_time[gauges], measured), axis=1)
         amplitude[case, point], mean[case, point] = np.hypot(harmonics[..., 1], harmonics[..., 2]), harmonics[..., 0]
     dims = ("case", "point", "place")
+    free, where = _without_contacts(dataset, points, recovery, here)
     if gauges:
         about = {"units": "1", "long_name": "amplitude of the strain at the gauge"}
         dataset = dataset.assign(strain_amplitude=(("case", "point", "gauge"), strains, about)).assign_coords(
@@ -81,10 +89,34 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
         stress_alternating=(dims, alternating, {"units": "Pa", "long_name": "largest von Mises stress of the vibration"}),
         stress_amplitude=((*dims, "component"), amplitude, {"units": "Pa", "long_name": "first harmonic of the stress"}),
         stress_mean=((*dims, "component"), mean, {"units": "Pa", "long_name": "mean stress"}),
+        stress_without_contacts=(("place",), free, {"units": "Pa", "long_name": "alternating stress without contacts"}),
+        frequency_without_contacts=(("place",), where, {"units": "Hz", "long_name": "resonance of the stress without contacts"}),
     ).assign_coords(
         place=("place", list(recovery.places), {"units": "1", "long_name": "place of stress"}),
         component=("component", list(COMPONENTS), {"units": "1", "long_name": "component of stress in the axes of the body"}),
     )
+
+
+def _without_contacts(
+    dataset: xr.Dataset, points: SolvedPoints, recovery: StressRecovery, here: list[int]
+) -> tuple[Array, Array]:
+    """The largest von Mises stress of the first harmonic without contacts per unit force level, and its frequency [Hz]."""
+    largest, where = np.full((2, len(recovery.places)), np.nan)
+    if "linear_frequency" not in dataset or points.balance.periods > 1:
+        return largest, where
+    low, high = dataset["linear_frequency"].values[[0, -1]]
+    moved = without_contacts(points.balance)
+    problem = points.problem
+    rows = recovery.at(problem.engine_order) if isinstance(problem, TunedDisk) else recovery.rows
+    turns = np.exp(2j * np.pi * np.arange(TURNS) / TURNS)
+    for hertz in dataset["natural_frequency_free"].values:
+        if low <= hertz <= high:
+            with suppress(np.linalg.LinAlgError):
+                stress = rows @ moved(2.0 * np.pi * hertz)[here]
+                size = von_mises((stress[:, None] * turns[:, None]).real).max(axis=1)
+                larger = np.isfinite(size) & ~(size <= largest)
+                largest[larger], where[larger] = size[larger], hertz
+    return largest, where
 
 
 def stress_harmonics(problem: Problem, recovery: StressRecovery, q: Array) -> Array:

@@ -36,7 +36,7 @@ def linear_amplitudes(balance: HarmonicBalance, frequencies: Array) -> tuple[Arr
     """
     rows, outputs = balance.rows, balance.problem.output_rows.shape[0]
     free, stuck = np.empty((frequencies.size, outputs)), np.empty((frequencies.size, outputs))
-    released = _without_contacts(balance) if rows > balance.problem.systems.coordinates else _on_contact_rows(balance)
+    released = _on_coordinates(balance) if rows > balance.problem.systems.coordinates else _on_contact_rows(balance)
     none = np.zeros((rows, balance.columns))
     for k, frequency in enumerate(frequencies):
         omega = 2.0 * np.pi * frequency
@@ -64,20 +64,26 @@ def _on_contact_rows(balance: HarmonicBalance) -> Callable[[float, Complex], Com
     return released
 
 
-def _without_contacts(balance: HarmonicBalance) -> Callable[[float, Complex], Complex]:
+def _on_coordinates(balance: HarmonicBalance) -> Callable[[float, Complex], Complex]:
     """The same by the coordinates of the structure."""
-    M, C, stuck, B, outputs = balance.problem.systems.at(1)
+    outputs, motion_at = balance.problem.systems.at(1).outputs, without_contacts(balance)
+    return lambda omega, motion: np.asarray(outputs @ motion_at(omega))
+
+
+def without_contacts(balance: HarmonicBalance) -> Callable[[float], Complex]:
+    """The first harmonic of the motion of the structure (n,) at ω per unit force level, without contacts, m."""
+    M, C, stuck, B, _ = balance.problem.systems.at(1)
     K = stuck - B.conj().T @ (balance.stiffness[:, None] * B)
     powers = balance.problem.load_powers(balance.highest)
     loads = powers[:, :, 1] - 1j * powers[:, :, 2]
     kept = balance.problem.systems.kept(1)
+    shapes = np.eye(len(M)) if kept is None else kept[0]
     if kept is not None:
-        shapes = kept[0]
         M, C, K = (shapes.conj().T @ matrix @ shapes for matrix in (M, C, K))
-        outputs, loads = outputs @ shapes, loads @ shapes.conj()
+        loads = loads @ shapes.conj()
 
-    def released(omega: float, motion: Complex) -> Complex:
+    def motion_at(omega: float) -> Complex:
         load = omega ** np.arange(len(loads)) @ loads
-        return np.asarray(outputs @ np.linalg.solve(K + 1j * omega * C - omega**2 * M, load))
+        return np.asarray(shapes @ np.linalg.solve(K + 1j * omega * C - omega**2 * M, load))
 
-    return released
+    return motion_at

@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 NOTE = (
     '<p class="note">The smallest margin of each curve and place: the stress amplitude that the material stands at the mean '
     "stress there, over that of the vibration. The amplitude is the largest von Mises stress of the vibration, the mean the sum "
-    "of the mean normal stresses (Sines). Below a margin of 1 the part fails. The vibration may grow by the margin while the "
-    "mean stress stays; the output then reaches the amplitude in the last column if the motion keeps its shape.</p>"
+    "of the mean normal stresses (Sines). Below a margin of 1 the part fails. The margin without contacts is that of the largest "
+    "resonance of the structure without contacts in the band, at the same force level and mean stress. The vibration may grow by "
+    "the margin while the mean stress stays; the output then reaches the amplitude in the last column if the motion keeps its "
+    "shape.</p>"
 )
 
 
@@ -35,6 +37,8 @@ def fatigue_headline(dataset: xr.Dataset) -> str:
     where = f"{worst.place}, {level_text(dataset, worst.case)}, {hertz(worst.frequency)} Hz"
     sizes = f"amplitude {_pressure(dataset, worst.alternating)} at a mean of {_pressure(dataset, worst.mean)}"
     verdict = "" if worst.size >= 1.0 else " The material does not stand it."
+    if np.isfinite(worst.size_without_contacts):
+        verdict += f" Without contacts the margin there is {number(worst.size_without_contacts, 3)}."
     return f"Smallest fatigue margin {number(worst.size, 3)} ({dataset.attrs['fatigue_criterion']}): {where}, {sizes}.{verdict}"
 
 
@@ -56,10 +60,19 @@ def fatigue_table(dataset: xr.Dataset) -> pd.DataFrame:
     import pandas as pd
 
     rows = [
-        (float(dataset["force_level"].values[found.case]), found.place, found.frequency, *found[4:], found.size, allowed)
+        (
+            float(dataset["force_level"].values[found.case]),
+            found.place,
+            found.frequency,
+            *found[4:7],
+            found.size,
+            allowed,
+            found.size_without_contacts,
+        )
         for found, allowed in ((found, allowed_amplitude(dataset, found)) for found in margins(dataset))
     ]
     heads = ["frequency [Hz]", "amplitude [Pa]", "mean [Pa]", "limit [Pa]", "margin", "allowed amplitude [m]"]
+    heads.append("margin without contacts")
     return pd.DataFrame(rows, columns=["force_level", "place", *heads])
 
 
@@ -74,7 +87,7 @@ def fatigue_part(charts: Charts, name: str, label: str, dataset: xr.Dataset) -> 
         return ""
     pressure, length = _unit(dataset)[1], peak_unit(dataset)
     heads = ["force level", "place", "frequency in Hz", f"amplitude in {pressure}", f"mean in {pressure}", f"limit in {pressure}"]
-    heads += ["margin", f"allowed amplitude of {dataset['output'].values[0]} in {length.name}"]
+    heads += ["margin", "margin without contacts", f"allowed amplitude of {dataset['output'].values[0]} in {length.name}"]
     figure = charts.drawn(f"chart-haigh-{name}", haigh_diagram(dataset), "Haigh diagram")
     return NOTE + figure + table(f"fatigue-{name}", f"{label}: smallest fatigue margins", heads, _rows(dataset))
 
@@ -87,6 +100,8 @@ def _rows(dataset: xr.Dataset) -> Iterator[str]:
         cells += [cell(number(size / unit), size) for size in (found.alternating, found.mean, found.allowed)]
         allowed = allowed_amplitude(dataset, found)
         cells.append(cell(number(found.size, 3), found.size, "" if found.size >= 1.0 else "fails"))
+        free = found.size_without_contacts
+        cells.append(cell(number(free, 3) if np.isfinite(free) else "–", free))
         cells.append(cell(number(allowed / length) if np.isfinite(allowed) else "–", allowed))
         yield f"<tr>{''.join(cells)}</tr>"
 
