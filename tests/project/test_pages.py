@@ -21,7 +21,7 @@ def test_the_problem_of_another_code_is_the_same_here():
         np.testing.assert_allclose(peaks[column], rig[column], rtol=1e-6)
 
 
-REFERENCES = {"examples", "glossary", "verification", "robustness", "calibration", "benchmarks", "api"}
+REFERENCES = {"faq", "examples", "glossary", "verification", "robustness", "calibration", "benchmarks", "api"}
 """Pages that nobody reads from the start to the end."""
 
 PAGES = sorted(set(re.findall(r"^[a-z_]+$", (DOCS / "index.md").read_text(), re.M)) - REFERENCES)
@@ -37,18 +37,18 @@ def test_the_contents_are_read():
 
 
 def lacks(name):
-    """What a page lacks; the question stands in its first paragraph, the picture before the second heading of a part."""
+    """What a page lacks; its first paragraph says what it does, the picture stands before the second heading of a part."""
     text = (DOCS / f"{name}.md").read_text()
-    title, question, _ = text.split("\n\n", 2)
+    title, purpose, _ = text.split("\n\n", 2)
     opening = "## ".join(re.split(r"^## ", text, flags=re.M)[:2])
     has = {
         "title": title.startswith("# "),
-        "question": "?" in question,
+        "purpose": purpose.startswith("This page "),
         "picture": name in EQUATIONS or re.search(r"^!\[.+\]\(|^```\{image\} ", opening, re.M),
         "next": re.match(r"Next: .*\]\([a-z_]+\.md\)", text.rstrip().rpartition("\n\n")[2], re.S),
     }
     return [part for part, there in has.items() if not there]
 
 
-def test_a_page_opens_with_its_question_and_a_picture_and_ends_with_what_to_read_next():
+def test_a_page_opens_with_its_purpose_and_a_picture_and_ends_with_what_to_read_next():
     assert {name: lacks(name) for name in PAGES if lacks(name)} == {}
