@@ -16,9 +16,10 @@ from stickslip.models.read import read_model
 from stickslip.models.sector import Faces, sector_of_model
 from stickslip.models.stress_places import MOST_PLACES, StrainGauge, stress_rows_of
 from stickslip.report.stress import strain_table
+from stickslip.structure.cyclic_reduction import sector_of
 from stickslip.structure.mesh_surface import HEXAHEDRON_OF_SKFEM
 from stickslip.structure.nodal_stress import BRICK, BRICK_EDGES, nodal_stress
-from stickslip.structure.solid import STEEL, Material
+from stickslip.structure.solid import STEEL, Material, box_mesh, solid
 from stickslip.structure.stress import COMPONENTS, von_mises
 from stickslip.study import job
 
@@ -192,6 +193,49 @@ def test_stress_of_a_disk_without_contacts_is_that_of_its_resonance(disk_deck):
     np.testing.assert_allclose(response.dataset["stress_without_contacts"], solved, rtol=1e-4)
 
 
+@pytest.fixture(scope="module")
+def ring(tmp_path_factory):
+    """The files of a sector of 30° of a thin ring about z, which is held along and about z at the middle of its inner side."""
+    radii, heights = 0.1 + 0.001 * np.array([-0.5, 0.5]), 0.001 * np.array([-0.5, 0.5])
+    mesh = box_mesh(np.linspace(-1.0, 1.0, 9) * np.pi / 12.0, radii, heights)
+    angle, radius, height = mesh.p
+    mesh = type(mesh)(np.array([radius * np.cos(angle), radius * np.sin(angle), height]), mesh.t)
+    free = solid(mesh)
+    middle = np.argmin(np.abs(free.points - [radii[0], 0.0, heights[0]]).sum(axis=1))
+    numbers = free.numbers.copy()
+    held = numbers[middle, 1:]
+    kept = np.setdiff1d(np.arange(free.size), held)
+    numbers = np.where(np.isin(numbers, held), -1, np.searchsorted(kept, numbers))
+    body = replace(free, M=free.M[kept][:, kept], K=free.K[kept][:, kept], numbers=numbers)
+    azimuth = np.arctan2(body.points[:, 1], body.points[:, 0])
+    low, high = (np.flatnonzero(np.abs(azimuth - side * np.pi / 12.0) < 1e-9) for side in (-1, 1))
+    folder = tmp_path_factory.mktemp("ring")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(type(COARSE), "contact_nodes", lambda self: {})
+        patch.setattr(type(COARSE), "tip", lambda self: (radii[1], 0.0, heights[1]))
+        write(folder, sector_of(body, 12, low, high))
+    deck = folder / "disk.inp"
+    deck.write_text(deck.read_text() + elements(mesh, body.points))
+    return deck, int(np.argmin(np.abs(body.points - [radii[0], 0.0, heights[1]]).sum(axis=1))) + 1
+
+
+def test_a_ring_in_rotation_has_the_hoop_stress_of_its_speed(ring):
+    """σ = ρ Ω² r² of a thin ring, which the vibration leaves in the mean; a speed that is not given adds nothing."""
+    deck, node = ring
+    options = {"sectors": 12, "faces": ("LOW", "HIGH"), "keep": {"tip": "TIP"}, "modes": 4, "stress": {"inner": node}}
+    said = []
+    disk = ss.read_sector(deck, speed=3000.0, progress=lambda share, text: said.append(text), **options)
+    hoop = STEEL.density * (100.0 * np.pi * 0.1) ** 2
+    found = disk.stresses[0].rotation[0]
+    assert found[1] == pytest.approx(hoop, rel=0.015)
+    assert np.abs(np.delete(found, 1)).max() < 0.02 * hoop
+    assert any(text.startswith("The mean stress contains that of the rotation at 3000 rev/min, von Mises") for text in said)
+    rig = TunedDisk(disk.with_damping(ss.ModalDamping(0.01)), (), (ss.Force("tip.x", 1.0),), ("tip.x",), engine_order=3)
+    mean = ss.forced_response(rig, [100.0], harmonics=1).with_stress().dataset["stress_mean"].values[0, 0, 0]
+    np.testing.assert_allclose(mean, found, rtol=1e-9)
+    assert ss.read_sector(deck, **options).stresses[0].rotation is None
+
+
 def test_a_place_on_a_face_of_a_sector_is_refused(disk_deck):
     node = int(read_model(disk_deck).sets["LOW"][0])
     with pytest.raises(ss.InputError, match="must not lie on a face of the sector, but is 'side'"):
@@ -263,3 +307,18 @@ def test_a_study_names_places_of_stress(beam):
         job(STUDY.replace('model = "disk.inp"\nkeep = { tip = "TIP" }\nmodes = 4', 'rig = "single_mass"'), beam[0].parent, "beam")
     with pytest.raises(ss.InputError, match='stress must go with analysis = "forced_response", but the analysis is'):
         job(STUDY.replace('"forced_response"', '"nonlinear_modes"'), beam[0].parent, "beam")
+
+
+def test_a_study_of_a_sector_at_speed_does_not_count_the_rotation_twice(ring):
+    deck, node = ring
+    sector = (
+        '[structure.sector]\nsectors = 12\nlow = "LOW"\nhigh = "HIGH"\nspeed = 3000.0\n[excitation]\nengine_order = 3\n[damping]'
+    )
+    text = STUDY.replace("[damping]", sector).replace("middle = [0.01, 0.1, 0.0]", f"inner = {node}")
+    made = job(text, deck.parent, "ring")
+    assert any("contains that of the rotation at 3000 rev/min" in note for note in made.notes)
+    assert made.plan.recovery.rotation[0, 1] == pytest.approx(STEEL.density * (100.0 * np.pi * 0.1) ** 2, rel=0.015)
+    limit = "[fatigue]\nfatigue_strength = 4e8\nultimate_strength = 9e8\n"
+    job(text + limit, deck.parent, "ring")
+    with pytest.raises(ss.InputError, match=r"\[fatigue\]: mean must not be given beside \[structure.sector\] speed"):
+        job(f"{text}{limit}mean = {{ inner = 1e8 }}\n", deck.parent, "ring")

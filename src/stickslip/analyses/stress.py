@@ -122,13 +122,18 @@ def _without_contacts(
 def stress_harmonics(problem: Problem, recovery: StressRecovery, q: Array) -> Array:
     """Stress (places, 6, 2H+1) [Pa] of the motion q (dofs, 2H+1) [m], both in real storage.
 
-    Of a tuned disk, whose harmonic h travels at nodal diameter h EO: in the first sector. All others have the same later.
+    Of a tuned disk, whose harmonic h travels at nodal diameter h EO: in the first sector. All others have the same later. The
+    mean contains the stress of the rotation where it is known.
     """
-    if not isinstance(problem, TunedDisk):
-        return np.asarray(recovery.rows @ q)
-    motion = complex_harmonics(q)
-    waves = [recovery.at(h * problem.engine_order) @ motion[:, h] for h in range(motion.shape[1])]
-    return real_harmonics(np.stack(waves, axis=-1))
+    if isinstance(problem, TunedDisk):
+        motion = complex_harmonics(q)
+        waves = [recovery.at(h * problem.engine_order) @ motion[:, h] for h in range(motion.shape[1])]
+        found = real_harmonics(np.stack(waves, axis=-1))
+    else:
+        found = np.asarray(recovery.rows @ q)
+    if recovery.rotation is not None:
+        found[..., 0] += recovery.rotation
+    return found
 
 
 def own_recovery(problem: Problem) -> StressRecovery | None:

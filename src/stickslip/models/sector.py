@@ -22,6 +22,7 @@ from stickslip.models.model import Model
 from stickslip.models.places import Keep, Place, Where, places_of
 from stickslip.models.read import Paths, read_model
 from stickslip.models.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, quiet, to_cache
+from stickslip.models.rotation_stress import rotation_note, rotation_stress
 from stickslip.models.sector_faces import interpolation_error, paired
 from stickslip.models.spin_softening import spin_softening
 from stickslip.models.stress_places import StrainGauge, StressRows, stress_rows_of
@@ -82,6 +83,7 @@ def read_sector(
     units: str | UnitSystem = "SI",
     damping: Damping | None = None,
     names: str | Path | None = None,
+    speed: float | None = None,
     stress: Mapping[str, Where | StrainGauge] | None = None,
     progress: Progress = quiet,
 ) -> CyclicStructure:
@@ -93,8 +95,8 @@ def read_sector(
     "z" through the origin, or (point, direction) in the units of the model. modes: number of fixed-interface modes of each nodal
     diameter, in addition to the retained nodes. interpolated: for faces with different meshes; the displacements of the finer
     face are interpolated between the nodes of the other. stress: places {name: node, set, coordinates or `StrainGauge`} whose
-    stress is recovered from the elements of the deck, none of them on the faces. progress is called with what is being done
-    and what was found.
+    stress is recovered from the elements of the deck, none of them on the faces. speed: rotor speed in rev/min that K holds; the
+    mean stress then contains that of the rotation. progress is called with what is being done and what was found.
 
     A pair of nodes on the faces is fixed if either node is fixed. Matrices with a constraint between the faces are refused: in
     CalculiX write them without *CYCLIC SYMMETRY MODEL, or with CYCMPC=INACTIVE.
@@ -104,7 +106,8 @@ def read_sector(
     joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
     recovered = None if stress is None else stress_rows_of(model, stress, system.metres)
     places = places_of(model, keep, system.metres)
-    disks, notes = disks_of([model], joint, places, modes, damping, progress, stress=recovered)
+    speeds = [] if speed is None else [finite("speed", speed)]
+    disks, notes = disks_of([model], joint, places, modes, damping, progress, speeds, recovered)
     for note in notes:
         progress(1.0, note)
     return disks[0]
@@ -168,19 +171,23 @@ def disks_of(
     if held:
         raise fault("Kept degrees of freedom", "must not be fixed by their partner on the other face", held)
     number = MODES if modes is None else modes
-    file = cache_folder() / f"{_key(models, faces, kept, number, stress)}.npz"
-    arrays = from_cache(file, ("M", "K", "error", "stress"))
+    speed = speeds[0] if speeds and stress is not None else 0.0
+    file = cache_folder() / f"{_key(models, faces, kept, number, stress, speed)}.npz"
+    arrays = from_cache(file, ("M", "K", "error", "stress", "rotation"))
     if arrays is None:
         own = None if stress is None else stress.rows[:, np.flatnonzero(read.rows >= 0)]
         masses, reduced, stresses = _reduced(read.sector, stiffnesses, kept, number, progress, own)
         error = interpolation_error(read.sector) if faces.interpolated else 0.0
-        arrays = {"M": masses, "K": reduced, "error": np.array(error), "stress": stresses}
+        rotation = np.zeros(0) if own is None or not speed else rotation_stress(read.sector, own, faces.axis, speed)
+        arrays = {"M": masses, "K": reduced, "error": np.array(error), "stress": stresses, "rotation": rotation}
         to_cache(file, arrays)
     else:
         progress(1.0, f"reduction found in {file}")
     dofs = (*kept, *mode_names(number))
     whole = {name: row for place in places for name, row in place.dofs.items()}
     nodes, sets = kept_nodes(model, whole), kept_sets(model, tuple(places))
+    mean = arrays["rotation"] if arrays["rotation"].size else None
+    recoveries = () if stress is None else (stress.recovery(arrays["stress"], dofs, faces.sectors, mean),)
     disks = [
         replace(
             cyclic(faces.sectors, dofs, arrays["M"], waves, axis=faces.axis),
@@ -188,7 +195,7 @@ def disks_of(
             sets=sets,
             mesh_points=model.located[1],
             damping=damping,
-            stresses=() if stress is None else (stress.recovery(arrays["stress"], dofs, faces.sectors),),
+            stresses=recoveries,
         )
         for waves in arrays["K"]
     ]
@@ -196,7 +203,9 @@ def disks_of(
     prestress = [prestress_note(each, faces.axis, speed) for each, speed in zip(models, speed_of, strict=True)]
     change = f"The lowest frequencies change by up to {100.0 * float(arrays['error']):.1g} % if the other face follows instead"
     error_note = (change,) if faces.interpolated else ()
-    return disks, (*map(str, places), *(stress.notes if stress else ()), *read.notes, *error_note, *filter(None, prestress))
+    means = () if stress is None or mean is None else (rotation_note(stress, mean, speed),)
+    known = (*map(str, places), *(stress.notes if stress else ()), *means, *read.notes, *error_note)
+    return disks, (*known, *filter(None, prestress))
 
 
 def refuse_stress_on_faces(model: Model, faces: Faces, stress: StressRows | None) -> None:
@@ -207,12 +216,14 @@ def refuse_stress_on_faces(model: Model, faces: Faces, stress: StressRows | None
         raise fault("A place of stress", "must not lie on a face of the sector", named[0], "Choose a node beside it.")
 
 
-def _key(models: Sequence[Model], faces: Faces, kept: Mapping[str, int], modes: int, stress: StressRows | None) -> str:
+def _key(
+    models: Sequence[Model], faces: Faces, kept: Mapping[str, int], modes: int, stress: StressRows | None, speed: float
+) -> str:
     """Identifies a reduction."""
     members = [models[0].sets[face] for face in (faces.low, faces.high)]
     nodes = [(node, models[0].nodes[node]) for face in members for node in face]
     models_key = [model.fingerprint for model in models], faces, nodes, list(kept.values()), modes
-    key = repr((stickslip.__version__, *models_key, stress and stress.bytes))
+    key = repr((stickslip.__version__, *models_key, stress and stress.bytes, speed))
     return sha256(key.encode()).hexdigest()[:32]
 
 

@@ -45,13 +45,15 @@ class StressRows:
         """Identifies the rows."""
         return b"".join(part.tobytes() for part in (self.rows.data, self.rows.indices, self.rows.indptr))
 
-    def recovery(self, rows: Array, dofs: tuple[str, ...], sectors: int = 0) -> StressRecovery:
-        """The recovery from reduced coordinates `dofs`: rows (6 places, m), of a sector for each nodal diameter (N//2+1, ...)."""
+    def recovery(self, rows: Array, dofs: tuple[str, ...], sectors: int = 0, rotation: Array | None = None) -> StressRecovery:
+        """The recovery from reduced coordinates `dofs`: rows (6 places, m), of a sector for each nodal diameter (N//2+1, ...);
+        rotation (6 places,): stress of the rotation, Pa."""
         places = (len(self.nodes), len(COMPONENTS), len(dofs))
         if not sectors:
             return StressRecovery(tuple(self.nodes), rows.reshape(places), dofs, gauges=self.gauges)
         waves = rows.reshape(-1, *places)
-        return StressRecovery(tuple(self.nodes), waves[0].real, dofs, waves, sectors, self.gauges)
+        mean = None if rotation is None else rotation.reshape(-1, len(COMPONENTS))
+        return StressRecovery(tuple(self.nodes), waves[0].real, dofs, waves, sectors, self.gauges, mean)
 
 
 def stress_rows_of(model: Model, asked: Mapping[str, Where | StrainGauge], metres: float = 1.0) -> StressRows:

@@ -29,6 +29,7 @@ class StressRecovery:
 
     waves (N//2 + 1, places, 6, dofs), complex: of one of N `sectors` of a disk, the rows for each nodal diameter.
     gauges: places with a strain gauge, and the strain that it measures per stress there, (6,) [1/Pa].
+    rotation (places, 6): stress of the rotation, which is added to the mean, Pa; None where it is not known.
     """
 
     places: tuple[str, ...]
@@ -37,6 +38,7 @@ class StressRecovery:
     waves: NDArray[Any] | None = None
     sectors: int = 1
     gauges: Mapping[str, Array] = field(default_factory=dict)
+    rotation: Array | None = None
 
     def at(self, nodal_diameter: int) -> NDArray[Any]:
         """The rows of a nodal diameter, any whole number: that of N − n runs the other way, its rows are conjugate."""
@@ -64,7 +66,11 @@ def joined(recoveries: Sequence[StressRecovery]) -> StressRecovery:
     dofs = tuple(dof for each in recoveries for dof in each.dofs)
     blocks = linalg.block_diag(*(each.rows.reshape(-1, len(each.dofs)) for each in recoveries))
     gauges = {name: strain for each in recoveries for name, strain in each.gauges.items()}
-    return StressRecovery(places, blocks.reshape(len(places), len(COMPONENTS), len(dofs)), dofs, gauges=gauges)
+    rotations = [each.rotation for each in recoveries]
+    none = [np.zeros((len(each.places), len(COMPONENTS))) for each in recoveries]
+    rotation = np.concatenate([own if own is not None else zero for own, zero in zip(rotations, none, strict=True)])
+    known = None if all(each is None for each in rotations) else rotation
+    return StressRecovery(places, blocks.reshape(len(places), 6, len(dofs)), dofs, gauges=gauges, rotation=known)
 
 
 def stress_recovery(

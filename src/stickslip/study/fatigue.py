@@ -62,6 +62,11 @@ def fatigue_of(asked: Asked, recovery: StressRecovery | None) -> Callable[[xr.Da
     for name in mean:
         if not any(place == name or place.startswith(f"{name}/") for place in recovery.places):
             raise fault("[fatigue]: mean", "must name places of stress", name, nearest(name, recovery.places))
+    if mean and recovery.rotation is not None:
+        raise InputError(
+            "[fatigue]: mean must not be given beside [structure.sector] speed, since the mean stress then contains that of the "
+            "rotation already. Leave out one of them."
+        )
     strengths = {key: given[key] for key in ("fatigue_strength", "ultimate_strength", "yield_strength", "criterion")}
     try:
         limit = FatigueLimit(**strengths, points=given["points"] or ())

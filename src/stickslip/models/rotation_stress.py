@@ -1,0 +1,47 @@
+"""Stress of the rotation at places of a sector, from its centrifugal load."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from stickslip.checks import Array, InputError
+from stickslip.models.stress_places import StressRows
+from stickslip.structure.cyclic_reduction import Sector, hermitian
+from stickslip.structure.factor import Factor, Singular
+from stickslip.structure.rotation_axis import RotationAxis
+from stickslip.structure.stress import von_mises
+
+
+def rotation_stress(sector: Sector, rows: sparse.csr_array, axis: RotationAxis, speed: float) -> Array:
+    """Stress of the rotation (rows,) from `rows` of the motion of a sector, Pa: K u = Ω² M r at nodal diameter 0.
+
+    r: the distance of each node from the axis, as a vector; speed in rev/min, the one that K is at. Where K holds the spin
+    softening −Ω² M, the load acts at the deformed place.
+    """
+    d, solid = np.array(axis.direction), sector.solid
+    away = solid.points - np.array(axis.point)
+    away = away - np.outer(away @ d, d)
+    held = solid.numbers < 0
+    r = np.zeros(solid.size)
+    r[solid.numbers[~held]] = away[~held]
+    T = sector.constraint(0)
+    K, load = (T.conj().T @ solid.K @ T).tocsc(), (2.0 * np.pi * speed / 60.0) ** 2 * (T.conj().T @ (solid.M @ r))
+    try:
+        factor = Factor(sparse.csc_array(hermitian(K)))
+    except Singular:
+        factor = None
+    if factor is None or factor.weak:
+        raise InputError(
+            "The disk must be held along and about its axis for the stress of the rotation, but is free to move there. "
+            "Hold it, or leave out the speed."
+        )
+    return np.asarray((rows @ (T @ factor.solve(load))).real)
+
+
+def rotation_note(stress: StressRows, mean: Array, speed: float) -> str:
+    """What is in the mean stress, by place."""
+    sizes = von_mises(mean.reshape(-1, 6)) / 1e6
+    listed = ", ".join(f"{size:.4g} MPa at {name}" for name, size in list(zip(stress.nodes, sizes, strict=True))[:6])
+    more = f", ... ({len(sizes)})" if len(sizes) > 6 else ""
+    return f"The mean stress contains that of the rotation at {speed:g} rev/min, von Mises {listed}{more}"
