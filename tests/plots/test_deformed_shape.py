@@ -4,6 +4,8 @@ import base64
 import gzip
 import json
 import re
+from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -12,8 +14,10 @@ from PIL import Image
 import stickslip as ss
 from stickslip.analyses.deformed_shape import MOST_OF_A_WHEEL, SurfaceMotion
 from stickslip.plots.deformed_shape import FRAMES, DeformedShape
+from stickslip.plots.vtk import save_vtu
 from stickslip.report import write
 from stickslip.report.charts import Charts
+from stickslip.units import UnitSystem
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +59,26 @@ def test_frames_are_the_motion_of_one_period_from_the_largest_deflection_on(shap
         np.testing.assert_allclose(shape.moved(frame), drawn[frame], atol=1e-6)
     with pytest.raises(ss.InputError, match="frame"):
         shape.moved(FRAMES)
+
+
+def test_a_file_of_vtk_has_the_points_triangles_and_motion(response, tmp_path):
+    shapes = {f"force {level:g}": response.deformed_shape(case, 0).motion for case, level in enumerate((20.0, 80.0))}
+    first = replace(shapes["force 20"], system=UnitSystem("mm", "N", "t", "s"))
+    path = save_vtu({"a <b>": first, **shapes}, tmp_path / "shape.vtu")
+    tree = ElementTree.parse(path)
+    arrays = {array.get("Name"): np.array(array.text.split(), dtype=float) for array in tree.iter("DataArray")}
+    counts = {array.get("Name"): array.get("NumberOfComponents") for array in tree.iter("DataArray")}
+    assert [counts[name] for name in ("points", "connectivity", "offsets", "types")] == ["3", "1", "1", "1"]
+    piece = tree.find("UnstructuredGrid/Piece")
+    assert (int(piece.get("NumberOfPoints")), int(piece.get("NumberOfCells"))) == (len(first.points), len(first.triangles))
+    np.testing.assert_allclose(arrays["points"], 1e3 * first.points.ravel(), atol=1e-4)
+    np.testing.assert_array_equal(arrays["connectivity"], first.triangles.ravel())
+    np.testing.assert_array_equal(arrays["offsets"], 3.0 * np.arange(1, len(first.triangles) + 1))
+    real, imaginary = (arrays[f"a <b>, {part} part [mm]"] for part in ("real", "imaginary"))
+    np.testing.assert_allclose(real + 1j * imaginary, 1e3 * first.displacement.ravel(), rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(arrays["force 80, amplitude [mm]"], 1e3 * shapes["force 80"].amplitude, rtol=1e-6)
+    with pytest.raises(ss.InputError, match="keep none"):
+        save_vtu({}, tmp_path / "none.vtu")
 
 
 def test_a_shape_that_stands_still_is_drawn_at_rest():

@@ -75,7 +75,8 @@ def export(
     out: Annotated[
         Path,
         typer.Option(
-            help="NAME.csv, a table of the curves (peaks, bounds, percentiles, stress: NAME_peaks.csv, ...); NAME.mat for MATLAB."
+            help="NAME.csv, a table of the curves (peaks, bounds, percentiles, stress: NAME_peaks.csv, ...); NAME.mat for "
+            "MATLAB; NAME.vtu, the deformed shapes at the highest peaks for ParaView."
         ),
     ],
     quantity: Annotated[
@@ -87,21 +88,24 @@ def export(
     per_force: Annotated[bool, typer.Option("--per-force", help="The quantity per force: of a velocity the mobility.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")] = False,
 ) -> None:
-    """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force, in
-    the units of the study."""
+    """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force, or
+    the deformed shapes for VTK (.vtu), in the units of the study."""
     from stickslip.files import write_text
     from stickslip.report.presentation import presentation_of
     from stickslip.results.files import open_results
     from stickslip.results.quantities import other_peaks, peak_table, quantity_table
     from stickslip.results.shown_units import shown_table
 
-    if out.suffix not in (".csv", ".mat"):
-        raise fault("--out", "must end in .csv or .mat", str(out))
+    if out.suffix not in (".csv", ".mat", ".vtu"):
+        raise fault("--out", "must end in .csv, .mat or .vtu", str(out))
     sources = results_in(results)
     say_several(sources, results)
     datasets = {name: open_results(file) for name, file in sources.items()}
     for dataset in datasets.values() if quantity is not None or per_force else ():
         refuse_quantity(presentation_of(dataset), dataset, quantity)
+    if out.suffix == ".vtu":
+        export_shapes(datasets, out, overwrite)
+        return
     if out.suffix == ".mat":
         from stickslip.results.matlab import save_all_mat
 
@@ -123,6 +127,18 @@ def export(
         say(f"Wrote {path}")
     for sentence in notes:
         say(sentence)
+
+
+def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool) -> None:
+    """Write the deformed shapes of each result; of several results NAME_RESULT.vtu."""
+    from stickslip.analyses.deformed_shape import has_shapes, kept_shapes
+    from stickslip.plots.vtk import save_vtu
+
+    several = len(datasets) > 1
+    files = {out.with_name(f"{out.stem}_{name}.vtu") if several else out: dataset for name, dataset in datasets.items()}
+    refuse_existing(files, overwrite)
+    for path, dataset in files.items():
+        say(f"Wrote {save_vtu(kept_shapes(dataset) if has_shapes(dataset) else {}, path)}")
 
 
 def _further(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
