@@ -108,7 +108,8 @@ def test_a_step_is_the_limit_of_many_small_projections():
     assert slipped > 30
 
 
-def test_derivatives_of_a_step():
+@pytest.mark.parametrize("limits", ["apart", "nearly equal", "equal"])
+def test_derivatives_of_a_step(limits):
     """By both tractions, both changes and both limits, against central differences."""
     rng, turn = np.random.default_rng(5), np.empty(6)
 
@@ -118,6 +119,8 @@ def test_derivatives_of_a_step():
 
     for _ in range(200):
         before, after = rng.uniform(0.05, 1.5, 2)
+        if limits != "apart":
+            after = before * (1.0 + (limits == "nearly equal") * 1.9e-3 * rng.choice([-1.0, 1.0]))
         traction = 0.999 * before * rng.uniform() * np.exp(2j * np.pi * rng.uniform())
         change = rng.uniform(0.3, 3.0) * np.exp(2j * np.pi * rng.uniform())
         numbers = np.array([traction.real, traction.imag, change.real, change.imag, before, after])

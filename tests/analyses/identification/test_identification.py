@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
-from stickslip.analyses.identification.damper_fit import UNSOLVED
+from stickslip.analyses.identification.damper_fit import UNSOLVED, MeasuringChain
 from stickslip.analyses.identification.first_guess import plateaux_with_errors
 from stickslip.analyses.identification.identify import IdentificationWork, identify
 from stickslip.analyses.identification.line_laws import LINE_LAWS
@@ -226,6 +227,24 @@ def test_the_lag_of_the_forces_is_found(truths, lag):
     np.testing.assert_allclose(back[0][1:8], analysis(truths["out"]["force_x"], 30)[1:8], atol=0.6)
     moved = {sentence for sentence in lag_remarks(fit, theta, 1e-5) if "The fit corrects it as a lag" in sentence}
     assert bool(moved) == bool(lag)
+
+
+@pytest.mark.parametrize("prior", [1e-6, 5e-3])
+def test_gains_and_lag_are_the_most_likely_ones(truths, prior):
+    """The least sum of squares of the residuals, whose last numbers are gains and lag over what they are expected to be."""
+    loops = [synthetic_record(truth, RigErrors(), seed=7, lag=1e-3, name=name) for name, truth in truths.items()]
+    fit = IdentificationWork((*map(whole_cycles, loops),), UNKNOWN_RIG, errors=RigErrors(lag=prior)).fit
+    theta = np.log([TRUTH[p.name] for p in fit.unknowns])
+    computed = fit.predicted(theta)
+    scale = np.array([*(fit.errors.gain(name) for name in fit.channels), prior])
+
+    def residuals(x):
+        chain = MeasuringChain(scale[:-1] * x[:-1], scale[-1] * x[-1])
+        return np.concatenate([((fit.data - fit.recorded(computed, chain)) / fit.spread).ravel(), x])
+
+    likely = scale * least_squares(residuals, np.zeros(scale.size), xtol=1e-14, ftol=1e-14).x
+    found = fit.chain(computed)
+    np.testing.assert_allclose([*found.gains, found.lag], likely, rtol=1e-3, atol=1e-3 * prior)
 
 
 @pytest.mark.nightly

@@ -2,9 +2,19 @@
 
 import numpy as np
 import pytest
+from scipy.stats import lognorm
 
 from stickslip.analyses.identification.contact_law import contact_law
-from stickslip.analyses.identification.loop_law import ContactLoop, _start, array_weights
+from stickslip.analyses.identification.loop_law import (
+    SEGMENTS,
+    ContactLoop,
+    LawFit,
+    _errors,
+    _errors_of_motion,
+    _start,
+    array_weights,
+    residuals,
+)
 from stickslip.checks import InputError
 from stickslip.measurement.synthetic import loop_of
 
@@ -35,6 +45,45 @@ def test_limits_of_an_array_fall_evenly_to_what_the_spread_leaves():
 def test_the_search_begins_at_the_slider_that_made_the_loop():
     loop = ContactLoop(*loop_of(np.ones(1), 20e6, 0.4, 100.0, 16e-6), 100.0)
     assert np.exp(_start([loop], 0, 1.0)) == pytest.approx([20e6, 0.4], rel=0.01)
+
+
+@pytest.mark.parametrize("harmonics", [None, 7])
+def test_the_error_of_a_mean_of_white_noise_is_that_of_its_independent_values(harmonics):
+    """Residuals ±σ in turn say nothing within a segment. A mean of n values errs by σ/√(n − 1); of a loop smoothed to H harmonics,
+    2H values are independent."""
+    loop = ContactLoop(*loop_of(np.ones(1), 20e6, 0.4, 100.0, 8e-6), 100.0, harmonics=harmonics)
+    size = np.size(loop.displacement)
+    assert size % (2 * SEGMENTS) == 0
+    noise, free = 0.3 * (-1.0) ** np.arange(size), (size if harmonics is None else 2 * harmonics) - 1
+    assert _errors(np.ones((size, 1)), noise, [loop]) == pytest.approx([0.3 / np.sqrt(free)], rel=1e-12)
+
+
+def test_residuals_alike_within_a_segment_count_once():
+    """The error of a mean of so many values is their standard deviation over √n, by segments of two loops."""
+    loop = ContactLoop(*loop_of(np.ones(1), 20e6, 0.4, 100.0, 8e-6), 100.0)
+    means = np.random.default_rng(1).standard_normal(2 * SEGMENTS)
+    means -= means.mean()
+    left = np.repeat(means, np.size(loop.displacement) // SEGMENTS)
+    expected = means.std(ddof=1) / np.sqrt(means.size)
+    assert _errors(np.ones((left.size, 1)), left, [loop, loop]) == pytest.approx([expected], rel=1e-12)
+
+
+def test_noise_of_the_displacement_is_an_error_of_the_stiffness_of_a_stuck_contact():
+    """u = X sin θ and F = kt u: an error e of X alone changes ln kt by e/X; the limit is out of reach."""
+    angle, X = 2.0 * np.pi * np.arange(200) / 200, 1e-6
+    u, ends = X * np.sin(angle), np.log([[0.99 * 20e6, 0.4], [1.01 * 20e6, 0.4]])
+    loop = ContactLoop(u, 20e6 * u, 1000.0, displacement_error=np.array([0.002 * X]))
+    by_kt = (residuals(ends[0], [loop], "jenkins") - residuals(ends[1], [loop], "jenkins")) / (ends[1, 0] - ends[0, 0])
+    jacobian = np.stack([by_kt, np.zeros(200)], axis=1)
+    found = _errors_of_motion(jacobian, np.log([20e6, 0.4]), [loop], "jenkins")
+    assert found == pytest.approx([0.002, 0.0], rel=0.4, abs=1e-12)
+
+
+def test_intervals_hold_95_per_cent_of_a_lognormal_distribution():
+    fit = LawFit("jenkins", 20e6, 0.4, (), (0.1, 0.02), 0.0, 0.0)
+    for (low, high), value, error in ((fit.kt_interval, 20e6, 0.1), (fit.mu_interval, 0.4, 0.02)):
+        distribution = lognorm(error, scale=value)
+        assert [distribution.cdf(low), distribution.cdf(high)] == pytest.approx([0.025, 0.975], abs=1e-4)
 
 
 @pytest.mark.parametrize("law", TRUTHS)

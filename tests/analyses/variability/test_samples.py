@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 from stickslip.analyses.variability import samples
+from stickslip.analyses.variability.percentiles import percentiles
 from stickslip.analyses.variability.samples import SamplesWork, response_samples
 from stickslip.analyses.variability.start_draws import draw, named_law
 from stickslip.checks import InputError
@@ -99,6 +100,18 @@ def test_percentiles_say_of_how_many_and_are_drawn():
     np.testing.assert_allclose(axes[1].lines[0].get_ydata(), 1e6 * table.sel(force_level=1.0, percent=50.0))
     with pytest.raises(InputError, match="percent must lie"):
         found.percentiles([101.0])
+
+
+def test_the_largest_of_several_solutions_at_a_frequency_counts():
+    """A curve that passes a frequency again on another branch has two points there; none has any at the other frequency."""
+    found = response_samples(three_mass_wedge(), [221.0, 222.0], 1.0, 5)
+    folded = found.dataset.assign(frequency=0.0 * found.dataset["frequency"] + 222.0)
+    table, both = percentiles(folded, [0.0, 100.0]), found.dataset["amplitude"].values[:, :2, 0]
+    assert np.all(np.ptp(both, axis=1) > 0.0)
+    largest = both.max(axis=1)
+    np.testing.assert_allclose(table.sel(force_level=1.0, frequency=222.0), [largest.min(), largest.max()])
+    assert table["solved"].values.tolist() == [[0, 5]]
+    assert np.isnan(table.sel(frequency=221.0)).all()
 
 
 def test_percentiles_are_not_interpolated():
