@@ -49,8 +49,8 @@ def test_the_search_begins_at_the_slider_that_made_the_loop():
 
 @pytest.mark.parametrize("harmonics", [None, 7])
 def test_the_error_of_a_mean_of_white_noise_is_that_of_its_independent_values(harmonics):
-    """Residuals ±σ in turn say nothing within a segment. A mean of n values errs by σ/√(n − 1); of a loop smoothed to H harmonics,
-    2H values are independent."""
+    """Residuals ±σ in turn say nothing within a segment. A mean of n values errs by σ/√(n − 1); of a loop smoothed to H
+    harmonics, 2H values are independent."""
     loop = ContactLoop(*loop_of(np.ones(1), 20e6, 0.4, 100.0, 8e-6), 100.0, harmonics=harmonics)
     size = np.size(loop.displacement)
     assert size % (2 * SEGMENTS) == 0

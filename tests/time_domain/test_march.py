@@ -1,0 +1,135 @@
+"""A march period by period: its start, its energies, how contacts are solved, and the map of a period by its differences."""
+
+import numpy as np
+import pytest
+from time_domain.systems import orbiting_mass, rubbing_mass, three_masses
+
+import stickslip as ss
+from stickslip.analyses.time_response import time_response
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.kernels import uncompiled
+from stickslip.time.contact_step import solve_in_place
+from stickslip.time.march import March, loads_of_steps, march, no_history, state_at
+from stickslip.time.model import time_model
+from stickslip.time.period import march_period, settle
+from stickslip.time.shooting import Differences, PeriodMarch, _correction
+from stickslip.time.start import TimeStart, from_harmonics, from_rest
+
+OMEGA = 0.9
+
+
+def begun(problem, steps, start):
+    """Model, matrices, loads and the settled state of a start."""
+    model = time_model(problem)
+    matrices = model.step_matrices(March().method.coefficients, 2.0 * np.pi / OMEGA / steps)
+    loads, state = loads_of_steps(model, OMEGA, 1.0, steps), state_at(model, start)
+    settle(model.table, matrices, loads, state)
+    return model, matrices, loads, state
+
+
+def test_a_start_obeys_the_equation_of_motion():
+    """M q̈ + C q̇ + K q + Bᵀ f = p at t = 0, without the massless node; the sliders stick, T = y + kt u."""
+    rng, problem = np.random.default_rng(2), three_masses(limit=100.0)
+    start = TimeStart(rng.standard_normal(3), rng.standard_normal(3), np.array([0.7]))
+    model, _, _, state = begun(problem, 200, start)
+    q, v, a = start.motion, start.velocity, model.shapes @ state.acceleration
+    M, K = problem.structure.M, problem.structure.K
+    traction = 0.7 + problem.contact_stiffness * (problem.B @ q)
+    load = problem.static_load + problem.load(3)[:, 1::2].sum(axis=1)
+    left = load - M @ a - problem.C @ v - K @ q - problem.B.T @ traction
+    np.testing.assert_allclose((model.shapes.T @ left)[model.mass > 0.0], 0.0, atol=1e-12)
+
+
+def test_energy_in_is_energy_out_where_friction_slips_and_contacts_land():
+    """Input less friction less viscous work, all of which count, and all relative to the input."""
+    for problem, least in ((three_masses(limit=0.4), 0.05), (rubbing_mass(), 0.02)):
+        found = time_response(problem, OMEGA / (2.0 * np.pi), harmonics=3, steps_per_period=1000).cycle
+        assert found.energy_residual < 5e-4
+        assert found.friction_work.sum() > least * found.given
+        assert found.viscous > least * found.given
+
+
+def test_a_stuck_contact_carries_what_its_spring_does():
+    problem = three_masses(limit=100.0)
+    found = march(problem, OMEGA, 1.0, from_rest(problem), March(200, periods=2))
+    np.testing.assert_allclose(found.contact_force, 2.0 * found.contact_motion, rtol=1e-12)
+    assert np.ptp(found.contact_motion) > 0.1
+
+
+def test_contacts_of_a_step_are_solved_in_newtons_few_iterations():
+    """From the extrapolated forces one iteration a step is nearly always enough: 1.09 on the edge of a disc of varying load."""
+    problem = orbiting_mass(varying=True)
+    model, matrices, loads, state = begun(problem, 200, from_rest(problem))
+    history = no_history(model, 200)
+    for _ in range(3):
+        work = march_period(model.table, matrices, loads, state, history)
+    assert work.failed < 0
+    assert work.iterations < 1.2 * 200
+
+
+def test_elimination_solves_and_names_a_singular_matrix():
+    rng, solved = np.random.default_rng(6), uncompiled(solve_in_place)
+    for size in (1, 2, 5):
+        matrix, x = rng.standard_normal((size, size)), rng.standard_normal(size)
+        matrix[0, 0] = 0.0 if size > 1 else 1.0  # rows must change places
+        right = matrix @ x
+        assert solved(matrix.copy(), right)
+        np.testing.assert_allclose(right, x, rtol=1e-9)
+    assert not solved(np.ones((2, 2)), np.ones(2))
+
+
+def test_states_of_shooting_have_the_size_of_their_energy():
+    """‖x‖² = qᵀK'q + vᵀMv + Σ y²/kt, K' with stuck contacts; back from x the state is the same."""
+    rng, problem = np.random.default_rng(3), rubbing_mass()
+    march_ = PeriodMarch(problem, OMEGA, 1.0, March(200))
+    start = TimeStart(rng.standard_normal(2), rng.standard_normal(2), rng.standard_normal(1))
+    x = march_.packed(start)
+    q, v, y = start.motion, start.velocity, start.intercepts
+    energy = q @ problem.stuck_stiffness @ q + v @ problem.structure.M @ v + np.sum(y**2) / 3.0
+    assert x @ x == pytest.approx(energy, rel=1e-12)
+    back = march_.start(x)
+    for found, given in ((back.motion, q), (back.velocity, v), (back.intercepts, y)):
+        np.testing.assert_allclose(found, given, rtol=1e-12)
+
+
+def test_a_correction_solves_the_linear_system_of_a_map_by_its_differences():
+    """Of a map with a known derivative: x + Φ x + 0.1 x³."""
+    rng = np.random.default_rng(8)
+    derivative, x, vector = 0.3 * rng.standard_normal((6, 6)), rng.standard_normal(6), rng.standard_normal(6)
+
+    def travelled(x):
+        return derivative @ x + 0.1 * x**3
+
+    map_ = Differences(travelled, x, travelled(x), 1.0)
+    exact = derivative + np.diag(0.3 * x**2)
+    np.testing.assert_allclose(map_(vector), exact @ vector, atol=1e-9)
+    assert map_.kink < 1e-3
+    found = _correction(map_, vector)
+    assert np.linalg.norm(vector - found + exact @ found) < 1.1e-2 * np.linalg.norm(vector)
+
+
+def test_a_kink_of_a_map_is_seen_in_its_differences():
+    x, away = np.zeros(2), np.array([1.0, 0.0])
+    map_ = Differences(lambda x: np.maximum(x, 0.0), x, x, 1.0)
+    np.testing.assert_allclose(map_(away), 0.5 * away)
+    assert map_.kink == pytest.approx(1.0)
+
+
+def test_the_state_of_a_harmonic_solution_is_that_of_its_motion_at_t_0():
+    """Of stuck contacts in closed form, X_h of the stuck structure; a slider that starts at s has y = −kt s."""
+    problem = three_masses(limit=100.0)
+    problem = problem.with_contacts(lambda contact: contact.with_start((ss.SliderOffset(0.4),)))
+    balance = HarmonicBalance(problem, 3, 32)
+    forces = np.zeros((1, 7))
+    forces[0, 0] = -2.0 * 0.4
+    found, load = from_harmonics(balance, forces, OMEGA, 1.0), problem.load(3)
+    q, v = np.linalg.solve(problem.stuck_stiffness, load[:, 0] + problem.B.T @ [0.8]), np.zeros(3)
+    for h in (1, 3):
+        s = 1j * h * OMEGA
+        dynamic = problem.stuck_stiffness + s * problem.C + s * s * problem.structure.M
+        X = np.linalg.solve(dynamic, load[:, 2 * h - 1] - 1j * load[:, 2 * h])
+        q, v = q + X.real, v + (s * X).real
+    np.testing.assert_allclose(found.motion, q, rtol=1e-9)
+    np.testing.assert_allclose(found.velocity, v, rtol=1e-9)
+    for start in (found, from_rest(problem)):
+        np.testing.assert_allclose(start.intercepts, [-0.8], rtol=1e-12)
