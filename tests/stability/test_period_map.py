@@ -165,19 +165,19 @@ def settled(name, samples):
     return problem, omega, w, np.linalg.eigvals(derivative)
 
 
-def assert_found(problem, omega, w, samples, steps, exact):
+def assert_found(problem, omega, w, samples, steps, exact, tolerance):
     """The exact multipliers are among those of the motion, each with one of its own."""
     balance = HarmonicBalance(problem, 81, samples)
     evaluation = SimpleNamespace(table=balance.table, point=SimpleNamespace(omega=omega), w=w)
     found = PeriodMap(balance).multipliers(evaluation, steps).values
     distance = np.abs(exact[:, None] - np.append(found, np.zeros(exact.size))[None, :])
-    assert np.max(distance[linear_sum_assignment(distance)]) < 5e-4
+    assert np.max(distance[linear_sum_assignment(distance)]) < tolerance
 
 
 @pytest.mark.parametrize("name", STATES)
 def test_perturbations_of_a_motion_are_those_of_integration_from_event_to_event(name):
     problem, omega, w, exact = settled(name, 1024)
-    assert_found(problem, omega, w, 1024, 64, exact)
+    assert_found(problem, omega, w, 1024, 64, exact, 5e-4)
 
 
 @pytest.mark.parametrize("name", STATES)
@@ -191,7 +191,7 @@ def test_a_disc_along_a_line_answers_perturbations_as_a_slider_does(name):
     M, C, K = (block_diag(matrix, own) for matrix, own in ((structure.M, 1.0), (problem.C, 0.05), (structure.K, 1.3)))
     whole = ss.Structure(M, K, (*structure.dofs, "1.w"), C=C)
     both = ss.Problem(whole, (ss.Contact("c", disc, sides, contact.normal),), problem.forces, problem.outputs)
-    assert_found(both, omega, np.insert(w, 1, 0.0, axis=0), 1024, 512, exact)
+    assert_found(both, omega, np.insert(w, 1, 0.0, axis=0), 1024, 128, exact, 1e-3)
 
 
 def test_the_path_has_the_motion_and_the_velocity_of_its_harmonics():
