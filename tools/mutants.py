@@ -6,6 +6,7 @@ package in which one formula at a time is broken; what passes is reported, and s
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
@@ -48,12 +49,40 @@ def listed() -> list[Mutant]:
 def tested(tests: list[str], folder: Path) -> int:
     """Exit code of pytest on some tests with the package of a folder.
 
-    Kernels are kept beside the package by a digest of their sources, so that only a broken kernel is compiled anew.
+    Kernels are kept beside the package by a digest of their sources, so that only a broken one and its users are compiled anew.
     """
     environment = {key: value for key, value in os.environ.items() if key != "NUMBA_CACHE_DIR"}
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "--hypothesis-profile=ci", "-m", QUICK]
     environment["PYTHONPATH"] = str(folder)
     return subprocess.run([*command, *tests], cwd=ROOT, env=environment, capture_output=True, check=False).returncode
+
+
+def users(file: str) -> set[str]:
+    """The files that import a file of the package, directly or through others, and the file itself."""
+    imported: dict[str, set[str]] = {}
+    for path in SOURCE.rglob("*.py"):
+        names = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom) and node.module]
+        modules = {name for node in names for name in (node.module, *(f"{node.module}.{each.name}" for each in node.names))}
+        imported[path.relative_to(SOURCE).as_posix()] = {f"{name.replace('.', '/')}.py" for name in modules if name}
+    found, new = set(), {file}
+    while new:
+        found |= new
+        new = {user for user, others in imported.items() if any(f"stickslip/{each}" in others for each in new)} - found
+    return found
+
+
+def keep_other_kernels(folder: Path, file: str) -> None:
+    """Give the package with one file changed the kernels of the unchanged one, but those of the file and of all that use it."""
+    (unchanged,) = (folder / "stickslip" / "__pycache__").glob("kernels-*")
+    name = "from stickslip.kernels import cache; print(cache._CHOSEN)"
+    command, environment = [sys.executable, "-c", name], os.environ | {"PYTHONPATH": str(folder)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    own = Path(subprocess.run(command, env=environment, capture_output=True, check=True, text=True).stdout.strip())
+    if own == unchanged:
+        return
+    for user in users(file):
+        (folder / "stickslip" / user).touch()  # numba compiles anew what has another time
+    shutil.copytree(unchanged, own, dirs_exist_ok=True)
 
 
 def outcome(mutant: Mutant, folder: Path) -> str:
@@ -64,10 +93,12 @@ def outcome(mutant: Mutant, folder: Path) -> str:
         return f"holds the text {text.count(mutant.old)} times"
     kernels = set((folder / "stickslip" / "__pycache__").glob("kernels-*"))
     path.write_text(text.replace(mutant.old, mutant.new))
+    keep_other_kernels(folder, mutant.file)
     try:
         code = tested(list(mutant.tests), folder)
     finally:
-        shutil.copy2(source, path)  # with its time, by which numba knows what it has compiled
+        for user in users(mutant.file):
+            shutil.copy2(SOURCE / user, folder / "stickslip" / user)  # with its time
         for own in set((folder / "stickslip" / "__pycache__").glob("kernels-*")) - kernels:
             shutil.rmtree(own)
     return {PASSED: "survives", FAILED: "killed"}.get(code, f"pytest ended with {code}")

@@ -162,6 +162,12 @@ def test_the_rig_in_series_is_corrected_and_its_error_enters():
     share = corrected.kt / 30e6
     gained = corrected.fits["jenkins"].errors[0] ** 2 - exact.fits["jenkins"].errors[0] ** 2
     assert gained == pytest.approx((0.05 * share) ** 2, rel=1e-6)
+    known = ss.contact_law(one, laws="jenkins", rig_stiffness=30e6, errors=ss.LoopErrors(0.0, 0.0, 0.0))
+    steps = [np.log(1.0 / (1.0 / (factor * both) - 1.0 / 30e6)) for factor in (0.999, 1.001)]  # of kt by that of both together
+    by_gains = corrected.fits["jenkins"].errors[0] ** 2 - known.fits["jenkins"].errors[0] ** 2
+    assert by_gains == pytest.approx(0.01**2 * 2.0 * ((steps[1] - steps[0]) / 2e-3) ** 2, rel=0.02)
+    by_gains = corrected.fits["jenkins"].errors[1] ** 2 - known.fits["jenkins"].errors[1] ** 2
+    assert by_gains == pytest.approx(2.0 * 0.01**2, rel=1e-6)
     with pytest.raises(InputError, match=r"rig_stiffness must be above .*, the stiffness of rig and contact together.*unit"):
         ss.contact_law(one, laws="jenkins", rig_stiffness=10e6)
 

@@ -12,7 +12,7 @@ from stickslip.analyses.identification.damper_fit import UNSOLVED, MeasuringChai
 from stickslip.analyses.identification.first_guess import plateaux_with_errors
 from stickslip.analyses.identification.identify import IdentificationWork, identify
 from stickslip.analyses.identification.line_laws import LINE_LAWS
-from stickslip.analyses.identification.refits import descend, likely_gaps, refitted, slopes
+from stickslip.analyses.identification.refits import Refits, descend, likely_gaps, refitted, slopes
 from stickslip.analyses.identification.result_checks import lag_remarks, never_sliding
 from stickslip.checks import InputError
 from stickslip.cli import main
@@ -164,6 +164,16 @@ def test_no_interval_is_given_where_the_refits_failed(truths):
     assert fine.dataset.zero_error.sel(channel="force_y").values == pytest.approx([0.5, 0.5])
     assert fine.warnings[0] == "3 of 23 refits found no way down and are left out of the intervals."
     assert all(low < fine.values[name] < high for name, (low, high) in fine.intervals.items())
+
+
+def test_errors_of_refits_are_their_distances_from_the_final_fit():
+    """Root mean squares: a shift of all refits counts as well as their scatter."""
+    rng, theta = np.random.default_rng(5), np.array([1.0, -2.0])
+    values, lags, zeros = theta + [0.3, 0.0] + 0.1 * rng.standard_normal((40, 2)), rng.standard_normal(40), np.ones((40, 1, 2))
+    errors, lag, zero = Refits(values, 0, 40, 0, lags, zeros).errors(theta)
+    assert errors**2 == pytest.approx(values.var(axis=0) + (values.mean(axis=0) - theta) ** 2, rel=1e-12)
+    assert lag**2 == pytest.approx(np.var(lags) + np.mean(lags) ** 2, rel=1e-12)
+    np.testing.assert_allclose(zero, [[1.0, 1.0]])
 
 
 class Line:

@@ -1,9 +1,11 @@
 """Parameters from synthetic frequency responses with noise, whose truth is known, and derivatives against differences."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import stickslip as ss
 from stickslip.analyses.identification.computed_response import FittedTest
@@ -301,6 +303,23 @@ def test_independent_residuals_stay_so_and_others_are_counted():
         long[k] += 0.7 * long[k - 1]
     assert independent_one_in([long]) == pytest.approx(1.7 / 0.3, rel=0.1)
     assert above_noise([np.sin(np.linspace(0.0, 6.0, 41)) + 0.01 * generator.standard_normal(41)]) > 10.0
+
+
+def test_errors_and_quantile_of_a_straight_line_are_those_of_linear_regression():
+    """Against SciPy's; of a third variable, of which the data say nothing, the error is without end."""
+    t = np.linspace(-1.0, 2.0, 12)
+    y = 0.7 + 1.3 * t + 0.2 * np.random.default_rng(2).standard_normal(12)
+    line = stats.linregress(t, y)
+    J = np.stack([np.ones(12), t, 0.0 * t], axis=1)
+    residuals = J @ [line.intercept, line.slope, 0.0] - y
+    free = [SimpleNamespace(deviation=None, test=-1)] * 3
+    fit = SimpleNamespace(_at=lambda x: (residuals, J), variables=free, series=lambda x: [residuals], tests=())
+    found = ResponseFit.statistics(fit, None)
+    assert found.one_in == 1.0
+    assert found.error == pytest.approx([line.intercept_stderr, line.stderr, np.inf], rel=1e-9)
+    assert found.noise == pytest.approx(np.sum(residuals**2) / 10.0)
+    assert found.quantile == pytest.approx(stats.t.ppf(0.975, 10), rel=1e-9)
+    assert found.correlation[0, 1] == pytest.approx(-t.mean() / np.sqrt(np.mean(t**2)))
 
 
 def test_the_error_between_tests_is_that_of_their_means():

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.stats import norm
+from scipy.linalg import eigh
+from scipy.stats import kstest, norm
 
 import stickslip as ss
 from stickslip.analyses.mistuning.disk import blade_dofs
@@ -51,6 +52,35 @@ def test_a_blade_held_at_its_platform_has_its_frequency_scaled():
         expected[np.ix_([p, t], [p, t])] = 5.5e5 * ((1.0 + each) ** 2 - 1.0) * np.array([[1.0, -1.0], [-1.0, 1.0]])
     assert np.abs(change - expected).max() < 1e-9 * 5.5e5
     assert blade_dofs(SIX) == ["tip.t"]
+
+
+def test_a_blade_of_several_coordinates_has_its_frequencies_scaled():
+    """Tip and platform together, held where they join the damper and the neighbours: each blade's frequencies times 1 + δ."""
+    deviation, names = np.linspace(-0.05, 0.05, 6), ("tip.t", "platform.t")
+    full, detuned = SIX.full(), ss.mistuned_disk(SIX, ss.Mistuning(blade=deviation), names)
+    for sector, each in enumerate(deviation):
+        own = [full.structure.index(f"{sector + 1}/{name}") for name in names]
+        tuned, scaled = (
+            np.sqrt(eigh(p.structure.K[np.ix_(own, own)], p.structure.M[np.ix_(own, own)])[0]) for p in (full, detuned)
+        )
+        assert scaled == pytest.approx((1.0 + each) * tuned, rel=1e-9)
+
+
+def test_deviations_on_top_of_others_multiply():
+    base, more = ss.Mistuning(kt=0.5, mu=-0.2, missing=[2]).of(6), ss.Mistuning(kt=0.2, mu=0.5, missing=[5]).of(6)
+    both = more.on_top_of(base)
+    assert both.deviation("kt") == pytest.approx(1.5 * 1.2 - 1.0)
+    assert both.deviation("mu") == pytest.approx(0.8 * 1.5 - 1.0)
+    assert both.missing == (2, 5)
+
+
+def test_deviations_of_contacts_are_lognormal():
+    """Their logarithms are normal with the given standard deviation, so that none turns negative; 6000 of them, by both ways."""
+    for sampling in ("random", "sobol"):
+        scatter = ss.Scatter(kt=0.6, sampling=sampling)
+        drawn = np.concatenate([scatter.draw(60, 2, sample).deviation("kt") for sample in range(100)])
+        assert drawn.min() > -1.0
+        assert kstest(np.log1p(drawn) / 0.6, norm.cdf).pvalue > 1e-3
 
 
 def test_contacts_and_pull_are_those_of_their_sector():
@@ -181,6 +211,8 @@ def test_which_damper_works_most():
     tuned = ss.mistuned_response(SIX, AT, ss.Mistuning(), force=0.4, **FINE).dataset
     assert tuned.damper_work.values[0] == pytest.approx(float(tuned.tuned_damper_work), rel=1e-8)
     assert float(tuned.tuned_damper_work) > 1e-7
+    whole = ss.forced_response(SIX.full(), AT, 0.4, **FINE).dataset.dissipated.values[0, 0]
+    assert tuned.damper_work.values.sum() == pytest.approx(np.nansum(whole), rel=1e-6)
     lost = ss.mistuned_response(SIX, AT, ss.Mistuning(missing=[3]), force=0.4, **FINE).dataset
     assert lost.damper_work.values[0, 2] == 0.0
     assert int(lost.busiest_damper[0]) == int(lost.damper_work.values[0].argmax()) + 1
@@ -218,6 +250,11 @@ def test_a_disk_is_run_in():
     again = ss.run_in(used, band, 0.4, 3, 48)
     moved, after = (np.array([c.starts[0].value[0] for c in disk.contacts]) for disk in (used, again))
     assert np.abs(moved).min() > 1e-8
+    response = ss.forced_response(SIX, band, 0.4, 3, 48)
+    cycle = response.cycle(0, int(np.nanargmax(response.dataset.amplitude.values[0, :, 0])))
+    stiffness = np.array([c.law.kt for c in SIX.contacts])
+    means = cycle.displacement[::2].mean(axis=1) - cycle.force[::2].mean(axis=1) / stiffness  # s̄ = ū − T̄/kt
+    assert moved == pytest.approx(means, rel=0.1)  # at the highest points of two curves
     assert np.abs(after - moved).max() < 1e-4 * np.abs(moved).max()
     peaks = [ss.forced_response(disk, band, 0.4, 3, 48).dataset.peak_amplitude.max() for disk in (SIX, used)]
     assert float(peaks[1]) == pytest.approx(float(peaks[0]), rel=1e-6)

@@ -106,6 +106,20 @@ def test_interactions_count_in_the_total_index_alone():
         assert np.all(interval[..., 1] - interval[..., 0] < 0.2)
 
 
+def test_each_mixed_point_takes_one_value_from_the_other_draw():
+    """Points A, B and, of each parameter, A with its value from B; all within their ranges."""
+    ranges = {"limit": (1.6, 2.4), "damping": (0.01, 0.02)}
+    asked = {"force": 1.0, "draws": 8, "output": 0, "seed": 3, "harmonics": 1, "samples": 64}
+    A, B, *mixed = np.moveaxis(planned_draws(OneLimitAndDamping(), parameters=ranges, band=BAND, **asked).points(), 1, 0)
+    for k, points in enumerate(mixed):
+        np.testing.assert_array_equal(points[:, k], B[:, k])
+        np.testing.assert_array_equal(points[:, 1 - k], A[:, 1 - k])
+        assert not np.any(A[:, k] == B[:, k])
+    low, high = np.array(list(ranges.values())).T
+    for points in (A, B):
+        np.testing.assert_array_equal(np.clip(points, low, high), points)
+
+
 def test_both_bars_are_seen_where_both_ends_move_the_peak_the_same_way(linear):
     same = linear.copy(deep=True)
     same.low_end[:], same.high_end[:] = 1.1 * same.middle, 1.2 * same.middle
