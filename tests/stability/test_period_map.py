@@ -43,7 +43,15 @@ def test_a_step_of_a_block_is_its_exponential_and_two_integrals(A, h):
     np.testing.assert_allclose(found[2], h * whole[:2, 4:], atol=1e-12)
 
 
-@pytest.mark.parametrize("C", [np.diag([0.02, 0.3]), np.array([[0.2, 0.1], [0.1, 0.06]]), np.diag([4.0, 9.0])])
+DAMPING = {
+    "modal": np.diag([0.1, 0.2]),
+    "coupled": np.diag([0.02, 0.3]),
+    "of both masses": np.array([[0.2, 0.1], [0.1, 0.06]]),
+    "overcritical": np.diag([4.0, 9.0]),
+}
+
+
+@pytest.mark.parametrize("C", DAMPING.values(), ids=DAMPING)
 def test_blocks_have_the_receptance_and_the_mobility_of_the_structure(C):
     """R (s − A)⁻¹ J + S = B (K' + sC + s²M)⁻¹ Bᵀ, with modal, coupled and overcritical damping."""
     M, K = np.diag([1.0, 2.0]), np.array([[2.0, -0.7], [-0.7, 1.5]])
