@@ -65,6 +65,14 @@ def tilted_mass():
 
 
 @pytest.mark.parametrize(("problem", "most"), [(tilted_mass(), 1.2), (orbiting_mass(varying=True), 2.4)], ids=["slider", "disc"])
+def test_contacts_move_as_their_nodes_do():
+    """w = B q at the end of every step, also where the slider slips: the compliance of the step is that of its equations."""
+    problem = three_masses(limit=0.4)
+    found = march(problem, OMEGA, 1.0, from_rest(problem), March(200, periods=2))
+    np.testing.assert_allclose(found.contact_motion[0], found.outputs[0] - found.outputs[1], atol=1e-12)
+    assert found.friction_work[0] > 0.1
+
+
 def test_contacts_of_a_step_are_solved_in_newtons_few_iterations(problem, most):
     """Sliders are piecewise linear, one iteration a step; a disc takes two. With a wrong derivative they take twice as many."""
     model, matrices, loads, state = begun(problem, 24, from_rest(problem))
@@ -117,7 +125,7 @@ def test_a_correction_solves_the_linear_system_of_a_map_by_its_differences():
 
 def test_a_kink_of_a_map_is_seen_in_its_differences():
     x, away = np.zeros(2), np.array([1.0, 0.0])
-    map_ = Differences(lambda x: np.maximum(x, 0.0), x, x, 1.0)
+    map_ = Differences(lambda x: 1.0 + np.maximum(x, 0.0), x, x + 1.0, 1.0)
     np.testing.assert_allclose(map_(away), 0.5 * away)
     assert map_.kink == pytest.approx(1.0)
 
