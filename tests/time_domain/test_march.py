@@ -64,7 +64,6 @@ def tilted_mass():
     return ss.Problem(structure, (contact,), (ss.Force("1.x", 1.0), ss.Force("1.y", 0.9 - 0.6j)), ("1.x", "1.y"))
 
 
-@pytest.mark.parametrize(("problem", "most"), [(tilted_mass(), 1.2), (orbiting_mass(varying=True), 2.4)], ids=["slider", "disc"])
 def test_contacts_move_as_their_nodes_do():
     """w = B q at the end of every step, also where the slider slips: the compliance of the step is that of its equations."""
     problem = three_masses(limit=0.4)
@@ -73,6 +72,7 @@ def test_contacts_move_as_their_nodes_do():
     assert found.friction_work[0] > 0.1
 
 
+@pytest.mark.parametrize(("problem", "most"), [(tilted_mass(), 1.2), (orbiting_mass(varying=True), 2.4)], ids=["slider", "disc"])
 def test_contacts_of_a_step_are_solved_in_newtons_few_iterations(problem, most):
     """Sliders are piecewise linear, one iteration a step; a disc takes two. With a wrong derivative they take twice as many."""
     model, matrices, loads, state = begun(problem, 24, from_rest(problem))
