@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import lognorm
 
 from stickslip.analyses.identification.contact_law import contact_law
+from stickslip.analyses.identification.contact_law_dataset import _share_in_slip
 from stickslip.analyses.identification.loop_law import (
     SEGMENTS,
     ContactLoop,
@@ -45,6 +46,12 @@ def test_limits_of_an_array_fall_evenly_to_what_the_spread_leaves():
 def test_the_search_begins_at_the_slider_that_made_the_loop():
     loop = ContactLoop(*loop_of(np.ones(1), 20e6, 0.4, 100.0, 16e-6), 100.0)
     assert np.exp(_start([loop], 0, 1.0)) == pytest.approx([20e6, 0.4], rel=0.01)
+
+
+def test_a_slider_slips_but_for_its_elastic_travel():
+    """W = 4 μN (A − μN/kt) of at most 4 μN A."""
+    loop = ContactLoop(*loop_of(np.ones(1), 20e6, 0.4, 100.0, 16e-6), 100.0)
+    assert _share_in_slip(loop, 0.4) == pytest.approx(1.0 - 0.4 * 100.0 / (20e6 * 16e-6), rel=1e-3)
 
 
 @pytest.mark.parametrize("harmonics", [None, 7])
