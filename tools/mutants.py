@@ -71,18 +71,25 @@ def users(file: str) -> set[str]:
     return found
 
 
+def kernel_folder(folder: Path) -> Path:
+    """Where the package of a folder keeps its kernels."""
+    command = [sys.executable, "-c", "from stickslip.kernels import cache; print(cache._CHOSEN)"]
+    environment = {key: value for key, value in os.environ.items() if key != "NUMBA_CACHE_DIR"} | {"PYTHONPATH": str(folder)}
+    return Path(subprocess.run(command, env=environment, capture_output=True, check=True, text=True).stdout.strip())
+
+
 def keep_other_kernels(folder: Path, file: str) -> None:
-    """Give the package with one file changed the kernels of the unchanged one, but those of the file and of all that use it."""
-    (unchanged,) = (folder / "stickslip" / "__pycache__").glob("kernels-*")
-    name = "from stickslip.kernels import cache; print(cache._CHOSEN)"
-    command, environment = [sys.executable, "-c", name], os.environ | {"PYTHONPATH": str(folder)}
-    environment.pop("NUMBA_CACHE_DIR", None)
-    own = Path(subprocess.run(command, env=environment, capture_output=True, check=True, text=True).stdout.strip())
-    if own == unchanged:
+    """Give the package with one file broken the kernels of the sound one, but those of the file and of all that use it.
+
+    numba compiles anew what is in a file of another content, not what calls it from other files: they get a comment more.
+    """
+    (sound,) = (folder / "stickslip" / "__pycache__").glob("kernels-*")
+    if kernel_folder(folder) == sound:
         return
     for user in users(file):
-        (folder / "stickslip" / user).touch()  # numba compiles anew what has another time
-    shutil.copytree(unchanged, own, dirs_exist_ok=True)
+        with (folder / "stickslip" / user).open("a") as content:
+            content.write("# uses what is broken\n")
+    shutil.copytree(sound, kernel_folder(folder), dirs_exist_ok=True)
 
 
 def outcome(mutant: Mutant, folder: Path) -> str:
@@ -98,7 +105,7 @@ def outcome(mutant: Mutant, folder: Path) -> str:
         code = tested(list(mutant.tests), folder)
     finally:
         for user in users(mutant.file):
-            shutil.copy2(SOURCE / user, folder / "stickslip" / user)  # with its time
+            shutil.copy2(SOURCE / user, folder / "stickslip" / user)
         for own in set((folder / "stickslip" / "__pycache__").glob("kernels-*")) - kernels:
             shutil.rmtree(own)
     return {PASSED: "survives", FAILED: "killed"}.get(code, f"pytest ended with {code}")
