@@ -80,6 +80,16 @@ def test_a_rigid_translation_moves_no_damper(wave, moves):
     assert relative > 0.1 if moves else relative < 1e-12
 
 
+def test_the_faces_of_a_sector_join_a_rigid_translation():
+    """All sectors along x − i y: of nodal diameter 1 the right face follows the left one so that the whole disk moves alike."""
+    whole = sector()
+    motion = np.zeros(whole.solid.size, dtype=complex)
+    free = whole.solid.numbers[whole.solid.numbers[:, 0] >= 0]
+    motion[free] = [1.0, -1.0j, 0.0]
+    off = np.setdiff1d(np.arange(motion.size), whole.dependent)
+    np.testing.assert_allclose(whole.constraint(1) @ motion[off], motion, atol=1e-12)
+
+
 def test_one_meshed_sector_equals_all():
     problem = disk()
     frequency = float(problem.frequencies(stuck=True)[0]) - 0.2

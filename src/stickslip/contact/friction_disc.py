@@ -312,7 +312,7 @@ def disc_step(tx: float, ty: float, x: float, y: float, L0: float, L1: float, tu
     stuck = _stuck_share(tx, ty, x, y, L0, grows)
     rest, L = 1.0 - stuck, L0 + stuck * grows
     if L <= _NOTHING * L1:  # no traction before: it points where the spring does
-        stuck, rest, v, L, grows = 1.0, 0.0, 0.0, L1, 0.0
+        stuck, rest, v, L = 1.0, 0.0, 0.0, L1
     sx, sy = tx + stuck * x, ty + stuck * y
     size = np.hypot(sx, sy)
     c, s = sx / size, sy / size
@@ -326,28 +326,22 @@ def disc_step(tx: float, ty: float, x: float, y: float, L0: float, L1: float, tu
     cosine1, sine1 = (cosine + t) / whole, sine * kept
     # angle of T1 = angle of the motion − ψ1: its change by the motion, by the angle at the edge (kept), and by q
     by_motion = (t / q if q > 0.0 else 1.0) * rest * mean * (half + cosine) / whole
-    slides = c * x + s * y - grows
-    onset = np.zeros(6)  # of τ
-    if slides > 1e-9 * (v + abs(grows)):
-        onset[0], onset[1], onset[2], onset[3] = -c / slides, -s / slides, -stuck * c / slides, -stuck * s / slides
-        onset[4], onset[5] = rest / slides, stuck / slides
+    # τ itself does not count: the angle turns as fast just before slip as just after
     for i in range(6):
-        angle = (c * y - s * x) * onset[i] / size
-        edge, after, along, aside = grows * onset[i], 0.0, 0.0, 0.0
+        angle, edge, after, along, aside = 0.0, 0.0, 0.0, 0.0, 0.0
         if i == 0 or i == 2:
-            angle += -s / size * (1.0 if i == 0 else stuck)
+            angle = -s / size * (1.0 if i == 0 else stuck)
         elif i == 1 or i == 3:
-            angle += c / size * (1.0 if i == 1 else stuck)
+            angle = c / size * (1.0 if i == 1 else stuck)
         if i == 2:
             along, aside = dx, -dy
         elif i == 3:
             along, aside = dy, dx
         elif i == 4:
-            edge += rest
+            edge = rest
         elif i == 5:
-            edge += stuck
-            after = 1.0
-        change = mean * (rest * along - v * onset[i]) + v * rest * (mean_by_L * edge + mean_by_L1 * after)
+            edge, after = stuck, 1.0
+        change = v * rest * (mean_by_L * edge + mean_by_L1 * after) + mean * rest * along
         turn[i] = by_motion * aside + kept * angle + sine1 * change
     return True, dx * cosine1 + dy * sine1, dy * cosine1 - dx * sine1
 
