@@ -148,7 +148,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
         found.attempt(f"[{key}]", kind.checks.get(key, sound), table)
     with threadpool_limits(1, user_api="blas"):
         sweep = sweep_of(tables, document, folder, found, (progress, notes)) if kind.on_problem else None
-    if sweep:
+    if sweep and "speed_sweep" not in tables.own:  # its static loads are those of each speed
         found.attempt("", check_static_loads, sweep.problem, notes)
     found.stop()
     plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig)))
