@@ -248,3 +248,17 @@ def test_a_lost_curve_keeps_the_narrow_peak_that_it_passed():
         assert points[-1].point.omega > top
         lost = replace(whole, points=points, lost_at=points[-1].point.omega)
         assert len(with_peaks(balance, lost, lambda done: None, 1e-8).peaks[0]) == count
+
+
+@pytest.mark.parametrize(("static", "arrives"), [(0.4, True), (0.6, False), (2.0, False)])
+def test_a_load_that_friction_cannot_carry_has_no_answer(static, arrives):
+    """Two masses, one on the other; 0.5 N hold the lower one. Beyond, both slip, and a mean of 1e14 m balanced any load."""
+    stack = (
+        ss.Contact("foot", ss.Macroslip(1.0, 0.5, normal_load=1.0), (ss.between("1.x", "ground"),)),
+        ss.Contact("top", ss.Macroslip(1.0, 5.0, normal_load=1.0), (ss.between("2.x", "1.x"),)),
+    )
+    structure = ss.Structure(np.eye(2), np.zeros((2, 2)), ("1.x", "2.x"), C=0.02 * np.eye(2))
+    loads = ss.Force("2.x", 0.01), ss.Force("2.x", static=static)
+    found = ss.forced_response(ss.Problem(structure, stack, loads, ("2.x",)), ss.hertz(0.05, 0.3), 0.1, 3, 64).dataset
+    assert (int(found["case_outcome"][0]) == Outcome.CONVERGED) == arrives
+    assert np.isfinite(found["peak_amplitude"].values).any() == arrives

@@ -30,6 +30,9 @@ CONDITION_TOLERANCE = 1e-7
 AMPLITUDE_TOLERANCE = 1e-10
 """Relative amount by which a held amplitude may be missed."""
 
+LOST = 1e-4
+"""Rounding of λ over the carried contact forces from which on these are lost in it."""
+
 NEAR = 1e-3
 """Residual up to which the factors of a point serve for the direction of the curve at its solution."""
 
@@ -77,8 +80,18 @@ def correct(
     found = _newton_called(balance.placed_system, forces, omega, level, condition.border, iterations, halvings, patience, wanted)
     evaluation = Evaluation(Point(found.state.forces, found.omega, found.level), balance.table, found.state)
     factors = Factors(found.bordered, balance.system) if found.bordered.lu.size else None
-    along = found.direction if direction is not None and found.converged else None
-    return Correction(found.start_motion, evaluation, factors, along, found.iterations, found.converged, found.singular)
+    converged = found.converged and not _lost(balance, evaluation)
+    along = found.direction if direction is not None and converged else None
+    return Correction(found.start_motion, evaluation, factors, along, found.iterations, converged, found.singular)
+
+
+def _lost(balance: HarmonicBalance, evaluation: Evaluation) -> bool:
+    """Whether a body is so far away that its forces are rounding: λ = F − K_c w then no longer holds F, and the balance is met by
+    any load. So end bodies whose contacts slip under more than they carry: the stiffness that is left is a rounding too.
+    """
+    carried = float(np.linalg.norm(balance.carried_forces(evaluation)))
+    rounding = np.finfo(float).eps * float(np.linalg.norm(evaluation.point.forces))
+    return bool(rounding > LOST * max(carried, balance.system.least_scale))
 
 
 class Found(NamedTuple):
