@@ -138,3 +138,21 @@ def test_the_table_refuses_what_python_refuses():
         parsed(TABLE, {"size": [1.0], "times": 10, "place": 1})
     with pytest.raises(InputError, match=r"size must be unique, but 1\.0 is given more than once"):
         check_of(Weighing)(parsed(TABLE, {"size": [1.0, 1.0]}))
+
+
+@dataclass(frozen=True, eq=False)
+class Limited(Settings):
+    size: Annotated[float, Setting(positive, "of the sample")]
+    limit: Annotated[float | None, Setting(positive, "of the scale")] = None
+
+
+def test_none_is_not_checked_where_it_is_the_default_and_nowhere_else():
+    assert Limited(1.0).limit is None
+    with pytest.raises(InputError, match=r"limit must be positive, but is -1\.0"):
+        Limited(1.0, -1.0)
+    with pytest.raises(InputError, match="size must be a number, but is None"):
+        Limited(None)
+    table = table_of(Limited, "A limit.")
+    check_of(Limited)(parsed(table, {"size": 1.0}))
+    with pytest.raises(InputError, match=r"limit must be positive, but is -1\.0"):
+        check_of(Limited)(parsed(table, {"size": 1.0, "limit": -1.0}))

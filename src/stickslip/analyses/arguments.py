@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.settings import Setting, Whole
-from stickslip.checks import InputError, fault, finite, numbers, of_kind, positive, unique, vector, whole
+from stickslip.checks import LARGEST_SEED, InputError, fault, finite, numbers, of_kind, positive, unique, vector, whole
 from stickslip.harmonic.fourier import fourier
+from stickslip.harmonic.measure import measure_of
 from stickslip.harmonic.orders import MOST_SAMPLES, Harmonics, checked_harmonics, fineness, highest
 from stickslip.problem import Problem
 from stickslip.units import Band
@@ -21,38 +22,45 @@ OfProblem = Annotated[Problem, Setting(lambda name, value: of_kind(name, value, 
 HarmonicNumbers = Annotated[int | Sequence[int], Setting(lambda name, value: checked_harmonics(value))]
 Samples = Annotated[int, Setting(Whole(1, MOST_SAMPLES))]
 OutputNumber = Annotated[int, Setting(whole)]
+QuantityName = Annotated[str, Setting(lambda name, value: measure_of(value, "amplitude").name)]
+MeasureName = Annotated[str, Setting(lambda name, value: measure_of("displacement", value).kind)]
+Seed = Annotated[int, Setting(Whole(0, LARGEST_SEED), "of the random draws")]
 
 
-def ratios_of(force_ratio: ArrayLike) -> tuple[float, ...]:
+def ratios_of(name: str, force_ratio: ArrayLike) -> tuple[float, ...]:
     """Values of F_C/F_E, ascending: at least one, positive, each once."""
-    values = np.atleast_1d(numbers("force_ratio", force_ratio))
+    values = np.atleast_1d(numbers(name, force_ratio))
     if values.ndim != 1 or values.size == 0:
-        raise fault("force_ratio", "must be a list of at least one number", values.tolist())
-    ratios = sorted(positive("force_ratio", value) for value in values.tolist())
-    unique("force_ratio", ratios)
+        raise fault(name, "must be a list of at least one number", values.tolist())
+    ratios = sorted(positive(name, value) for value in values.tolist())
+    unique(name, ratios)
     return tuple(ratios)
 
 
-def frictions_of(friction: ArrayLike | None) -> tuple[float, ...]:
-    """Friction coefficients; NaN stands for those of the problem."""
-    if friction is None:
-        return (np.nan,)
-    values = vector("friction", friction).tolist()
+def frictions_of(name: str, friction: ArrayLike) -> tuple[float, ...]:
+    """Friction coefficients of a performance curve."""
+    values: list[float] = vector(name, friction).tolist()
     if not values:
-        raise fault("friction", "must hold at least one coefficient", values, "Leave it out for those of the problem.")
+        raise fault(name, "must hold at least one coefficient", values, "Leave it out for those of the problem.")
     if min(values) < 0.0:
-        raise fault("friction", "must not be negative", min(values))
+        raise fault(name, "must not be negative", min(values))
     if min(values) == 0.0:
         remedy = "Contacts without friction damp nothing: the resonance does not depend on F_C/F_E."
-        raise fault("friction", "must be positive for a performance curve", 0.0, remedy)
-    unique("friction", values)
+        raise fault(name, "must be positive for a performance curve", 0.0, remedy)
+    unique(name, values)
     return tuple(values)
+
+
+def over_a_band(name: str, band: Any) -> Band:
+    """A band, and no list of frequencies."""
+    if not isinstance(band, Band):
+        raise fault(name, "must be a Band, as of ss.hertz(480, 600)", band)
+    return band
 
 
 def ends_of(band: Any) -> Ends:
     """The ends of a band in Hz."""
-    if not isinstance(band, Band):
-        raise fault("band", "must be a Band, as of ss.hertz(480, 600)", band)
+    band = over_a_band("band", band)
     return band.low, band.high
 
 

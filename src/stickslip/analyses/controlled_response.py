@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.arguments import HarmonicNumbers, OfProblem, OutputNumber, Samples, ends_of, fineness_of, output_of
+from stickslip.analyses.arguments import (
+    HarmonicNumbers,
+    OfProblem,
+    OutputNumber,
+    Samples,
+    ends_of,
+    fineness_of,
+    output_of,
+    over_a_band,
+)
 from stickslip.analyses.forced_response import band_or_list
 from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked
 from stickslip.analyses.settings import Setting, Settings, takes
@@ -105,11 +114,6 @@ def _somewhere(name: str, band: Any) -> Band | tuple[float, ...]:
     return band if isinstance(band, Band) else tuple(followed(band))
 
 
-def _over_a_band(name: str, band: Band) -> Band:
-    ends_of(band)
-    return band
-
-
 @dataclass(frozen=True, eq=False)
 class HeldMotion(OneBalance, Settings):
     """What a laboratory holds: the amplitude of an output, over a band."""
@@ -151,7 +155,7 @@ class HeldMotion(OneBalance, Settings):
 class HeldAtResonance(HeldMotion):
     """The same in a phase resonance test, which needs a band and goes from amplitude to amplitude."""
 
-    band: Annotated[Band, Setting(_over_a_band)]
+    band: Annotated[Band, Setting(over_a_band)]
     amplitude: Annotated[Sequence[float], Setting(amplitudes_of)]
 
 
@@ -293,7 +297,7 @@ def _described(dims: Any, values: Any, units: str, words: str) -> tuple[Any, Any
 
 def _attributes(work: HeldMotion) -> dict[str, Any]:
     attrs: dict[str, Any] = {"title": work.problem.heading, "output_held": work.problem.output_names[work.output]}
-    return attrs | {"quantity": work.quantity, "harmonics": attribute(checked_harmonics(work.harmonics)), "samples": work.samples}
+    return attrs | {"quantity": work.quantity, "harmonics": attribute(work.harmonics), "samples": work.samples}
 
 
 def _level_units(work: HeldMotion) -> str:

@@ -25,7 +25,8 @@ class Setting:
     """The mark of a field, in `Annotated`.
 
     check: takes name and value, and returns what is kept or raises a `fault`. It must accept what it has returned, since copies
-    are checked again. Inside a class it stands there by its name: a lambda in the text of an annotation does not see its module.
+    are checked again, and is not asked about None where that is the default. Inside a class it stands there by its name: a
+    lambda in the text of an annotation does not see its module.
     means: for the reference of study files; a setting without a meaning is no key of the table. key: its name there, where that
     is another.
     """
@@ -52,12 +53,18 @@ class Settings(StateOfFields):
 
     def __post_init__(self) -> None:
         for name, mark in marks(type(self)).items():
-            object.__setattr__(self, name, mark.check(name, getattr(self, name)))
+            if not not_given(type(self), name, getattr(self, name)):
+                object.__setattr__(self, name, mark.check(name, getattr(self, name)))
 
     def identity(self, *but: str) -> str:
         """Everything that results depend on, less the fields that are named."""
         kept = {each.name: getattr(self, each.name) for each in fields(self) if each.name not in (*EXECUTION, *but)}
         return ", ".join(f"{name} {getattr(value, 'fingerprint', repr(value))}" for name, value in kept.items())
+
+
+def not_given(kind: type[Settings], name: str, value: Any) -> bool:
+    """Whether a setting is None by default, and is None."""
+    return value is None and getattr(kind, name, ...) is None
 
 
 def marks(kind: type[Settings]) -> Mapping[str, Setting]:

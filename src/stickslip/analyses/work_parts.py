@@ -9,6 +9,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.problem import Problem
 
 EXECUTION = ("workers", "checkpoint", "progress")
@@ -21,6 +22,17 @@ class StateOfFields:
     def __getstate__(self) -> dict[str, Any]:
         names = [field.name for field in fields(self)]  # type: ignore[arg-type]
         return {name: getattr(self, name) for name in names if name not in EXECUTION}
+
+
+class Measured:
+    """A work of which `quantity` and `measure` say what amplitudes are of."""
+
+    quantity: str
+    measure: str
+
+    @property
+    def measured(self) -> Measure:
+        return measure_of(self.quantity, self.measure)
 
 
 class OneBalance(StateOfFields):

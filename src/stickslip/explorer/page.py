@@ -324,9 +324,7 @@ def _performed(solver: Solver, wanted: Wanted) -> Any:
     """The performance curve round the present ratio."""
     try:
         problem = solver.problem(wanted["values"])
-        table = solver.performance_table
-        given = None if table is None else table.pull
-        pull = given or max((abs(force.static) for force in problem.forces), default=0.0)
+        pull = solver.performance_settings.get("pull") or max((abs(force.static) for force in problem.forces), default=0.0)
         level = float(wanted["values"].get("force_level", 1.0))
         excitation = max((abs(a) for force in problem.forces for a in force.amplitudes.values()), default=0.0) * level
         if not pull or not excitation:

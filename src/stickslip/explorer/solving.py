@@ -29,6 +29,7 @@ from stickslip.study.faults import parsed
 from stickslip.study.kinds import COMMON_KEYS
 from stickslip.study.read import Job, job, text_of, toml, units_of
 from stickslip.study.toml_text import toml_text
+from stickslip.study.units import in_si
 from stickslip.units import Band, UnitSystem
 
 KEPT = 24
@@ -93,10 +94,13 @@ class Solver:
         return kept | {"study": {**document["study"], "analysis": "forced_response"}}
 
     @cached_property
-    def performance_table(self) -> PerformanceTable | None:
-        """[performance_curve] of the study."""
+    def performance_settings(self) -> dict[str, Any]:
+        """What [performance_curve] of the study says of curves at other ratios; nothing without that table."""
         table = toml(self.text).get("performance_curve")
-        return None if table is None else parsed(PerformanceTable, table)
+        if table is None:
+            return {}
+        settings = in_si(parsed(PerformanceTable, table), units_of(self.document.get("units", "SI")))
+        return {key: settings[key] for key in ("vary", "pull", "friction")}
 
     @cached_property
     def not_computed(self) -> str:
@@ -162,10 +166,9 @@ class Solver:
 
         A study of frequencies in a list has no band: resonances are then sought around the linear ones, and the sentence says so.
         """
-        sweep, table = self._sweep(values), self.performance_table
+        sweep, given = self._sweep(values), dict(self.performance_settings)
         problem, measure, where = sweep.problem, sweep.measure, sweep.frequencies
         few, samples = _few(sweep)
-        given: dict[str, Any] = {} if table is None else {"vary": table.vary, "pull": table.pull, "friction": table.friction}
         given |= {"band": where if isinstance(where, Band) else None, "output": problem.output_names.index(output)}
         given |= {"quantity": measure.quantity.name, "measure": measure.kind, "harmonics": few, "samples": samples}
 

@@ -6,7 +6,7 @@ harmonic that the list leaves out are zero, and no unknowns of Newton's method.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Set
+from collections.abc import Iterable, Sequence, Set
 from typing import Any
 
 import numpy as np
@@ -98,7 +98,7 @@ def in_words(harmonics: Harmonics) -> str:
     return counted(harmonics, "harmonic") if isinstance(harmonics, int) else f"harmonics {attribute(harmonics)}"
 
 
-def attribute(harmonics: Harmonics) -> int | str:
+def attribute(harmonics: int | Sequence[int]) -> int | str:
     """What a results file keeps: H, or the list in words."""
     return harmonics if isinstance(harmonics, int) else ", ".join(map(str, harmonics))
 

@@ -109,6 +109,12 @@ class Sweep:
             periods=periods,
         )
 
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What analyses that go by its forced response take over from it."""
+        base = self.forced_response()
+        return {"problem": base.problem, "harmonics": base.harmonics, "samples": base.samples, **base.measure.attributes}
+
 
 @dataclass(frozen=True, eq=False)
 class Asked:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, get_type_hints
 
 from pydantic import Field, create_model
 
-from stickslip.analyses.settings import Settings, Whole, marks
+from stickslip.analyses.settings import Settings, Whole, marks, not_given
 from stickslip.study.fields import Table
 
 
@@ -35,7 +35,8 @@ def check_of(kind: type[Settings]) -> Callable[[Table], None]:
 
     def check(table: Table) -> None:
         for name, mark in marks(kind).items():
-            if mark.means:
-                mark.check(name, getattr(table, mark.key or name))
+            value = getattr(table, mark.key or name, None)
+            if mark.means and not not_given(kind, name, value):
+                mark.check(name, value)
 
     return check

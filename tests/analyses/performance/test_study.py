@@ -28,7 +28,7 @@ def test_plan_of_performance_curves(tmp_path):
     assert work.frictions == (0.2, 0.4)
     assert len(work.ratios) == 5
     assert work.ratios[-1] == pytest.approx(100.0)
-    assert work.band == (280.0, 390.0)
+    assert work.band == ss.hertz(280.0, 390.0)
 
 
 def test_plan_of_a_design(tmp_path):

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.analyses.arguments import Seed
 from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle, gathered, march_arrays, march_of
 from stickslip.analyses.settings import Setting, Settings, Whole, takes
-from stickslip.checks import LARGEST_SEED, Array, InputError, between, fault, of_kind, positive, several, vector, whole
+from stickslip.checks import Array, InputError, between, fault, of_kind, positive, several, vector, whole
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.platforms.cycle import CycleModel, CycleOutcome
@@ -91,10 +92,6 @@ def together(cycles: Sequence[DamperCycle]) -> xr.Dataset:
     return found.assign_coords(cycle=("cycle", np.arange(1, len(cycles) + 1), number))
 
 
-def _width(name: str, value: Any) -> float | None:
-    return None if value is None else positive(name, value)
-
-
 def _sets(name: str, value: Any) -> tuple[Any, ...]:
     found = several(name, value)
     if not found:
@@ -115,10 +112,10 @@ class SteadyCyclesWork(Driven):
     """Cycles from several initial states, a case each."""
 
     starts: Annotated[int, Setting(Whole(1), "of initial states", key="count")] = 20
-    spread: Annotated[float | None, Setting(_width, "largest slider offset; twice the pull over the softest kt unless given")] = (
-        None
-    )
-    seed: Annotated[int, Setting(Whole(0, LARGEST_SEED), "of the random draws")] = 0
+    spread: Annotated[
+        float | None, Setting(positive, "largest slider offset; twice the pull over the softest kt unless given")
+    ] = None
+    seed: Seed = 0
     same: Annotated[float, Setting(positive, "difference of forces, relative to the largest, below which cycles are one")] = 1e-6
     steps: Annotated[int, Setting(whole, "of a cycle")] = 1000
     workers: int = 1

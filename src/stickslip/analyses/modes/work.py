@@ -40,10 +40,8 @@ NO_AUTO = 'A mode has no "auto": take the number that a forced response chooses,
 HarmonicsOfModes = Annotated[int | Sequence[int], Setting(lambda name, value: checked_harmonics(value, NO_AUTO))]
 
 
-def listed_modes(name: str, mode: Any) -> tuple[int, ...] | None:
-    """Whole numbers, each once; None for none."""
-    if mode is None:
-        return None
+def listed_modes(name: str, mode: Any) -> tuple[int, ...]:
+    """Whole numbers, each once."""
     found = tuple(whole(name, number) for number in ([mode] if np.ndim(mode) == 0 else mode))
     if not found:
         raise InputError(f"{name} must hold at least one number, but is empty.")
@@ -51,10 +49,8 @@ def listed_modes(name: str, mode: Any) -> tuple[int, ...] | None:
     return found
 
 
-def ends_of(name: str, amplitude: Any) -> tuple[float, float] | None:
-    """The ends of a curve; None for those of slip."""
-    if amplitude is None:
-        return None
+def ends_of(name: str, amplitude: Any) -> tuple[float, float]:
+    """The ends of a curve."""
     if np.ndim(amplitude) == 0:
         return LOWEST * positive(name, amplitude), float(amplitude)
     ends: Array = vector(name, amplitude, 2)
@@ -108,7 +104,7 @@ class Modes(Settings):
         if (self.mode is not None) + (self.frequency is not None) + by_output > 1:
             raise InputError("Of mode, frequency and largest_at_output one must be given at most, but there are several.")
         if self.frequency is None and not by_output:
-            numbers = listed_modes("mode", self.mode) or (1,)
+            numbers = (1,) if self.mode is None else listed_modes("mode", self.mode)
             return tuple(between("mode", number, 1, self.problem.structure.size) for number in numbers)
         with threadpool_limits(1, user_api="blas"):
             structures = ModalStructures(self.problem, (1,), 1)
@@ -147,15 +143,14 @@ class Modes(Settings):
 
     def levels(self, balance: ModeBalance) -> tuple[float, float]:
         """The path parameter at both ends of the curve."""
-        ends = ends_of("amplitude", self.amplitude)
-        if ends is None:
+        if self.amplitude is None:
             slip = slip_level(balance)
             return slip + float(np.log(BEFORE_SLIP)), slip + float(np.log(BEYOND_SLIP))
         shape = np.abs(balance.shape[balance.rows :])
         if shape[self.output] <= NODE * balance.largest_motion:
             what = f"Output {self.problem.output_names[self.output]!r}"
             raise fault(what, "must move in the mode, since amplitudes are given at it", float(shape[self.output]))
-        low, high = (balance.level_of(end / float(shape[self.output])) for end in ends)
+        low, high = (balance.level_of(end / float(shape[self.output])) for end in ends_of("amplitude", self.amplitude))
         return low, high
 
 

@@ -66,7 +66,7 @@ def performance_band(
     The search is that of `response_bounds` with objective "peak": cloud, starts, rule, share and seed are its arguments.
     quantity, measure: what the peaks are of, as for `forced_response`; `amplitude_per_force` is in m/N, m/(s N) or m/(s² N).
     """
-    row, ratios, (H, Nt) = output_of(problem, output), ratios_of(force_ratio), fineness_of(harmonics, samples)
+    row, ratios, (H, Nt) = output_of(problem, output), ratios_of("force_ratio", force_ratio), fineness_of(harmonics, samples)
     work = BoundsWork(
         problem,
         frequencies=ends_of(resonance_band(HarmonicBalance(problem, H, Nt), row) if band is None else band),

@@ -11,21 +11,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from stickslip.analyses.arguments import ends_of, fineness_of, frictions_of, output_of, ratios_of
 from stickslip.analyses.performance.resonance_band import no_resonance
-from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Vary, stacked
-from stickslip.checks import between, fault, positive
+from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, stacked
+from stickslip.analyses.settings import takes
+from stickslip.checks import fault
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import Measure, measure_of
+from stickslip.harmonic.measure import Measure
 from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers
-from stickslip.units import Band
+from stickslip.runs.work import Arrays
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,24 +69,8 @@ class PerformanceCurve(Result):
 
 
 @renamed_arguments(finished="checkpoint")
-def performance_curve(
-    problem: Problem,
-    force_ratio: ArrayLike,
-    friction: float | Sequence[float] | None = None,
-    vary: Vary = "force",
-    *,
-    band: Band | None = None,
-    pull: float | None = None,
-    output: int = 0,
-    quantity: str = "displacement",
-    measure: str = "amplitude",
-    check_every: int = 10,
-    harmonics: int | Sequence[int] = 5,
-    samples: int = 256,
-    workers: Workers = 1,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda fraction, text: None,
-) -> PerformanceCurve:
+@takes(PerformanceWork)
+def performance_curve(work: PerformanceWork) -> PerformanceCurve:
     """Peak amplitude and frequency of the highest resonance against F_C/F_E, for one or several friction coefficients.
 
     force_ratio: values of F_C/F_E, as many as the curve is to have points; friction: coefficients put at every contact (those
@@ -106,24 +88,7 @@ def performance_curve(
     `detached_amplitude_per_force` and `detached_frequency` say so (which ones are found depends on the points).
     Source: S. M. Cameron et al. (1990); the one-mass model is Griffin's (1980).
     """
-    row, ratios, frictions = output_of(problem, output), ratios_of(force_ratio), frictions_of(friction)
-    H, Nt = fineness_of(harmonics, samples)
-    if vary not in ("force", "preload"):
-        raise fault("vary", "must be force or preload", vary)
-    work = PerformanceWork(
-        problem,
-        ratios=ratios,
-        frictions=frictions,
-        vary=vary,
-        band=None if band is None else ends_of(band),
-        pull=None if pull is None else positive("pull", pull),
-        output=row,
-        every=between("check_every", check_every, 1),
-        harmonics=H,
-        samples=Nt,
-        measure=measure_of(quantity, measure),
-    )
-    return gathered(work, all_cases(work, checkpoint, workers, progress))
+    return gathered(work, all_cases(work, work.checkpoint, work.workers, work.progress))
 
 
 _POINT, _CONTACT, _BRANCH = ("case", "point"), ("case", "point", "contact"), ("case", "point", "branch")
@@ -207,7 +172,7 @@ def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCur
 
     _refuse_no_resonance(work, results)
     data = {
-        name: (dims, stacked([np.asarray(result[name]) for result in results]), described(work.measure, name, units, words))
+        name: (dims, stacked([np.asarray(result[name]) for result in results]), described(work.measured, name, units, words))
         for name, (dims, units, words) in VARIABLES.items()
     }
     coords: dict[str, Any] = {
@@ -216,6 +181,6 @@ def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCur
         "contact": ("contact", [contact.name for contact in work.problem.contacts], {"units": "1", "long_name": "contact"}),
     }
     attrs: dict[str, Any] = {"title": work.problem.heading, "output": work.problem.output_names[work.output], "vary": work.vary}
-    attrs |= {"harmonics": attribute(work.harmonics), "samples": work.samples, **work.measure.attributes}
+    attrs |= {"harmonics": attribute(work.harmonics), "samples": work.samples, **work.measured.attributes}
     attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
     return PerformanceCurve(xr.Dataset(data, coords, attrs), work.problem)

@@ -6,24 +6,37 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property, lru_cache
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.arguments import ends_of
+from stickslip.analyses.arguments import (
+    HarmonicNumbers,
+    MeasureName,
+    OfProblem,
+    OutputNumber,
+    QuantityName,
+    Samples,
+    ends_of,
+    fineness_of,
+    frictions_of,
+    output_of,
+    over_a_band,
+    ratios_of,
+)
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.contact_regions import contact_regions, whole_region
 from stickslip.analyses.performance.lowest_peak import PeakBetween, lowest_peak
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
-from stickslip.analyses.work_parts import StateOfFields
+from stickslip.analyses.settings import Setting, Settings, Whole
+from stickslip.analyses.work_parts import Measured
+from stickslip.checks import fault, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.harmonic.orders import Harmonics
 from stickslip.outcome import Outcome
 from stickslip.peaks.climb import SolvedPeak
 from stickslip.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
@@ -31,37 +44,63 @@ from stickslip.peaks.frequency_band import PeakBand
 from stickslip.peaks.linear import linear_peak
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.units import Band
 
 Vary = Literal["force", "preload"]
+Pull = Annotated[float | None, Setting(positive, "F_C of the problem; its largest static force unless given")]
+
+
+def _vary(name: str, vary: Any) -> str:
+    if vary not in get_args(Vary):
+        raise fault(name, "must be force or preload", vary)
+    return str(vary)
 
 
 @dataclass(frozen=True, eq=False)
-class PerformanceWork(StateOfFields):
-    """What to follow: ratios F_C/F_E ascending; friction coefficients, NaN for those of the problem; band in Hz, None for one
-    that holds the free and the stuck resonance; pull: F_C of the problem as it is, N, None to read it from the problem; measure:
-    what the peaks are of.
-    """
+class PerformanceWork(Measured, Settings):
+    """Performance curves as independent cases, a friction coefficient each."""
 
-    problem: Problem
+    problem: OfProblem
+    force_ratio: Annotated[ArrayLike, Setting(ratios_of, "[low, high] of F_C/F_E")]
+    friction: Annotated[
+        float | Sequence[float] | None,
+        Setting(frictions_of, "coefficients of all contacts; those of the problem unless given"),
+    ] = None
+    vary: Annotated[Vary, Setting(_vary, "which of the two forces changes")] = "force"
     _: KW_ONLY
-    ratios: tuple[float, ...]
-    frictions: tuple[float, ...]
-    vary: Vary
-    band: tuple[float, float] | None
-    pull: float | None
-    output: int
-    every: int
-    harmonics: Harmonics
-    samples: int
-    measure: Measure = DISPLACEMENT_AMPLITUDE
+    band: Annotated[Band | None, Setting(over_a_band)] = None
+    pull: Pull = None
+    output: OutputNumber = 0
+    quantity: QuantityName = "displacement"
+    measure: MeasureName = "amplitude"
+    check_every: Annotated[int, Setting(Whole(1), "points between two full sweeps that look for new peaks")] = 10
+    harmonics: HarmonicNumbers = 5
+    samples: Samples = 256
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        output_of(self.problem, self.output)
+        fineness_of(self.harmonics, self.samples)
+
+    @cached_property
+    def ratios(self) -> tuple[float, ...]:
+        """Values of F_C/F_E, ascending."""
+        return ratios_of("force_ratio", self.force_ratio)
+
+    @property
+    def frictions(self) -> tuple[float, ...]:
+        """Friction coefficients, NaN for those of the problem."""
+        return (np.nan,) if self.friction is None else frictions_of("friction", self.friction)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a case depends on."""
-        how = f"{self.ratios!r}, {self.vary}, {self.band} Hz, {self.pull} N, output {self.output}, check every {self.every}"
-        how += f", {self.measure.words}, {self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
-        return tuple(f"performance curve, friction {mu!r}, {how}" for mu in self.frictions)
+        others = self.identity("friction")
+        return tuple(f"performance curve, friction {mu!r}, {others}" for mu in self.frictions)
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -87,9 +126,9 @@ class _Curve:
     def __init__(self, work: PerformanceWork, problem: Problem) -> None:
         self.work, self.problem = work, problem
         self.nominal = HarmonicBalance(problem, work.harmonics, work.samples)
-        self.free = linear_peak(self.nominal, work.output, stuck=False, measure=work.measure)
-        self.stuck = linear_peak(self.nominal, work.output, stuck=True, measure=work.measure)
-        self.free_harmonic = self.free.amplitude / float(work.measure.of_harmonic(np.array(1.0), np.array(1.0)))
+        self.free = linear_peak(self.nominal, work.output, stuck=False, measure=work.measured)
+        self.stuck = linear_peak(self.nominal, work.output, stuck=True, measure=work.measured)
+        self.free_harmonic = self.free.amplitude / float(work.measured.of_harmonic(np.array(1.0), np.array(1.0)))
         self.pull = centrifugal_pull(problem) if work.pull is None else work.pull
         self.unit = excitation(problem)
         self.balance_at = lru_cache(maxsize=None)(self._preloaded)
@@ -107,11 +146,11 @@ class _Curve:
     def arrays(self, report: Report) -> dict[str, NDArray[Any]]:
         """Everything about the curve, by name."""
         work = self.work
-        low, high = work.band or ends_of(resonance_band(self.nominal, work.output))
+        low, high = ends_of(work.band or resonance_band(self.nominal, work.output))
         continuation = PeakContinuation(
-            self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output, work.measure
+            self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output, work.measured
         )
-        found = continuation.follow(work.ratios[::-1], work.every, lambda fraction: report(0.8 * fraction))
+        found = continuation.follow(work.ratios[::-1], work.check_every, lambda fraction: report(0.8 * fraction))
         arrays = self._empty(len(work.ratios), len(found.branches))
         for k in range(len(work.ratios)):
             self._fill(arrays, k, continuation, found)
@@ -162,7 +201,7 @@ class _Curve:
         energy = EnergyBalance(balance).at(evaluation, cycle)
         per_force = peak.amplitude / force
         frequency = peak_band.omega / (2.0 * np.pi)
-        harmonic, further = self._first_harmonic(peak) / force, 2 - self.work.measure.order
+        harmonic, further = self._first_harmonic(peak) / force, 2 - self.work.measured.order
         regions = contact_regions(balance, evaluation, cycle)
         rubbing = np.array([bool(contact.tangential) for contact in self.problem.contacts])
         rows = [c for c, contact in enumerate(self.problem.contacts) for _ in contact.directions]
@@ -191,7 +230,7 @@ class _Curve:
     def _first_harmonic(self, peak: SolvedPeak) -> float:
         """The amplitude of the first harmonic of the measured quantity at a peak."""
         row = self.nominal.rows + self.work.output
-        return self.work.measure.with_kind("amplitude").size(peak.evaluation.w[row], peak.omega)
+        return self.work.measured.with_kind("amplitude").size(peak.evaluation.w[row], peak.omega)
 
     def _optimum(self, continuation: PeakContinuation, found: ContinuedPeaks) -> dict[str, NDArray[Any]]:
         """The lowest peak per force, the plateau around it, and the warnings about them."""

@@ -19,7 +19,7 @@ from stickslip.analyses.work_parts import OneBalance
 from stickslip.checks import InputError, among, between, seed_of
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics, fineness
+from stickslip.harmonic.orders import Harmonics, attribute, fineness
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.runs.work import Arrays, Report
@@ -161,7 +161,7 @@ class BoundsWork(OneBalance):
         coords["frequency"] = ("frequency", frequencies, {"units": "Hz", "long_name": "excitation frequency"})
         keys = ("objective", "share", "seed", "samples", "cloud", "starts")
         attrs: dict[str, Any] = {"title": self.problem.heading, "output": self.problem.output_names[self.output]}
-        attrs["harmonics"] = attribute(checked_harmonics(self.harmonics))
+        attrs["harmonics"] = attribute(self.harmonics)
         attrs |= {"rule": rule_words(self.rule)} | {key: getattr(self, key) for key in keys} | self.measure.attributes
         attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
         return xr.Dataset(data, coords, attrs)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -14,31 +14,29 @@ from stickslip.analyses.performance.band import band_dataset, force_levels
 from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
-from stickslip.checks import MOST, InputError, counted, fault, unique
+from stickslip.checks import MOST, InputError, counted, fault
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.response_variability import StartsTable
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Positive, Table
+from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.tables import Ends
-from stickslip.study.units import FORCE, with_si
+from stickslip.study.units import FORCE, Units, in_si, with_si
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-class PerformanceTable(Table):
-    """The resonance against F_C/F_E, for one or several friction coefficients; sought in the band of [sweep]."""
-
-    force_ratio: Annotated[Ends, Field(description="[low, high] of F_C/F_E")]
-    points: Annotated[int, Field(ge=2, le=MOST, description="values of F_C/F_E, in equal ratios")] = 40
-    friction: Annotated[
-        list[Positive] | None,
-        Field(min_length=1, description="coefficients of all contacts; those of the problem unless given"),
-    ] = None
-    vary: Annotated[Literal["force", "preload"], Field(description="which of the two forces changes")] = "force"
-    pull: Annotated[Positive | None, FORCE, Field(description="F_C of the problem; its largest static force unless given")] = None
-    check_every: Annotated[int, Field(ge=1, le=MOST, description="points between two full sweeps that look for new peaks")] = 10
+Points = Annotated[int, Field(ge=2, le=MOST, description="values of F_C/F_E, in equal ratios")]
+PerformanceTable = table_of(
+    PerformanceWork,
+    "The resonance against F_C/F_E, for one or several friction coefficients; sought in the band of [sweep].",
+    friction=Annotated[list[Positive] | None, Field(min_length=1)],
+    pull=Annotated[Positive | None, FORCE],
+    points=(Points, 40),
+    force_ratio=Ends,
+)
 
 
 class BandTable(StartsTable):
@@ -54,13 +52,17 @@ class BandTable(StartsTable):
     starts: Annotated[int, Field(ge=0, le=MOST, description="how many of them begin a search")] = 2
 
 
-def ordered(table: PerformanceTable | BandTable) -> None:
+def ordered(table: Any) -> None:
     """What the model of the table cannot check."""
     low, high = table.force_ratio
     if low >= high:
         raise fault("force_ratio", "must be [low, high] with low below high", table.force_ratio)
-    if isinstance(table, PerformanceTable) and table.friction is not None:
-        unique("friction", table.friction)
+
+
+def checked(table: Any) -> None:
+    """The same of a performance curve."""
+    ordered(table)
+    check_of(PerformanceWork)(table)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,39 +70,23 @@ class PerformancePlan(Plan):
     """A performance curve for each friction coefficient."""
 
     sweep: Sweep
-    table: PerformanceTable
+    settings: Mapping[str, Any]
 
     @classmethod
     def of(cls, asked: Asked) -> PerformancePlan:
         """The plan of a study."""
-        table = PerformanceTable.model_validate(asked.tables["performance_curve"])
-        return cls(sweep_at_ratios(asked), with_si(table, asked.units))
+        return cls(sweep_at_ratios(asked), at_ratios(asked.tables["performance_curve"], asked.units))
 
     @property
     def summary(self) -> str:
-        curves = counted(len(self.table.friction or [0]), "performance curve")
-        low, high = self.table.force_ratio
-        points = counted(self.table.points, "point")
-        return f"{self.sweep.summary}; {curves} of {points}, F_C/F_E {low:g} to {high:g}"
+        curves = counted(len(self.settings["friction"] or [0]), "performance curve")
+        low, *_, high = ratios = self.settings["force_ratio"]
+        return f"{self.sweep.summary}; {curves} of {counted(len(ratios), 'point')}, F_C/F_E {low:g} to {high:g}"
 
     @cached_property
     def work(self) -> PerformanceWork:
-        table, base = self.table, self.sweep.forced_response()
-        frictions = (np.nan,) if table.friction is None else tuple(table.friction)
-        band = (min(base.frequencies), max(base.frequencies))
-        return PerformanceWork(
-            self.sweep.problem,
-            ratios=ratios_of(table),
-            frictions=frictions,
-            vary=table.vary,
-            band=band,
-            pull=table.pull,
-            output=0,
-            every=table.check_every,
-            harmonics=base.harmonics,
-            samples=base.samples,
-            measure=base.measure,
-        )
+        own = {"problem": self.sweep.problem, "band": self.sweep.frequencies}
+        return PerformanceWork(**self.sweep.settings | own, **self.settings)
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -175,7 +161,15 @@ def sweep_at_ratios(asked: Asked) -> Sweep:
     return sweep
 
 
-def ratios_of(table: PerformanceTable | BandTable) -> tuple[float, ...]:
+def at_ratios(table: Table, units: Units) -> dict[str, Any]:
+    """The settings of a table, with F_C/F_E in equal ratios between its ends."""
+    settings = in_si(table, units)
+    low, high = settings["force_ratio"]
+    settings["force_ratio"] = np.geomspace(low, high, settings.pop("points")).tolist()
+    return settings
+
+
+def ratios_of(table: BandTable) -> tuple[float, ...]:
     """The values of F_C/F_E."""
     return tuple(np.geomspace(table.force_ratio[0], table.force_ratio[1], table.points).tolist())
 
@@ -185,7 +179,7 @@ KINDS = {
         PerformancePlan.of,
         {"performance_curve": PerformanceTable},
         required=("performance_curve",),
-        checks={"performance_curve": ordered},
+        checks={"performance_curve": checked},
     ),
     "performance_band": Kind(
         BandPlan.of,
