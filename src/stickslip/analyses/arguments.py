@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.settings import Setting, Whole
-from stickslip.checks import LARGEST_SEED, InputError, fault, finite, numbers, of_kind, positive, unique, vector, whole
+from stickslip.checks import LARGEST_SEED, InputError, among, fault, finite, numbers, of_kind, positive, unique, vector, whole
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.measure import measure_of
 from stickslip.harmonic.orders import MOST_SAMPLES, Harmonics, checked_harmonics, fineness, highest
 from stickslip.problem import Problem
+from stickslip.starts.space import Rules, Sharing, rules_of
 from stickslip.units import Band
 
 Ends = tuple[float, float]
+
+
+def _rule(name: str, value: Any) -> Rules:
+    rules = rules_of(value)
+    return rules[0] if len(rules) == 1 else rules
+
 
 OfProblem = Annotated[Problem, Setting(lambda name, value: of_kind(name, value, Problem))]
 HarmonicNumbers = Annotated[int | Sequence[int], Setting(lambda name, value: checked_harmonics(value))]
@@ -24,7 +31,24 @@ Samples = Annotated[int, Setting(Whole(1, MOST_SAMPLES))]
 OutputNumber = Annotated[int, Setting(whole)]
 QuantityName = Annotated[str, Setting(lambda name, value: measure_of(value, "amplitude").name)]
 MeasureName = Annotated[str, Setting(lambda name, value: measure_of("displacement", value).kind)]
+ForceLevels = Annotated[float | Sequence[float], Setting(lambda name, value: force_levels(value))]
+Rule = Annotated[
+    Rules,
+    Setting(_rule, 'what a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0'),
+]
+Share = Annotated[
+    Sharing, Setting(lambda name, value: among(name, value, get_args(Sharing)), "which friction elements have one in common")
+]
 Seed = Annotated[int, Setting(Whole(0, LARGEST_SEED), "of the random draws")]
+
+
+def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:
+    """Force levels, checked: positive and different."""
+    levels = tuple(positive("A force level", level) for level in np.atleast_1d(numbers("force", force)))
+    if not levels:
+        raise InputError("force must hold at least one level, but is empty.")
+    unique("Force levels", levels)
+    return levels
 
 
 def ratios_of(name: str, force_ratio: ArrayLike) -> tuple[float, ...]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
+from stickslip.analyses.arguments import force_levels
 from stickslip.analyses.base_motion import absolute
 from stickslip.analyses.deformed_shape import deformed_shape, with_shapes
 from stickslip.analyses.dense_output import response_at
@@ -50,7 +51,7 @@ from stickslip.analyses.truncation import (
     work_warning,
 )
 from stickslip.analyses.work_parts import OneBalance
-from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique
+from stickslip.checks import InputError, between, fault, of_kind, positive
 from stickslip.checks import whole as whole_number
 from stickslip.curves.curve import Curve, CurveStopped, solve_curve, stopped_curve
 from stickslip.curves.refine import refined
@@ -672,15 +673,6 @@ def band_or_list(band: Band | Sequence[float]) -> tuple[list[float], bool]:
     if isinstance(band, Band):
         return [band.start, band.stop], False
     return followed(band), True
-
-
-def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:
-    """Force levels, checked: positive and different."""
-    levels = tuple(positive("A force level", level) for level in np.atleast_1d(numbers("force", force)))
-    if not levels:
-        raise InputError("force must hold at least one level, but is empty.")
-    unique("Force levels", levels)
-    return levels
 
 
 def _narrow_band(frequency: float) -> tuple[float, float]:

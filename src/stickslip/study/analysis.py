@@ -94,12 +94,16 @@ class Sweep:
         samples = problem.systems.enough_samples(self.samples)
         return f"{size}, {contacts}, {orders}{levels} {where}, {harmonics}, {samples} samples{of}"
 
+    @property
+    def where(self) -> Band | list[float]:
+        """The band, or the frequencies as analyses take them."""
+        return self.frequencies if isinstance(self.frequencies, Band) else list(self.frequencies)
+
     def forced_response(self, periods: int = 1) -> ForcedResponseWork:
         """Its forced response over a number of periods, which other analyses go by; "auto" has become a number there."""
-        where = self.frequencies if isinstance(self.frequencies, Band) else list(self.frequencies)
         return ForcedResponseWork.of(
             self.problem,
-            band=where,
+            band=self.where,
             force=self.force_levels,
             harmonics=self.harmonics,
             samples=self.samples,
@@ -108,12 +112,6 @@ class Sweep:
             measure=self.measure,
             periods=periods,
         )
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """What analyses that go by its forced response take over from it."""
-        base = self.forced_response()
-        return {"problem": base.problem, "harmonics": base.harmonics, "samples": base.samples, **base.measure.attributes}
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +124,11 @@ class Asked:
     units: Units
     folder: Path
     rig: tuple[str, Mapping[str, Any]] = ("", MappingProxyType({}))
+
+
+def taken_over(base: ForcedResponseWork) -> dict[str, Any]:
+    """The settings that other analyses take over from a forced response."""
+    return {"problem": base.problem, "harmonics": base.harmonics, "samples": base.samples, **base.measure.attributes}
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.forced_response import force_levels
+from stickslip.analyses.arguments import force_levels
 from stickslip.checks import Faults, InputError, fault, nearest, similar_file, storable
 from stickslip.contact.point import GROUND, Contact
 from stickslip.disks.tuned import TunedDisk

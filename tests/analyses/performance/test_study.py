@@ -67,7 +67,7 @@ def test_plan_of_a_band(tmp_path):
     """F_C/F_E from 3 to 100 at a pull of 60 N and 1 N of excitation at level one."""
     work = read(changed(tmp_path, "performance_band", "points = 6", "points = 2")).plan.works[""]
     assert work.levels == pytest.approx((20.0, 0.6))
-    assert (work.objective, work.share, work.frequencies) == ("peak", "contact", (280.0, 390.0))
+    assert (work.objective, work.share, work.band) == ("peak", "contact", ss.hertz(280.0, 390.0))
 
 
 def test_plan_of_what_matters(tmp_path):

@@ -47,18 +47,9 @@ def test_start_states_are_explored_once_and_the_result_travels(monkeypatch):
     monkeypatch.setattr(samples, "explored_space", lambda *given: explored.append(given[2]) or explored_space(*given))
     response_samples(three_mass_wedge(), [145.0, 222.0], [1.0, 2.0], 3)
     assert explored == [1.0, 2.0]
-    work = SamplesWork(
-        three_mass_wedge(),
-        frequencies=(145.0, 222.0),
-        exactly=True,
-        levels=(1.0,),
-        rule="slider_offset",
-        share="element",
-        harmonics=5,
-        samples=256,
-    )
+    work = SamplesWork(three_mass_wedge(), [145.0, 222.0])
     first = work.space_at(1.0)
-    other = pickle.loads(pickle.dumps(work.of(np.zeros((1, first.size)))))  # noqa: S301
+    other = pickle.loads(pickle.dumps(work))  # noqa: S301
     np.testing.assert_array_equal(other.space_at(1.0).scale, first.scale)
     assert explored == [1.0, 2.0, 1.0]
 

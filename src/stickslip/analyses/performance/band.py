@@ -5,25 +5,40 @@ neither is the resonance, and one curve alone misleads.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.arguments import ends_of, fineness_of, output_of, ratios_of
+from stickslip.analyses.arguments import (
+    HarmonicNumbers,
+    MeasureName,
+    OfProblem,
+    OutputNumber,
+    QuantityName,
+    Rule,
+    Samples,
+    Seed,
+    Share,
+    fineness_of,
+    output_of,
+    over_a_band,
+    ratios_of,
+)
 from stickslip.analyses.performance.resonance_band import no_resonance, resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation
+from stickslip.analyses.performance.work import Pull
+from stickslip.analyses.settings import Setting, Settings, Whole, takes
 from stickslip.analyses.variability.bounds_work import BoundsWork
-from stickslip.checks import positive
+from stickslip.analyses.work_parts import Measured
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers
-from stickslip.starts.space import Rules, Sharing
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers, silent
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -40,67 +55,80 @@ class PerformanceBand(Result):
     problem: Problem
 
 
+@dataclass(frozen=True, eq=False)
+class BandWork(Measured, Settings):
+    """What a performance band is searched for by: bounds of the peak, at the force levels of values of F_C/F_E."""
+
+    problem: OfProblem
+    force_ratio: Annotated[ArrayLike, Setting(ratios_of, "[low, high] of F_C/F_E")]
+    _: KW_ONLY
+    band: Annotated[Band | None, Setting(over_a_band)] = None
+    pull: Pull = None
+    output: OutputNumber = 0
+    quantity: QuantityName = "displacement"
+    measure: MeasureName = "amplitude"
+    cloud: Annotated[int, Setting(Whole(0), "start states sampled at each value")] = 20
+    starts: Annotated[int, Setting(Whole(0), "how many of them begin a search")] = 2
+    rule: Rule = "slider_offset"
+    share: Share = "contact"
+    seed: Seed = 0
+    harmonics: HarmonicNumbers = 5
+    samples: Samples = 256
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        output_of(self.problem, self.output)
+        fineness_of(self.harmonics, self.samples)
+
+    @property
+    def ratios(self) -> tuple[float, ...]:
+        """Values of F_C/F_E, ascending."""
+        return ratios_of("force_ratio", self.force_ratio)
+
+    @cached_property
+    def bounds(self) -> BoundsWork:
+        """Its cases. That amplitudes are per force goes without saying."""
+        own = centrifugal_pull(self.problem) if self.pull is None else self.pull
+        unit = excitation(self.problem)
+        balance = HarmonicBalance(self.problem, self.harmonics, self.samples)
+        return BoundsWork(
+            self.problem,
+            self.band or resonance_band(balance, self.output),
+            [own / (ratio * unit) for ratio in self.ratios],
+            "peak",
+            output=self.output,
+            quantity=self.measured.quantity.name,
+            measure=self.measure,
+            cloud=self.cloud,
+            starts=self.starts,
+            rule=self.rule,
+            share=self.share,
+            seed=self.seed,
+            harmonics=self.harmonics,
+            samples=self.samples,
+        )
+
+
 @renamed_arguments(finished="checkpoint")
-def performance_band(
-    problem: Problem,
-    force_ratio: ArrayLike,
-    *,
-    band: Band | None = None,
-    pull: float | None = None,
-    output: int = 0,
-    quantity: str = "displacement",
-    measure: str = "amplitude",
-    cloud: int = 20,
-    starts: int = 2,
-    rule: Rules = "slider_offset",
-    share: Sharing = "contact",
-    seed: int = 0,
-    harmonics: int | Sequence[int] = 5,
-    samples: int = 256,
-    workers: Workers = 1,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda fraction, text: None,
-) -> PerformanceBand:
+@takes(BandWork)
+def performance_band(work: BandWork) -> PerformanceBand:
     """Lowest and highest resonance peak over all start states at values of F_C/F_E; the excitation is varied.
 
     The search is that of `response_bounds` with objective "peak": cloud, starts, rule, share and seed are its arguments.
     quantity, measure: what the peaks are of, as for `forced_response`; `amplitude_per_force` is in m/N, m/(s N) or m/(s² N).
     """
-    row, ratios, (H, Nt) = output_of(problem, output), ratios_of("force_ratio", force_ratio), fineness_of(harmonics, samples)
-    work = BoundsWork(
-        problem,
-        frequencies=ends_of(resonance_band(HarmonicBalance(problem, H, Nt), row) if band is None else band),
-        levels=force_levels(problem, ratios, pull),
-        objective="peak",
-        output=row,
-        cloud=cloud,
-        starts=starts,
-        rule=rule,
-        share=share,
-        seed=seed,
-        harmonics=H,
-        samples=Nt,
-        measure=peak_per_force(quantity, measure),
-    )
-    return PerformanceBand(band_dataset(work, ratios, all_cases(work, checkpoint, workers, progress)), problem)
+    results = all_cases(work.bounds, work.checkpoint, work.workers, work.progress)
+    return PerformanceBand(band_dataset(work, results), work.problem)
 
 
-def peak_per_force(quantity: str, measure: str) -> Measure:
-    """The measure of the arguments; that it is per force goes without saying in a performance band."""
-    return replace(measure_of(quantity, measure), per_force=False)
-
-
-def force_levels(problem: Problem, ratios: Sequence[float], pull: float | None = None) -> tuple[float, ...]:
-    """The levels of the excitation at values of F_C/F_E. pull: F_C, N; that of the problem unless given."""
-    own = centrifugal_pull(problem) if pull is None else positive("pull", pull)
-    unit = excitation(problem)
-    return tuple(own / (ratio * unit) for ratio in ratios)
-
-
-def band_dataset(work: BoundsWork, ratios: Sequence[float], results: Sequence[Arrays]) -> xr.Dataset:
+def band_dataset(asked: BandWork, results: Sequence[Arrays]) -> xr.Dataset:
     """Bounds of the peak as a band over F_C/F_E."""
     import xarray as xr
 
+    work = asked.bounds
     bounds, unit = work.gathered(results), excitation(work.problem)
     if not np.isfinite(bounds["amplitude"].values).any():
         ends = (min(work.frequencies), max(work.frequencies))
@@ -109,7 +137,7 @@ def band_dataset(work: BoundsWork, ratios: Sequence[float], results: Sequence[Ar
     at_peak = bounds.isel(frequency=0)
     per_force = at_peak["amplitude"].values / force
     virgin = at_peak["sampled_amplitude"].isel(start=0).values / force[:, 0]
-    units = work.measure.quantity.units_per_force
+    units = work.measured.quantity.units_per_force
     data = {
         "amplitude_per_force": (("point", "bound"), per_force, {"units": units, "long_name": "peak per force"}),
         "frequency": (("point", "bound"), at_peak["resonance"].values, {"units": "Hz", "long_name": "resonance frequency"}),
@@ -124,9 +152,9 @@ def band_dataset(work: BoundsWork, ratios: Sequence[float], results: Sequence[Ar
         "solves": ("point", at_peak["solves"].values, {"units": "1", "long_name": "solutions computed"}),
     }
     coords = {
-        "force_ratio": ("point", list(ratios), {"units": "1", "long_name": "F_C/F_E"}),
+        "force_ratio": ("point", list(asked.ratios), {"units": "1", "long_name": "F_C/F_E"}),
         "bound": ("bound", bounds["bound"].values, {"units": "1", "long_name": "lowest and highest peak"}),
     }
-    keys = ("title", "output", *work.measure.attributes, "rule", "share", "seed", "cloud", "starts", "harmonics", "samples")
+    keys = ("title", "output", *work.measured.attributes, "rule", "share", "seed", "cloud", "starts", "harmonics", "samples")
     keys = (*keys, "cpu_seconds")
     return xr.Dataset(data, coords, {key: bounds.attrs[key] for key in keys})

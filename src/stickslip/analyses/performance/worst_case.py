@@ -113,18 +113,18 @@ def searched_peak(problem: Problem, level: float, conditions: Conditions) -> flo
     band = resonance_band(HarmonicBalance(problem, conditions.harmonics, conditions.samples), conditions.output)
     work = BoundsWork(
         problem,
-        frequencies=(band.low, band.high),
-        levels=(level,),
-        objective="peak",
+        band,
+        level,
+        "peak",
         output=conditions.output,
         cloud=CLOUD,
         starts=BEGIN,
-        rule="slider_offset",
         share="contact",
         seed=conditions.seed,
         harmonics=conditions.harmonics,
         samples=conditions.samples,
-        measure=conditions.measure,
+        quantity=conditions.measure.name,
+        measure=conditions.measure.kind,
     )
     try:
         search = work.search(0)

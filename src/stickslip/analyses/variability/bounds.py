@@ -9,23 +9,15 @@ Turbine Blade with Under-Platform Dampers", equations 7 to 11.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from stickslip.analyses.forced_response import force_levels
-from stickslip.analyses.variability.bounds_work import BoundsWork, Target
-from stickslip.checks import Array, between, fault, of_kind
-from stickslip.harmonic.measure import measure_of
+from stickslip.analyses.settings import takes
+from stickslip.analyses.variability.bounds_work import BoundsWork
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Checkpoint, Progress, Workers
-from stickslip.starts.space import Rules, Sharing
-from stickslip.units import Band, listed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,27 +37,8 @@ class ResponseBounds(Result):
 
 
 @renamed_arguments(finished="checkpoint")
-def response_bounds(
-    problem: Problem,
-    band: Band | Sequence[float],
-    force: float | Sequence[float] = 1.0,
-    objective: Target = "amplitude",
-    *,
-    output: int = 0,
-    quantity: str = "displacement",
-    measure: str = "amplitude",
-    points: int = 25,
-    cloud: int = 60,
-    starts: int = 3,
-    rule: Rules = "slider_offset",
-    share: Sharing = "element",
-    seed: int = 0,
-    harmonics: int | Sequence[int] = 5,
-    samples: int = 256,
-    workers: Workers = 1,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda fraction, text: None,
-) -> ResponseBounds:
+@takes(BoundsWork)
+def response_bounds(work: BoundsWork) -> ResponseBounds:
     """Highest and lowest response over the start states, at each frequency or at the peak, for one or several force levels.
 
     band: a `Band`, with `points` frequencies spread over it (for the peak: continued over), or frequencies in Hz.
@@ -79,30 +52,4 @@ def response_bounds(
     share: one variable per friction "element", per "direction", per "contact", or for "all" with the same rule.
     Gradients are exact; extremes are multimodal, so a bound is the best found.
     """
-    of_kind("problem", problem, Problem)
-    levels = force_levels(force)
-    frequencies = tuple(float(frequency) for frequency in _frequencies(band, points))
-    if objective == "peak" and len(frequencies) < 2:
-        raise fault("band", "must be a band for the peak", band)
-    work = BoundsWork(
-        problem,
-        frequencies=frequencies,
-        levels=levels,
-        objective=objective,
-        output=output,
-        cloud=cloud,
-        starts=starts,
-        rule=rule,
-        share=share,
-        seed=seed,
-        harmonics=harmonics,
-        samples=samples,
-        measure=measure_of(quantity, measure),
-    )
-    return ResponseBounds(work.gathered(all_cases(work, checkpoint, workers, progress)), problem)
-
-
-def _frequencies(band: Band | Sequence[float], points: int) -> Array:
-    if isinstance(band, Band):
-        return np.linspace(band.low, band.high, between("points", points, 2))
-    return np.array(sorted(listed(band)))
+    return ResponseBounds(work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress)), work.problem)

@@ -6,27 +6,41 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import numpy as np
 
-from stickslip.analyses.arguments import output_of
+from stickslip.analyses.arguments import (
+    ForceLevels,
+    HarmonicNumbers,
+    MeasureName,
+    OfProblem,
+    OutputNumber,
+    QuantityName,
+    Rule,
+    Samples,
+    Seed,
+    Share,
+    force_levels,
+    output_of,
+)
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_dataset import levels_are_newtons
+from stickslip.analyses.settings import Setting, Settings, Whole
 from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
 from stickslip.analyses.variability.start_draws import search_cloud
-from stickslip.analyses.work_parts import OneBalance
-from stickslip.checks import InputError, among, between, seed_of
+from stickslip.analyses.work_parts import Measured, OneBalance
+from stickslip.checks import InputError, among, fault
 from stickslip.harmonic.energy import EnergyBalance
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.harmonic.orders import Harmonics, attribute, fineness
+from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.starts.extreme_peak import AtPeak
 from stickslip.starts.extremes import AtFrequency, Effort, loss_factor, size_of
-from stickslip.starts.space import Rules, Sharing, StartSpace, refuse_forgetful, rule_words, rules_of
+from stickslip.starts.space import StartSpace, refuse_forgetful, rule_words
 from stickslip.starts.states import explored_space
+from stickslip.units import Band, listed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,37 +57,55 @@ LEVELS = 3
 """Force levels of one case of the peak: there they are the neighbours that optima are handed on among."""
 
 
-@dataclass(frozen=True, eq=False)
-class BoundsWork(OneBalance):
-    """What to bound: frequencies in Hz (for the peak only their ends count), force levels, how to search, and what amplitudes
-    are of.
-    """
+def _target(name: str, objective: Any) -> str:
+    return among(name, objective, get_args(Target))
 
-    problem: Problem
+
+def _upwards(name: str, band: Any) -> Band | tuple[float, ...]:
+    return band if isinstance(band, Band) else tuple(sorted(listed(band)))
+
+
+@dataclass(frozen=True, eq=False)
+class BoundsWork(OneBalance, Measured, Settings):
+    """The search for bounds as independent cases: neighbouring frequencies at one level, or the peak at neighbouring levels."""
+
+    problem: OfProblem
+    band: Annotated[Band | Sequence[float], Setting(_upwards)]
+    force: ForceLevels = 1.0
+    objective: Annotated[Target, Setting(_target, "what is bounded: at each frequency, or at the resonance")] = "amplitude"
     _: KW_ONLY
-    frequencies: tuple[float, ...]
-    levels: tuple[float, ...]
-    objective: Target
-    output: int
-    cloud: int
-    starts: int
-    rule: Rules
-    share: Sharing
-    seed: int
-    harmonics: Harmonics | Sequence[int]
-    samples: int
-    measure: Measure = DISPLACEMENT_AMPLITUDE
+    output: OutputNumber = 0
+    quantity: QuantityName = "displacement"
+    measure: MeasureName = "amplitude"
+    points: Annotated[int, Setting(Whole(2), "frequencies over the band")] = 25
+    cloud: Annotated[int, Setting(Whole(0), "start states sampled at each frequency")] = 60
+    starts: Annotated[int, Setting(Whole(0), "how many of them begin a search")] = 3
+    rule: Rule = "slider_offset"
+    share: Share = "element"
+    seed: Seed = 0
+    harmonics: HarmonicNumbers = 5
+    samples: Samples = 256
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         refuse_discs(self.problem)
-        among("objective", self.objective, get_args(Target))
-        rules_of(self.rule)
-        among("share", self.share, get_args(Sharing))
         output_of(self.problem, self.output)
-        for name in ("cloud", "starts"):
-            between(name, getattr(self, name), 0)
-        seed_of(self.seed)
-        object.__setattr__(self, "harmonics", fineness(self.harmonics, self.samples)[0])
+        if self.objective == "peak" and len(self.frequencies) < 2:
+            raise fault("band", "must be a band for the peak", self.band)
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        return force_levels(self.force)
+
+    @cached_property
+    def frequencies(self) -> tuple[float, ...]:
+        """In Hz, upwards; for the peak only their ends count."""
+        if isinstance(self.band, Band):
+            return tuple(np.linspace(self.band.low, self.band.high, self.points).tolist())
+        return tuple(self.band)
 
     @property
     def cases(self) -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
@@ -87,11 +119,8 @@ class BoundsWork(OneBalance):
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a case depends on."""
-        how = f"{self.objective} of {self.output}, {self.measure.words}, {self.cloud} {self.starts} {rule_words(self.rule)}"
-        how += (
-            f" {self.share} {self.seed}, {self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
-        )
-        return tuple(f"bounds, levels {levels!r}, {stretch!r} Hz, {how}" for levels, stretch in self.cases)
+        others = self.identity("band", "force")
+        return tuple(f"bounds, levels {levels!r}, {stretch!r} Hz, {others}" for levels, stretch in self.cases)
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -109,7 +138,7 @@ class BoundsWork(OneBalance):
         started = time.process_time()
         search = self.search(case)
         search.run(report)
-        arrays = found_arrays(search, self.balance, self.output, self.measure)
+        arrays = found_arrays(search, self.balance, self.output, self.measured)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
     def search(self, case: int) -> BoundsSearch:
@@ -123,14 +152,14 @@ class BoundsWork(OneBalance):
     def _places(self, level: float, frequencies: tuple[float, ...]) -> list[AtFrequency]:
         """Frequencies at one level."""
         loss = self.objective == "loss_factor"
-        target = loss_factor(EnergyBalance(self.balance)) if loss else size_of(self.output, self.measure)
+        target = loss_factor(EnergyBalance(self.balance)) if loss else size_of(self.output, self.measured)
         space = self._space(level, frequencies)
         return [AtFrequency(self.balance, space, target, 2.0 * np.pi * f, level) for f in frequencies]
 
     def _peaks(self, levels: tuple[float, ...], band: tuple[float, ...]) -> list[AtPeak]:
         """The peak at several levels."""
         ends = (2.0 * np.pi * band[0], 2.0 * np.pi * band[1])
-        return [AtPeak(self.balance, self._space(level, band), self.output, self.measure, ends, level) for level in levels]
+        return [AtPeak(self.balance, self._space(level, band), self.output, self.measured, ends, level) for level in levels]
 
     def _space(self, level: float, frequencies: tuple[float, ...]) -> StartSpace:
         low, high = frequencies[0], frequencies[-1]
@@ -141,7 +170,7 @@ class BoundsWork(OneBalance):
         """All cases as one labelled dataset."""
         import xarray as xr
 
-        data, measured = {}, {"units": self.measure.reported_units(levels_are_newtons(self.problem))}
+        data, measured = {}, {"units": self.measured.reported_units(levels_are_newtons(self.problem))}
         for name, (dims, units, words) in VARIABLES.items():
             axis = dims.index("frequency")
             places = np.concatenate([result[name] for result in results], axis=axis)
@@ -151,8 +180,8 @@ class BoundsWork(OneBalance):
                 {"units": units, "long_name": words},
             )
         for name, words in (
-            ("amplitude", self.measure.words),
-            ("sampled_amplitude", f"{self.measure.words}, of sampled start states"),
+            ("amplitude", self.measured.words),
+            ("sampled_amplitude", f"{self.measured.words}, of sampled start states"),
         ):
             data[name][2].update(measured, long_name=words)
         rows = [f"{contact.name} {d}" for contact in self.problem.contacts for d in contact.direction_names]
@@ -162,7 +191,7 @@ class BoundsWork(OneBalance):
         keys = ("objective", "share", "seed", "samples", "cloud", "starts")
         attrs: dict[str, Any] = {"title": self.problem.heading, "output": self.problem.output_names[self.output]}
         attrs["harmonics"] = attribute(self.harmonics)
-        attrs |= {"rule": rule_words(self.rule)} | {key: getattr(self, key) for key in keys} | self.measure.attributes
+        attrs |= {"rule": rule_words(self.rule)} | {key: getattr(self, key) for key in keys} | self.measured.attributes
         attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
         return xr.Dataset(data, coords, attrs)
 

@@ -4,24 +4,37 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.forced_response import force_levels, forced_response
+from stickslip.analyses.arguments import (
+    ForceLevels,
+    HarmonicNumbers,
+    MeasureName,
+    OfProblem,
+    QuantityName,
+    Rule,
+    Samples,
+    Seed,
+    Share,
+    force_levels,
+)
+from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
+from stickslip.analyses.settings import Setting, Settings, takes
 from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
-from stickslip.analyses.work_parts import OneBalance
-from stickslip.checks import Array, of_kind
+from stickslip.analyses.work_parts import Measured, OneBalance
+from stickslip.checks import Array, among, between, numbers
 from stickslip.curves.curve import Curve, solve_curve
 from stickslip.curves.refine import with_peaks
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
-from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.harmonic.orders import attribute
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
@@ -29,9 +42,9 @@ from stickslip.results.result import Result
 from stickslip.results.view import measure_in
 from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.starts.solutions import StartSolutions, UnsolvedError
-from stickslip.starts.space import Rules, Sharing, StartSpace, number_of_variables, rule_words
+from stickslip.starts.space import StartSpace, number_of_variables, rule_words
 from stickslip.starts.states import explored_space
 from stickslip.units import Band, listed
 
@@ -66,78 +79,62 @@ class ResponseSamples(Result):
         return pd.DataFrame(columns).dropna(ignore_index=True)
 
 
-@renamed_arguments(finished="checkpoint")
-def response_samples(
-    problem: Problem,
-    band: Band | Sequence[float],
-    force: float | Sequence[float] = 1.0,
-    starts: int | Array = 20,
-    *,
-    method: Method = "latin",
-    distribution: Law | None = None,
-    rule: Rules = "slider_offset",
-    share: Sharing = "element",
-    seed: int = 0,
-    harmonics: int | Sequence[int] = 5,
-    samples: int = 256,
-    quantity: str = "displacement",
-    measure: str = "amplitude",
-    workers: Workers = 1,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda fraction, text: None,
-) -> ResponseSamples:
-    """Curves over a band, or at frequencies in Hz, for many start states, each kept along its curve; one or several force levels.
+def _band_or_list(name: str, band: Any) -> Band | tuple[float, ...]:
+    return band if isinstance(band, Band) else tuple(listed(band))
 
-    starts: how many to draw, or variables in [−1, 1] as an array (samples, variables); the first drawn one is virgin (zeros)
-    unless a distribution is given.
-    method: "latin" hypercube, "random", or "corners" (beyond 12 variables a seeded subset).
-    distribution: a law of every variable, as scipy.stats freezes them. A finite support, as of beta(0.5, 0.5), is mapped onto
-    [−1, 1]; of other laws, such as norm(0, 0.4), the part between −1 and 1 counts; uniform unless given.
-    rule: what a variable sets (see `stickslip.contact.start`), or one rule for each tangential direction, of which "virgin" sets
-    nothing; an offset of ±1 is the largest that any solution allows.
-    share: one variable per friction "element", per "direction", per "contact", or for "all".
-    quantity, measure: what the peaks are of, as for `forced_response`.
-    """
-    of_kind("problem", problem, Problem)
-    levels = force_levels(force)
-    frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(listed(band))
-    work = SamplesWork(
-        problem,
-        frequencies=frequencies,
-        exactly=not isinstance(band, Band),
-        levels=levels,
-        rule=rule,
-        share=share,
-        harmonics=checked_harmonics(harmonics),
-        samples=samples,
-        measure=measure_of(quantity, measure),
-    )
-    work = work.of(draw(work.size, starts, method, seed, distribution))
-    curves = all_cases(work, checkpoint, workers, progress)
-    return work.gathered(curves, {"rule": rule_words(rule), "share": share, "seed": seed, "method": method})
+
+def _method(name: str, method: Any) -> str:
+    return among(name, method, get_args(Method))
+
+
+def _starts(name: str, starts: Any) -> int | Array:
+    return numbers(name, starts) if isinstance(starts, np.ndarray | Sequence) else between(name, starts, 1)
 
 
 @dataclass(frozen=True, eq=False)
-class SamplesWork(OneBalance):
-    """Samples as independent cases, one force level and start state each; frequencies in Hz in the order of travel."""
+class SamplesWork(OneBalance, Measured, Settings):
+    """Samples as independent cases, one force level and start state each."""
 
-    problem: Problem
+    problem: OfProblem
+    band: Annotated[Band | Sequence[float], Setting(_band_or_list)]
+    force: ForceLevels = 1.0
+    starts: Annotated[int | Array, Setting(_starts, "start states; the first is virgin unless `law` is given", key="count")] = 20
     _: KW_ONLY
-    frequencies: tuple[float, ...]
-    exactly: bool
-    levels: tuple[float, ...]
-    rule: Rules
-    share: Sharing
-    harmonics: Harmonics
-    samples: int
-    variables: Array = field(default_factory=lambda: np.empty((0, 0)))
-    measure: Measure = DISPLACEMENT_AMPLITUDE
-    spaces: dict[float, StartSpace] = field(default_factory=dict)
+    method: Annotated[Method, Setting(_method, "how they are drawn")] = "latin"
+    distribution: Law | None = None
+    rule: Rule = "slider_offset"
+    share: Share = "element"
+    seed: Seed = 0
+    harmonics: HarmonicNumbers = 5
+    samples: Samples = 256
+    quantity: QuantityName = "displacement"
+    measure: MeasureName = "amplitude"
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
+    variables: Array = field(init=False, repr=False)
+    """Of all start states, in [−1, 1]."""
+    spaces: dict[float, StartSpace] = field(default_factory=dict, init=False, repr=False)
     """What was explored of the start states, by level; it travels with the work."""
 
-    def of(self, variables: Array) -> SamplesWork:
-        """The same work on other start states."""
-        return replace(self, variables=variables)
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        drawn = draw(self.size, self.starts, self.method, self.seed, self.distribution)
+        object.__setattr__(self, "variables", drawn)
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        return force_levels(self.force)
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """In Hz, in the order of travel."""
+        return (self.band.start, self.band.stop) if isinstance(self.band, Band) else tuple(self.band)
+
+    @property
+    def exactly(self) -> bool:
+        """Whether only these frequencies are wanted."""
+        return not isinstance(self.band, Band)
 
     @property
     def size(self) -> int:
@@ -161,10 +158,8 @@ class SamplesWork(OneBalance):
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on."""
-        where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz, {rule_words(self.rule)} by {self.share}"
-        how = f"peaks of the {self.measure.words}, {self.harmonics} harmonics, {self.samples} samples"
-        how += f", problem {self.problem.fingerprint}"
-        return tuple(f"sample {self.variables[k].tolist()!r}, level {level!r}, {where}, {how}" for level, k in self.cases)
+        others = self.identity("force", "starts", "method", "distribution", "seed", "variables", "spaces")
+        return tuple(f"sample {self.variables[k].tolist()!r}, level {level!r}, {others}" for level, k in self.cases)
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -182,14 +177,18 @@ class SamplesWork(OneBalance):
         level, start = self.cases[case]
         space = self.space_at(level)
         where = (self.frequencies, level, self.exactly)
-        curve = start_curve(self.balance, space, self.variables[start], *where, report, self.measure)
+        curve = start_curve(self.balance, space, self.variables[start], *where, report, self.measured)
         arrays = curve_arrays(self.balance, with_peaks(curve))
         arrays["start_value"] = space.values(self.variables[start])
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
-    def gathered(self, curves: Sequence[Arrays], attrs: dict[str, Any]) -> ResponseSamples:
+    def gathered(self, curves: Sequence[Arrays]) -> ResponseSamples:
         """The samples of all cases."""
-        attrs = attrs | {
+        attrs: dict[str, Any] = {
+            "rule": rule_words(self.rule),
+            "share": self.share,
+            "seed": self.seed,
+            "method": self.method,
             "title": self.problem.heading,
             "study": "",
             "harmonics": attribute(self.harmonics),
@@ -199,11 +198,29 @@ class SamplesWork(OneBalance):
         ends = (min(self.frequencies), max(self.frequencies))
         ends = ends if ends[0] < ends[1] else (0.9 * ends[0], 1.1 * ends[0])
         with threadpool_limits(1, user_api="blas"):
-            dataset = response_dataset(self.balance, [level for level, _ in self.cases], curves, ends, attrs, self.measure)
+            dataset = response_dataset(self.balance, [level for level, _ in self.cases], curves, ends, attrs, self.measured)
         numbers = [start for _, start in self.cases]
         values = np.array([curve["start_value"] for curve in curves])
         dataset = with_starts(dataset, "case", self.variables[numbers], values).assign_coords(start=("case", numbers))
         return ResponseSamples(dataset.assign(wanted=list(self.frequencies)) if self.exactly else dataset, self.problem)
+
+
+@renamed_arguments(finished="checkpoint")
+@takes(SamplesWork)
+def response_samples(work: SamplesWork) -> ResponseSamples:
+    """Curves over a band, or at frequencies in Hz, for many start states, each kept along its curve; one or several force levels.
+
+    starts: how many to draw, or variables in [−1, 1] as an array (samples, variables); the first drawn one is virgin (zeros)
+    unless a distribution is given.
+    method: "latin" hypercube, "random", or "corners" (beyond 12 variables a seeded subset).
+    distribution: a law of every variable, as scipy.stats freezes them. A finite support, as of beta(0.5, 0.5), is mapped onto
+    [−1, 1]; of other laws, such as norm(0, 0.4), the part between −1 and 1 counts; uniform unless given.
+    rule: what a variable sets (see `stickslip.contact.start`), or one rule for each tangential direction, of which "virgin" sets
+    nothing; an offset of ±1 is the largest that any solution allows.
+    share: one variable per friction "element", per "direction", per "contact", or for "all".
+    quantity, measure: what the peaks are of, as for `forced_response`.
+    """
+    return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
 
 
 def start_curve(

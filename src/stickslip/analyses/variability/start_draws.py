@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal, Protocol
+from typing import Literal, Protocol, get_args
 
 import numpy as np
 
 from stickslip.checks import Array, among, between, fault, nearest, numbers, seed_of
 
-Method = Literal["random", "latin", "corners"]
-METHODS = ("latin", "random", "corners")
+Method = Literal["latin", "random", "corners"]
 MOST_CORNERS = 12
 """Up to so many variables all 2ⁿ corners are taken; beyond, a seeded subset."""
 
@@ -30,7 +29,7 @@ class Law(Protocol):
 
 def draw(size: int, starts: int | Array, method: Method = "latin", seed: int = 0, law: Law | None = None) -> Array:
     """Start variables (samples, size) in [−1, 1]; a number draws them, without a law the first one zero (virgin)."""
-    among("method", method, METHODS)
+    among("method", method, get_args(Method))
     rng = np.random.default_rng(seed_of(seed))
     if not isinstance(starts, int | str) and isinstance(starts, np.ndarray | Sequence):
         return _given(starts, size)

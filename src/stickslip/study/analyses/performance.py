@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
-from stickslip.analyses.performance.band import band_dataset, force_levels
+from stickslip.analyses.performance.band import BandWork, band_dataset
 from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
-from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
+from stickslip.analyses.variability.bounds_work import refuse_discs
 from stickslip.checks import MOST, InputError, counted, fault
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analyses.response_variability import StartsTable
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.analyses.response_variability import RuleOrRules
+from stickslip.study.analysis import Asked, Kind, Plan, Sweep, taken_over
 from stickslip.study.fields import Positive, Table
 from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.tables import Ends
-from stickslip.study.units import FORCE, Units, in_si, with_si
+from stickslip.study.units import FORCE, Units, in_si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,17 +39,14 @@ PerformanceTable = table_of(
 )
 
 
-class BandTable(StartsTable):
-    """The lowest and the highest resonance over all start states of the contacts, against F_C/F_E."""
-
-    force_ratio: Annotated[Ends, Field(description="[low, high] of F_C/F_E")]
-    points: Annotated[int, Field(ge=2, le=MOST, description="values of F_C/F_E, in equal ratios")] = 6
-    pull: Annotated[Positive | None, FORCE, Field(description="F_C of the problem; its largest static force unless given")] = None
-    share: Annotated[
-        Literal["element", "direction", "contact", "all"], Field(description="which friction elements have one in common")
-    ] = "contact"
-    cloud: Annotated[int, Field(ge=0, le=MOST, description="start states sampled at each value")] = 20
-    starts: Annotated[int, Field(ge=0, le=MOST, description="how many of them begin a search")] = 2
+BandTable = table_of(
+    BandWork,
+    "The lowest and the highest resonance over all start states of the contacts, against F_C/F_E.",
+    force_ratio=Ends,
+    pull=Annotated[Positive | None, FORCE],
+    rule=RuleOrRules,
+    points=(Points, 6),
+)
 
 
 def ordered(table: Any) -> None:
@@ -75,7 +72,8 @@ class PerformancePlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> PerformancePlan:
         """The plan of a study."""
-        return cls(sweep_at_ratios(asked), at_ratios(asked.tables["performance_curve"], asked.units))
+        sweep = sweep_at_ratios(asked)
+        return cls(sweep, at_ratios(asked.tables["performance_curve"], asked.units) | {"band": sweep.frequencies})
 
     @property
     def summary(self) -> str:
@@ -85,8 +83,8 @@ class PerformancePlan(Plan):
 
     @cached_property
     def work(self) -> PerformanceWork:
-        own = {"problem": self.sweep.problem, "band": self.sweep.frequencies}
-        return PerformanceWork(**self.sweep.settings | own, **self.settings)
+        base = taken_over(self.sweep.forced_response())
+        return PerformanceWork(**base | {"problem": self.sweep.problem}, **self.settings)
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -101,47 +99,30 @@ class BandPlan(Plan):
     """The band of a performance curve over the start states."""
 
     sweep: Sweep
-    table: BandTable
+    settings: Mapping[str, Any]
 
     @classmethod
     def of(cls, asked: Asked) -> BandPlan:
         """The plan of a study."""
         sweep = sweep_at_ratios(asked)
         refuse_discs(sweep.problem)
-        return cls(sweep, with_si(BandTable.model_validate(asked.tables["performance_band"]), asked.units))
+        return cls(sweep, at_ratios(asked.tables["performance_band"], asked.units) | {"band": sweep.frequencies})
 
     @property
     def summary(self) -> str:
-        low, high = self.table.force_ratio
-        return f"{self.sweep.summary}; band of the performance curve at {self.table.points} F_C/F_E, {low:g} to {high:g}"
+        low, *_, high = ratios = self.settings["force_ratio"]
+        return f"{self.sweep.summary}; band of the performance curve at {len(ratios)} F_C/F_E, {low:g} to {high:g}"
 
     @cached_property
-    def work(self) -> BoundsWork:
-        table, base = self.table, self.sweep.forced_response()
-        band = (min(base.frequencies), max(base.frequencies))
-        levels = force_levels(base.problem, ratios_of(table), table.pull)
-        return BoundsWork(
-            base.problem,
-            frequencies=band,
-            levels=levels,
-            objective="peak",
-            output=0,
-            cloud=table.cloud,
-            starts=table.starts,
-            rule=table.rule,
-            share=table.share,
-            seed=table.seed,
-            harmonics=base.harmonics,
-            samples=base.samples,
-            measure=replace(base.measure, per_force=False),
-        )
+    def work(self) -> BandWork:
+        return BandWork(**taken_over(self.sweep.forced_response()), **self.settings)
 
     @property
     def works(self) -> Mapping[str, Work]:
-        return {"": self.work}
+        return {"": self.work.bounds}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return band_dataset(self.work, ratios_of(self.table), results[""])
+        return band_dataset(self.work, results[""])
 
 
 def sweep_over_a_band(asked: Asked) -> Sweep:
@@ -167,11 +148,6 @@ def at_ratios(table: Table, units: Units) -> dict[str, Any]:
     low, high = settings["force_ratio"]
     settings["force_ratio"] = np.geomspace(low, high, settings.pop("points")).tolist()
     return settings
-
-
-def ratios_of(table: BandTable) -> tuple[float, ...]:
-    """The values of F_C/F_E."""
-    return tuple(np.geomspace(table.force_ratio[0], table.force_ratio[1], table.points).tolist())
 
 
 KINDS = {
