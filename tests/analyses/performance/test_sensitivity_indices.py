@@ -7,7 +7,8 @@ import pytest
 from scipy.stats import qmc
 
 import stickslip as ss
-from stickslip.analyses.performance.sensitivity_indices import _indices, _intervals, gathered, planned_draws
+from stickslip.analyses.performance.sampled_peaks import DrawsWork
+from stickslip.analyses.performance.sensitivity_indices import _indices, _intervals, gathered
 from stickslip.plots.sensitivity_indices import tornado
 from stickslip.report.sensitivity_indices import sentences, tables
 
@@ -82,16 +83,8 @@ def test_intervals_hold_95_per_cent_of_the_bootstrap():
 def test_interactions_count_in_the_total_index_alone():
     """x₁ + x₁ x₂ with both in [−1, 1]: variances 1/3 and 1/9, so first-order 3/4 and 0, total 1 and 1/4."""
     draws = 4096
-    work = planned_draws(
-        OneLimitAndDamping(),
-        parameters={"limit": (1.6, 2.4), "damping": (0.01, 0.02)},
-        band=BAND,
-        force=1.0,
-        draws=draws,
-        output=0,
-        seed=0,
-        harmonics=1,
-        samples=64,
+    work = DrawsWork(
+        OneLimitAndDamping(), {"limit": (1.6, 2.4), "damping": (0.01, 0.02)}, BAND, draws=draws, harmonics=1, samples=64
     )
     A, B = np.split(2.0 * qmc.Sobol(4, rng=1).random(draws) - 1.0, 2, axis=1)
     columns = [A, B, np.column_stack([B[:, 0], A[:, 1]]), np.column_stack([A[:, 0], B[:, 1]])]

@@ -3,25 +3,44 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import KW_ONLY, dataclass
-from typing import Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 
-from stickslip.analyses.arguments import made
+from stickslip.analyses.arguments import (
+    HarmonicNumbers,
+    MeasureName,
+    OutputNumber,
+    QuantityName,
+    Samples,
+    Seed,
+    ends_of,
+    fineness_of,
+    made,
+    maker,
+    output_of,
+    over_a_band,
+    ranges_of,
+)
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.resonance_band import no_resonance
-from stickslip.checks import Array, fault
+from stickslip.analyses.settings import Setting, Settings
+from stickslip.analyses.work_parts import Measured
+from stickslip.checks import Array, fault, positive, whole
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.harmonic.orders import Harmonics
 from stickslip.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
 from stickslip.peaks.sweep import swept_peaks
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.curve_points import LostCurveError
+from stickslip.units import Band
+
+MOST_DRAWS = 2**20
+"""More would take months."""
 
 BLOCK = 8
 """Draws of one case; their problems differ from one another in one parameter at a time."""
@@ -36,25 +55,48 @@ class ProblemOf(Protocol):
     def __call__(self, **parameters: float) -> Problem: ...
 
 
+def _maker(name: str, problem_of: Any) -> Any:
+    return maker(problem_of)
+
+
+def _power_of_two(name: str, draws: Any) -> int:
+    if not 2 <= whole(name, draws) <= MOST_DRAWS or draws & (draws - 1):
+        raise fault(name, f"must be a power of two, from 2 to {MOST_DRAWS}", draws)
+    return int(draws)
+
+
 @dataclass(frozen=True, eq=False)
-class DrawsWork:
+class DrawsWork(Measured, Settings):
     """Peaks along the ranges (the first case), then at Saltelli's points, `BLOCK` draws a case.
 
-    box: (low, high) of each parameter; band in Hz. A draw is d + 2 points: one of A, one of B, and A with one value of B each.
+    A draw is d + 2 points: one of A, one of B, and A with one value of B each.
     """
 
-    problem_of: ProblemOf
+    problem_of: Annotated[ProblemOf, Setting(_maker)]
+    parameters: Annotated[Mapping[str, tuple[float, float]], Setting(ranges_of)]
+    band: Annotated[Band, Setting(over_a_band)]
+    force: Annotated[float, Setting(positive)] = 1.0
     _: KW_ONLY
-    parameters: tuple[str, ...]
-    box: tuple[tuple[float, float], ...]
-    band: tuple[float, float]
-    force: float
-    draws: int
-    output: int
-    seed: int
-    harmonics: Harmonics
-    samples: int
-    measure: Measure = DISPLACEMENT_AMPLITUDE
+    draws: Annotated[int, Setting(_power_of_two)] = 64
+    output: OutputNumber = 0
+    quantity: QuantityName = "displacement"
+    measure: MeasureName = "amplitude"
+    seed: Seed = 0
+    harmonics: HarmonicNumbers = 5
+    samples: Samples = 256
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        fineness_of(self.harmonics, self.samples)
+        output_of(self.problem(np.mean(self.box, axis=1)), self.output)
+
+    @property
+    def box(self) -> tuple[tuple[float, float], ...]:
+        """(low, high) of each parameter."""
+        return tuple(self.parameters.values())
 
     def problem(self, values: Array) -> Problem:
         """The problem of values in the order of the parameters."""
@@ -80,9 +122,7 @@ class DrawsWork:
     def names(self) -> tuple[str, ...]:
         """Everything that a case depends on; a function of the problem is identified by what it returns at two corners."""
         corners = " ".join(self.problem(corner).fingerprint for corner in np.array(self.box).T)
-        how = f"{self.parameters} in {self.box}, {self.band} Hz, force {self.force!r}, {self.draws} draws, seed {self.seed}"
-        how += f", {self.measure.words} of output {self.output}, {self.harmonics} harmonics, {self.samples} samples"
-        how += f", problems {corners}"
+        how = f"{self.identity('problem_of')}, problems {corners}"
         return (f"peaks along the ranges, {how}", *(f"peaks of {block}, {how}" for block in self.blocks))
 
     @property
@@ -143,7 +183,7 @@ class Peaks:
         _, near, stiffness = min(self.known, key=lambda item: float(np.linalg.norm((item[0] - values) / self.span)))
         carried = near.point.forces + (stiffness - balance.stiffness)[:, None] * near.evaluation.w[: balance.rows]
         start = type(near.point)(carried, near.omega, self.work.force)
-        solver = PeakSolver(balance, self.work.output, self.work.measure, tolerance)
+        solver = PeakSolver(balance, self.work.output, self.work.measured, tolerance)
         try:
             peak = solver.from_near(start, near.plane)
             self.known = [*self.known[-200:], (np.array(values), peak, balance.stiffness)]
@@ -157,15 +197,15 @@ class Peaks:
         return HarmonicBalance(self.work.problem(values), self.work.harmonics, self.work.samples)
 
     def _keep(self, values: Array, balance: HarmonicBalance) -> SolvedPeak:
-        low, high = self.work.band
+        low, high = ends_of(self.work.band)
         try:
             band = (2.0 * np.pi * low, 2.0 * np.pi * high)
-            found = swept_peaks(balance, self.work.force, band, self.work.output, self.work.measure)[0]
+            found = swept_peaks(balance, self.work.force, band, self.work.output, self.work.measured)[0]
         except LostCurveError as lost:
             raise fault("Every value of the parameters", "must give a solvable curve", values.tolist(), str(lost)) from None
         if not found:
             listed = ", ".join(f"{name} = {value:g}" for name, value in zip(self.work.parameters, values, strict=True))
-            raise no_resonance(balance, self.work.output, self.work.band, f" for every value of the parameters, also at {listed}")
+            raise no_resonance(balance, self.work.output, (low, high), f" for every value of the parameters, also at {listed}")
         peak = max(found, key=lambda peak: peak.amplitude)
         self.known.append((np.array(values), peak, balance.stiffness))
         return peak

@@ -5,29 +5,24 @@ Variance-based indices of Sobol', with all parameters uniform in their ranges, a
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, output_of, ranges_of
-from stickslip.analyses.performance.sampled_peaks import DrawsWork, ProblemOf
+from stickslip.analyses.performance.sampled_peaks import DrawsWork
 from stickslip.analyses.response_dataset import levels_are_newtons
-from stickslip.checks import Array, fault, positive, seed_of, whole
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
+from stickslip.analyses.settings import takes
+from stickslip.checks import Array
 from stickslip.harmonic.orders import attribute
 from stickslip.renamed import renamed_arguments
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers
-from stickslip.units import Band
+from stickslip.runs.work import Arrays
 
 if TYPE_CHECKING:
     import xarray as xr
-
-MOST_DRAWS = 2**20
-"""More would take months."""
 
 RESAMPLES = 300
 """Bootstrap samples of the draws, for the intervals of the indices."""
@@ -46,23 +41,8 @@ class SensitivityIndices(Result):
 
 
 @renamed_arguments(finished="checkpoint")
-def sensitivity_indices(
-    problem_of: ProblemOf,
-    parameters: Mapping[str, tuple[float, float]],
-    band: Band,
-    force: float = 1.0,
-    *,
-    draws: int = 64,
-    output: int = 0,
-    quantity: str = "displacement",
-    measure: str = "amplitude",
-    seed: int = 0,
-    harmonics: int | Sequence[int] = 5,
-    samples: int = 256,
-    workers: Workers = 1,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda fraction, text: None,
-) -> SensitivityIndices:
+@takes(DrawsWork)
+def sensitivity_indices(work: DrawsWork) -> SensitivityIndices:
     """Sobol' indices of the highest peak and its frequency, and its slopes, by parameters in ranges.
 
     problem_of(**values) makes the problem; with several `workers` it must be a function of a module. parameters: {name: (low,
@@ -73,58 +53,12 @@ def sensitivity_indices(
     60/samples² into it (0.001 at 256).
     Source: A. Saltelli et al., Computer Physics Communications 181 (2010) 259, as in `scipy.stats.sobol_indices`.
     """
-    work = planned_draws(
-        problem_of,
-        parameters=parameters,
-        band=band,
-        force=force,
-        draws=draws,
-        output=output,
-        seed=seed,
-        harmonics=harmonics,
-        samples=samples,
-        measure=measure_of(quantity, measure),
-    )
-    return SensitivityIndices(gathered(work, all_cases(work, checkpoint, workers, progress)))
-
-
-def planned_draws(
-    problem_of: ProblemOf,
-    *,
-    parameters: Mapping[str, tuple[float, float]],
-    band: Band,
-    force: float,
-    draws: int,
-    output: int,
-    seed: int,
-    harmonics: int | Sequence[int],
-    samples: int,
-    measure: Measure = DISPLACEMENT_AMPLITUDE,
-) -> DrawsWork:
-    """The problems to solve, checked."""
-    box, make = ranges_of("parameters", parameters), maker(problem_of)
-    if not 2 <= whole("draws", draws) <= MOST_DRAWS or draws & (draws - 1):
-        raise fault("draws", f"must be a power of two, from 2 to {MOST_DRAWS}", draws)
-    ends, (H, Nt) = ends_of(band), fineness_of(harmonics, samples)
-    middle = {name: 0.5 * (low + high) for name, (low, high) in box.items()}
-    return DrawsWork(
-        make,
-        parameters=tuple(box),
-        box=tuple(box.values()),
-        band=ends,
-        force=positive("force", force),
-        draws=int(draws),
-        output=output_of(made(make, **middle), output),
-        seed=seed_of(seed),
-        harmonics=H,
-        samples=Nt,
-        measure=measure,
-    )
+    return SensitivityIndices(gathered(work, all_cases(work, work.checkpoint, work.workers, work.progress)))
 
 
 def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:
     """Indices, ends and slopes as one labelled dataset."""
-    shown = np.array([1.0 / work.measure.per(work.force), 1.0])
+    shown = np.array([1.0 / work.measured.per(work.force), 1.0])
     first, drawn = results[0], np.concatenate([result["peaks"] for result in results[1:]])
     first = {**first, "middle": shown * first["middle"], "ends": shown * first["ends"]}
     cpu_seconds = sum(float(result["cpu_seconds"]) for result in results)
@@ -154,7 +88,7 @@ def _dataset(work: DrawsWork, first: Arrays, drawn: Array, cpu_seconds: float) -
         return dims, values, {"units": unit, "long_name": words}
 
     middle = work.problem(np.mean(work.box, axis=1))
-    units = f"{work.measure.reported_units(levels_are_newtons(middle))} and Hz"
+    units = f"{work.measured.reported_units(levels_are_newtons(middle))} and Hz"
     both, (low, high), ends = ("parameter", "quantity"), np.array(work.box).T, first["ends"]
     orders, intervals, spread = _indices(drawn), _intervals(drawn, work.seed), np.std(drawn[:, :2], axis=(0, 1))
     bounds, interval = (*both, "bound"), "what 95 % of bootstrap samples of the draws give for the"
@@ -177,6 +111,6 @@ def _dataset(work: DrawsWork, first: Arrays, drawn: Array, cpu_seconds: float) -
         "bound": described("bound", ["low", "high"], "1", "end of an interval"),
     }
     attrs: dict[str, Any] = {"title": "Which parameter matters", "cpu_seconds": cpu_seconds}
-    attrs |= {key: getattr(work, key) for key in ("force", "draws", "seed", "samples")} | work.measure.attributes
+    attrs |= {key: getattr(work, key) for key in ("force", "draws", "seed", "samples")} | work.measured.attributes
     attrs["harmonics"] = attribute(work.harmonics)
     return xr.Dataset(data, coords, attrs)

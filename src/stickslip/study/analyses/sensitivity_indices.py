@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from stickslip.analyses.performance.sampled_peaks import DrawsWork
+from stickslip.analyses.performance.sampled_peaks import MOST_DRAWS, DrawsWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
-from stickslip.analyses.performance.sensitivity_indices import MOST_DRAWS, gathered, planned_draws
+from stickslip.analyses.performance.sensitivity_indices import gathered
 from stickslip.checks import InputError, fault
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset
 from stickslip.problem import Problem
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.performance import sweep_over_a_band
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan, Sweep, taken_over
 from stickslip.study.fields import Seed, Table
 from stickslip.study.tables import Ends, Two
 from stickslip.study.units import LENGTH, in_si
@@ -103,19 +103,10 @@ class IndicesPlan(Plan):
     @cached_property
     def work(self) -> DrawsWork:
         base, table = self.sweep.forced_response(), self.table
+        shared = taken_over(base)
+        make = Varied(shared.pop("problem"))
         band = Band(min(base.frequencies), max(base.frequencies))
-        return planned_draws(
-            Varied(base.problem),
-            parameters=self.box,
-            band=band,
-            force=base.levels[0],
-            draws=table.draws,
-            output=0,
-            seed=table.seed,
-            harmonics=base.harmonics,
-            samples=base.samples,
-            measure=base.measure,
-        )
+        return DrawsWork(make, self.box, band, base.levels[0], draws=table.draws, seed=table.seed, **shared)
 
     @property
     def works(self) -> Mapping[str, Work]:
