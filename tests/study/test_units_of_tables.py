@@ -77,7 +77,9 @@ def test_the_pull_of_a_performance_curve(tmp_path, system):
 
 @pytest.mark.parametrize("system", ["mm-t-s", "kN"])
 def test_the_pull_of_a_performance_band(tmp_path, system):
-    levels = [work(tmp_path, each, "performance_band", ratios("performance_band")).work.levels for each in ("m-kg-s", system)]
+    levels = [
+        work(tmp_path, each, "performance_band", ratios("performance_band")).work.bounds.levels for each in ("m-kg-s", system)
+    ]
     assert levels[1] == pytest.approx(levels[0])
     assert max(levels[0]) == pytest.approx(7.0)
 

@@ -56,7 +56,7 @@ class PerformanceBand(Result):
 
 
 @dataclass(frozen=True, eq=False)
-class BandWork(Measured, Settings):
+class BandSettings(Measured, Settings):
     """What a performance band is searched for by: bounds of the peak, at the force levels of values of F_C/F_E."""
 
     problem: OfProblem
@@ -113,8 +113,8 @@ class BandWork(Measured, Settings):
 
 
 @renamed_arguments(finished="checkpoint")
-@takes(BandWork)
-def performance_band(work: BandWork) -> PerformanceBand:
+@takes(BandSettings)
+def performance_band(work: BandSettings) -> PerformanceBand:
     """Lowest and highest resonance peak over all start states at values of F_C/F_E; the excitation is varied.
 
     The search is that of `response_bounds` with objective "peak": cloud, starts, rule, share and seed are its arguments.
@@ -124,7 +124,7 @@ def performance_band(work: BandWork) -> PerformanceBand:
     return PerformanceBand(band_dataset(work, results), work.problem)
 
 
-def band_dataset(asked: BandWork, results: Sequence[Arrays]) -> xr.Dataset:
+def band_dataset(asked: BandSettings, results: Sequence[Arrays]) -> xr.Dataset:
     """Bounds of the peak as a band over F_C/F_E."""
     import xarray as xr
 

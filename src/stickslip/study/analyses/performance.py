@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from stickslip.analyses.performance.band import BandWork, band_dataset
+from stickslip.analyses.performance.band import BandSettings, band_dataset
 from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.variability.bounds_work import refuse_discs
@@ -40,7 +40,7 @@ PerformanceTable = table_of(
 
 
 BandTable = table_of(
-    BandWork,
+    BandSettings,
     "The lowest and the highest resonance over all start states of the contacts, against F_C/F_E.",
     force_ratio=Ends,
     pull=Annotated[Positive | None, FORCE],
@@ -114,8 +114,8 @@ class BandPlan(Plan):
         return f"{self.sweep.summary}; band of the performance curve at {len(ratios)} F_C/F_E, {low:g} to {high:g}"
 
     @cached_property
-    def work(self) -> BandWork:
-        return BandWork(**taken_over(self.sweep.forced_response()), **self.settings)
+    def work(self) -> BandSettings:
+        return BandSettings(**taken_over(self.sweep.forced_response()), **self.settings)
 
     @property
     def works(self) -> Mapping[str, Work]:
