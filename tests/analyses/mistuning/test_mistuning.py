@@ -7,7 +7,7 @@ from scipy.stats import kstest, norm
 
 import stickslip as ss
 from stickslip.analyses.mistuning.disk import blade_dofs
-from stickslip.analyses.mistuning.work import PopulationWork, tuned_sweep
+from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.checks import InputError
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.receptance import REAL_MODE
@@ -143,7 +143,7 @@ def test_a_sample_that_fails_is_marked_and_the_rest_goes_on(tmp_path):
 def test_a_study(tmp_path):
     write_new("mistuned_population", tmp_path / "study.toml")
     work = read(tmp_path / "study.toml").plan.works[""]
-    assert (work.count, work.scatter.blade, work.blade) == (20, 0.003, ("tip.t",))
+    assert (work.count, work.scatter.blade, work.blade_dofs) == (20, 0.003, ["tip.t"])
     assert len(set(work.names)) == 21
 
 
@@ -174,7 +174,7 @@ def test_faults_of_a_study_are_said(tmp_path, before, after, words):
         (lambda: ss.Scatter(sampling="sobel"), "Did you mean 'sobol'"),
         (lambda: ss.mistuned_population(SIX, AT, 0, ss.Scatter()), "count must be"),
         (lambda: ss.mistuned_population(SIX, AT, 1, ss.Scatter(), seed=2**63), "seed must be at most"),
-        (lambda: tuned_sweep(SIX, output="a", band=AT, force=1.0, **FINE), "output must be"),
+        (lambda: ss.mistuned_population(SIX, AT, 1, ss.Scatter(), output="a", **FINE), "output must be"),
         (lambda: ss.mistuned_population(SIX, AT, 1, 0.003), "scatter must be a Scatter"),
         (lambda: ss.mistuned_population(SIX, AT, 1, ss.Scatter(), 0.003), "mistuning must be a Mistuning"),
         (lambda: ss.mistuned_response(SIX, AT, ss.Mistuning(), harmonics="auto"), "harmonics must be a whole number"),
@@ -186,8 +186,8 @@ def test_faults_of_a_study_are_said(tmp_path, before, after, words):
         (lambda: ss.Mistuning(missing=[1.5]).of(6), "Mistuning, missing must be a whole number"),
         (lambda: ss.Mistuning(missing=[3, 3]).of(6), "Mistuning, missing must be unique"),
         (lambda: ss.Scatter(blade="a"), "Scatter, blade must be a number"),
-        (lambda: tuned_sweep(SIX.full(), output=0, band=AT, force=1.0, **FINE), "must be a tuned one"),
-        (lambda: tuned_sweep(SIX, output=0, band=AT, force=[1.0, 2.0], **FINE), "force must be one level"),
+        (lambda: ss.mistuned_population(SIX.full(), AT, 1, ss.Scatter(), **FINE), "must be a tuned one"),
+        (lambda: ss.mistuned_population(SIX, AT, 1, ss.Scatter(), force=[1.0, 2.0], **FINE), "force must be one level"),
     ],
 )
 def test_wrong_input(make, words):
@@ -266,8 +266,7 @@ def test_a_population_of_run_in_disks():
     found = ss.mistuned_population(SIX, AT, *asked, run_in=True).dataset
     expected = ss.mistuned_population(ss.run_in(SIX, AT, 0.4, 1, 24), AT, *asked).dataset
     assert np.array_equal(found.amplitude, expected.amplitude)
-    sweep = tuned_sweep(SIX, output=0, band=AT, force=0.4, harmonics=1, samples=24)
-    plain, used = (PopulationWork.of(sweep, count=1, scatter=asked[1], mistuning=None, run_in=run_in) for run_in in (False, True))
+    plain, used = (PopulationWork(SIX, AT, *asked, run_in=run_in) for run_in in (False, True))
     assert plain.names != used.names
 
 

@@ -103,7 +103,7 @@ def _amplification(samples: Sequence[Arrays], tuned: Arrays) -> dict[str, Any]:
 
 
 def _deviations(work: PopulationWork) -> dict[str, Any]:
-    drawn = [work.mistuning(sample) for sample in range(work.count)]
+    drawn = [work.deviations(sample) for sample in range(work.count)]
     each = ("sample", "blade")
     data: dict[str, Any] = {
         f"{name}_deviation": (each, np.array([m.deviation(name) for m in drawn]), _named("1", f"relative deviation, {words}"))

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
-from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork, tuned_sweep
+from stickslip.analyses.mistuning.work import PopulationWork
+from stickslip.analyses.settings import takes
 from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.measure import measure_of
 from stickslip.renamed import renamed_arguments
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Checkpoint, Progress, Workers
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -45,27 +44,8 @@ def mistuned_response(
 
 
 @renamed_arguments(finished="checkpoint")
-def mistuned_population(
-    disk: TunedDisk,
-    band: Band | Sequence[float],
-    count: int,
-    scatter: Scatter,
-    mistuning: Mistuning | None = None,
-    force: float = 1.0,
-    harmonics: int | Sequence[int] = 5,
-    samples: int = 256,
-    *,
-    seed: int = 0,
-    blade: Sequence[str] | None = None,
-    output: int = 0,
-    peak_tolerance: float = PEAK_TOLERANCE,
-    run_in: bool = False,
-    quantity: str = "displacement",
-    measure: str = "amplitude",
-    workers: Workers = 1,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda fraction, text: None,
-) -> MistunedPopulation:
+@takes(PopulationWork)
+def mistuned_population(work: PopulationWork) -> MistunedPopulation:
     """Responses of `count` disks whose sectors deviate at random, all under one engine order and one force level.
 
     mistuning: deviations that all samples share; with a pattern of the blades there and scatter of contacts alone, the samples
@@ -78,16 +58,5 @@ def mistuned_population(
     Amplification is the highest amplitude of any blade over the band, divided by that of the tuned disk with the same dampers and
     force. Sample k depends on the seed and k alone, whatever the number of samples and workers. One that fails is marked.
     """
-    sweep = tuned_sweep(
-        disk,
-        output=output,
-        band=band,
-        force=force,
-        harmonics=harmonics,
-        samples=samples,
-        peak_tolerance=peak_tolerance,
-        measure=measure_of(quantity, measure),
-    )
-    work = PopulationWork.of(sweep, count=count, scatter=scatter, mistuning=mistuning, seed=seed, blade=blade, run_in=run_in)
-    results = all_cases(work, checkpoint, workers, progress)
-    return MistunedPopulation(population_dataset(work, results), disk)
+    results = all_cases(work, work.checkpoint, work.workers, work.progress)
+    return MistunedPopulation(population_dataset(work, results), work.disk)

@@ -4,28 +4,31 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.linalg import LinAlgError
 
+from stickslip.analyses.arguments import MeasureName, OutputNumber, QuantityName, Samples, Seed
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
 from stickslip.analyses.mistuning.run_in import run_in_by
-from stickslip.analyses.work_parts import StateOfFields
-from stickslip.checks import Array, InputError, between, fault, of_kind, seed_of
+from stickslip.analyses.settings import Setting, Settings, Whole
+from stickslip.analyses.work_parts import Measured
+from stickslip.checks import Array, InputError, between, fault, of_kind
 from stickslip.curves.curve import solve_curve
 from stickslip.disks.full import FullDisk
 from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import cycle_work
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.harmonic.orders import checked_harmonics
+from stickslip.harmonic.measure import Measure
+from stickslip.harmonic.orders import Harmonics, checked_harmonics
 from stickslip.outcome import Outcome
 from stickslip.peaks.search import PeakSearch
 from stickslip.problem import Problem
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.sweep import swept_curve
 from stickslip.units import Band
@@ -37,83 +40,89 @@ LEAST = 0.9
 """Peaks of a blade whose curve stays below this share of its highest point are left out unsolved."""
 
 
-def tuned_sweep(
-    disk: TunedDisk,
-    *,
-    output: int,
-    band: Band | Sequence[float],
-    force: float | Sequence[float],
-    harmonics: int | Sequence[int],
-    samples: int,
-    peak_tolerance: float = PEAK_TOLERANCE,
-    measure: Measure = DISPLACEMENT_AMPLITUDE,
-) -> ForcedResponseWork:
-    """Where and how finely the tuned disk and every mistuned one are solved; of the outputs of a sector one is kept."""
+def _disk(name: str, disk: Any) -> TunedDisk:
     if not isinstance(disk, TunedDisk):
         raise InputError("The disk must be a tuned one, of which sectors then deviate. Make it by `TunedDisk`.")
-    kept = replace(disk, outputs=(disk.outputs[between("output", output, 0, len(disk.outputs) - 1)],))
-    harmonics = checked_harmonics(harmonics, "A forced response of the tuned disk shows how many are enough.")
-    sweep = ForcedResponseWork.of(
-        kept,
-        band=band,
-        force=force,
-        harmonics=harmonics,
-        samples=samples,
-        peak_tolerance=peak_tolerance,
-        measure=measure,
-    )
-    if len(sweep.levels) != 1:
-        raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
-    return sweep
+    return disk
+
+
+def _harmonics(name: str, harmonics: Any) -> Harmonics:
+    return checked_harmonics(harmonics, "A forced response of the tuned disk shows how many are enough.")
+
+
+def _scatter(name: str, scatter: Any) -> Scatter:
+    return of_kind(name, scatter, Scatter)
+
+
+def _mistuning(name: str, mistuning: Any) -> Mistuning:
+    return of_kind(name, mistuning, Mistuning)
 
 
 @dataclass(frozen=True, eq=False)
-class PopulationWork(StateOfFields):
-    """Case 0 is the tuned disk, solved as one sector; case k is sample k − 1. sweep: a `tuned_sweep`.
+class PopulationWork(Measured, Settings):
+    """Case 0 is the tuned disk, solved as one sector; case k is sample k − 1."""
 
-    base: deviations that all samples share, as arrays; blade: degrees of freedom of a sector that make up its blade; run_in:
-    start from the sliders of the tuned disk at its highest point.
-    """
-
-    sweep: ForcedResponseWork
+    disk: Annotated[TunedDisk, Setting(_disk)]
+    band: Band | Sequence[float]
+    count: Annotated[int, Setting(Whole(1))]
+    scatter: Annotated[Scatter, Setting(_scatter)]
+    mistuning: Annotated[Mistuning | None, Setting(_mistuning)] = None
+    force: float = 1.0
+    harmonics: Annotated[int | Sequence[int], Setting(_harmonics)] = 5
+    samples: Samples = 256
     _: KW_ONLY
-    base: Mistuning
-    scatter: Scatter
-    count: int
-    seed: int
-    blade: tuple[str, ...]
+    seed: Seed = 0
+    blade: Sequence[str] | None = None
+    output: OutputNumber = 0
+    peak_tolerance: float = PEAK_TOLERANCE
     run_in: bool = False
+    quantity: QuantityName = "displacement"
+    measure: MeasureName = "amplitude"
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
+    sweep: ForcedResponseWork = field(init=False, repr=False)
+    """Where and how finely the tuned disk and every mistuned one are solved, for one output of a sector."""
 
-    @classmethod
-    def of(
-        cls,
-        sweep: ForcedResponseWork,
-        *,
-        count: int,
-        scatter: Scatter,
-        mistuning: Mistuning | None,
-        seed: int = 0,
-        blade: Sequence[str] | None = None,
-        run_in: bool = False,
-    ) -> PopulationWork:
-        """The work of the arguments of `mistuned_population`, checked."""
-        disk = _disk_of(sweep)
-        base = (Mistuning() if mistuning is None else of_kind("mistuning", mistuning, Mistuning)).of(disk.sectors)
-        count, seed = between("count", count, 1), seed_of(seed)
-        of_kind("scatter", scatter, Scatter)
-        dofs = tuple(blade_dofs(disk, blade))
-        return cls(sweep, base=base, scatter=scatter, count=count, seed=seed, blade=dofs, run_in=bool(run_in))
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        outputs = self.disk.outputs
+        kept = replace(self.disk, outputs=(outputs[between("output", self.output, 0, len(outputs) - 1)],))
+        sweep = ForcedResponseWork.of(
+            kept,
+            band=self.band,
+            force=self.force,
+            harmonics=self.harmonics,
+            samples=self.samples,
+            peak_tolerance=self.peak_tolerance,
+            measure=self.measured,
+        )
+        if len(sweep.levels) != 1:
+            raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
+        object.__setattr__(self, "sweep", sweep)
+        _ = self.base, self.blade_dofs
+
+    @cached_property
+    def base(self) -> Mistuning:
+        """Deviations that all samples share, as arrays."""
+        return (self.mistuning or Mistuning()).of(self.disk.sectors)
+
+    @cached_property
+    def blade_dofs(self) -> list[str]:
+        """Degrees of freedom of a sector that make up its blade."""
+        return blade_dofs(self.tuned, self.blade)
 
     @property
-    def disk(self) -> TunedDisk:
-        return _disk_of(self.sweep)
+    def tuned(self) -> TunedDisk:
+        """The tuned disk as it is solved."""
+        return of_kind("disk", self.sweep.problem, TunedDisk)
 
     @cached_property
     def started(self) -> TunedDisk:
         """The tuned disk with the start states of all samples."""
-        return run_in_by(self.sweep, self.disk) if self.run_in else self.disk
+        return run_in_by(self.sweep, self.tuned) if self.run_in else self.tuned
 
-    def mistuning(self, sample: int) -> Mistuning:
+    def deviations(self, sample: int) -> Mistuning:
         """The deviations of a sample, counted from 0."""
         return self.scatter.draw(self.disk.sectors, self.seed, sample).on_top_of(self.base)
 
@@ -121,11 +130,8 @@ class PopulationWork(StateOfFields):
     def names(self) -> tuple[str, ...]:
         """Everything that a sample depends on."""
         shared = [self.base.deviation(name).tolist() for name in RELATIVE]
-        what = f"{self.scatter!r} on {shared!r}, missing {self.base.missing!r}, seed {self.seed}, blade {self.blade!r}"
-        what += ", run in" if self.run_in else ""
-        return tuple(
-            f"{'tuned' if k == 0 else f'sample {k - 1}'} of {what}: {self.sweep.names[0]}" for k in range(self.count + 1)
-        )
+        what = f"{shared!r}, missing {self.base.missing!r}, {self.identity('count', 'mistuning', 'sweep')}"
+        return tuple(f"{'tuned' if k == 0 else f'sample {k - 1}'} of {what}" for k in range(self.count + 1))
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -139,7 +145,7 @@ class PopulationWork(StateOfFields):
         """Amplitudes of the blades and their maxima; of a sample that fails its outcome and a sentence."""
         started = time.process_time()
         try:
-            problem = self.started if case == 0 else mistuned_disk(self.started, self.mistuning(case - 1), self.blade)
+            problem = self.started if case == 0 else mistuned_disk(self.started, self.deviations(case - 1), self.blade_dofs)
             arrays = self._solved(problem, report)
         except (LostCurveError, LinAlgError, InputError) as reason:
             arrays = _failed(1 if case == 0 else self.disk.sectors, str(reason))
@@ -157,10 +163,6 @@ class PopulationWork(StateOfFields):
         points = swept_curve(balance, sweep.levels[0], (omegas[0], omegas[-1]))
         report(0.3)
         return _blades(balance, points, PeakSearch(balance, points, sweep.peak_tolerance), sweep.measure)
-
-
-def _disk_of(sweep: ForcedResponseWork) -> TunedDisk:
-    return of_kind("disk", sweep.problem, TunedDisk)
 
 
 def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: PeakSearch | None, measure: Measure) -> Arrays:

@@ -11,14 +11,13 @@ from pydantic import Field, Tag
 
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
-from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork, tuned_sweep
+from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork
 from stickslip.checks import InputError, counted
 from stickslip.disks.tuned import TunedDisk
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
-from stickslip.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,25 +86,17 @@ class MistuningPlan(Plan):
             raise InputError("[sweep]: mistuning must have one force level, but has several. Write a study for each.")
         if sweep.harmonics == "auto":
             raise InputError('[sweep]: mistuning must have a number of harmonics, but has "auto".')
-        where = sweep.frequencies if isinstance(sweep.frequencies, Band) else list(sweep.frequencies)
-        tuned = tuned_sweep(
+        given = {name: getattr(table, name) for name in ("count", "seed", "peak_tolerance", "run_in")} | sweep.measure.attributes
+        work = PopulationWork(
             disk,
-            output=0,
-            band=where,
-            force=sweep.force_levels,
-            harmonics=sweep.harmonics,
-            samples=sweep.samples,
-            peak_tolerance=table.peak_tolerance,
-            measure=sweep.measure,
-        )
-        work = PopulationWork.of(
-            tuned,
-            count=table.count,
+            sweep.where,
             scatter=table.scatter(),
             mistuning=table.pattern(),
-            seed=table.seed,
+            force=sweep.force_levels[0],
+            harmonics=sweep.harmonics,
+            samples=sweep.samples,
             blade=table.blade_nodes,
-            run_in=table.run_in,
+            **given,
         )
         return cls(sweep, work)
 
