@@ -8,8 +8,7 @@ import pytest
 import stickslip as ss
 from stickslip.analyses.performance import design as design_module
 from stickslip.analyses.performance import design_search, worst_case
-from stickslip.analyses.performance.conditions import conditions_of
-from stickslip.analyses.performance.design import planned_design
+from stickslip.analyses.performance.design import DesignSettings
 from stickslip.analyses.performance.design_constraints import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
 from stickslip.analyses.performance.design_ranges import design_ranges
 from stickslip.analyses.performance.design_search import Designs
@@ -99,29 +98,23 @@ def test_designs_of_the_search_are_kept_too():
     assert len(again) == len(kept)
 
 
+def one_level(make, level, **settings):
+    """Settings of designs at one force level and friction coefficient, whose start states are not all searched."""
+    met = {"friction_factor": 1.0, "search": False, "levels": 1, "designs": 4}
+    return DesignSettings(make, {"load": (1.0, 8.0)}, (level, level), 0.4, **met | settings)
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize("side_by_side", [(2, 1), (1, 2)], ids=["designs", "searches"])
 def test_designs_and_searches_of_their_start_states_are_the_same_side_by_side(side_by_side, monkeypatch):
     monkeypatch.setattr(design_search, "WORTH", 0.0)
-    conditions = conditions_of(
-        force=(1.0, 1.0),
-        friction=0.4,
-        friction_factor=1.0,
-        objective="amplitude",
-        starts=1,
-        levels=1,
-        output=0,
-        seed=0,
-        harmonics=1,
-        samples=64,
-    )
-    work = planned_design(one_mass, variables={"load": (1.0, 8.0)}, conditions=conditions, constraints={}, designs=4)
+    work = one_level(one_mass, 1.0, starts=1, harmonics=1, samples=64).work
     found = []
     for workers in ((1, 1), side_by_side):
         designs = Designs(work, [], None, workers[0], lambda fraction, text: None, 1)
         designs.at([[0.3], [0.6]])
         designs.workers = workers[1]
-        starts = AllStarts(designs, conditions.frictions)
+        starts = AllStarts(designs, work.conditions.frictions)
         starts.best(2)
         found.append((starts.each, [record.place for record in designs.records]))
     assert np.array_equal(found[0][0], found[1][0])
@@ -226,18 +219,7 @@ def test_no_design_is_computed_twice():
 
 def test_a_peak_is_followed_to_a_drawn_start_state_where_no_curve_of_it_can_be_solved(monkeypatch):
     """The way there in steps ends on the peak that the leap finds where it succeeds, but for another cusp of the samples."""
-    conditions = conditions_of(
-        force=(8.0, 8.0),
-        friction=0.4,
-        friction_factor=1.0,
-        objective="amplitude",
-        starts=1,
-        levels=1,
-        output=0,
-        seed=0,
-        harmonics=3,
-        samples=128,
-    )
+    conditions = one_level(one_mass, 8.0, starts=1, harmonics=3, samples=128).conditions
 
     climbed, met, calls, sizes = worst_case._Search._climbed, worst_case._Search._met, [], {}
 
@@ -315,19 +297,7 @@ def edge_of_what_can_be_made():
 def test_beside_what_cannot_be_there_is_one_slope_and_the_range_ends(edge):
     """The slope of the worst-case peak towards smaller loads is that of two designs; there is none to the other side."""
     make, constraints = edge()
-    conditions = conditions_of(
-        force=(1.0, 1.0),
-        friction=0.4,
-        friction_factor=1.0,
-        objective="amplitude",
-        starts=0,
-        levels=1,
-        output=0,
-        seed=0,
-        harmonics=1,
-        samples=256,
-    )
-    work = planned_design(make, variables={"load": (1.0, 8.0)}, conditions=conditions, constraints=constraints, designs=4)
+    work = one_level(make, 1.0, starts=0, constraints=constraints, harmonics=1).work
     designs = Designs(work, [], None, 1, lambda fraction, text: None, 1)
     at, below = designs.solved([np.array([load]) for load in (3.0, 2.86)])
     found, size = design_ranges(designs, at), float(at.place[0])

@@ -5,34 +5,51 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.arguments import made, maker, output_of, point_of, ranges_of
+from stickslip.analyses.arguments import (
+    HarmonicNumbers,
+    MeasureName,
+    QuantityName,
+    Samples,
+    Seed,
+    fineness_of,
+    made,
+    maker,
+    output_of,
+    point_of,
+    ranges_of,
+)
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.performance.conditions import Conditions, conditions_of
+from stickslip.analyses.performance.conditions import Conditions
 from stickslip.analyses.performance.design_constraints import Constraint
 from stickslip.analyses.performance.design_ranges import DesignRanges, design_ranges
 from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
 from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.analyses.performance.worst_case import WorstCase, searched_peak, worst_case
-from stickslip.checks import Array, InputError, between, fault, of_kind
-from stickslip.harmonic.measure import measure_of
+from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.analyses.work_parts import Measured
+from stickslip.checks import Array, InputError, fault, of_kind, positive, vector
 from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
 from stickslip.results.result import Result
 from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FACTOR = 2.0
 """Default uncertainty of the friction coefficient, which evolves with wear (Gola and Gastaldi, ASME GT2014-25240)."""
+
+
+Objective = Literal["amplitude", "amplitude_per_force"]
 
 
 class ProblemOf(Protocol):
@@ -56,115 +73,6 @@ class DamperDesign(Result):
             raise InputError(message)
         names = [str(name) for name in self.dataset["variable"].values]
         return dict(zip(names, self.dataset["optimum"].values.tolist(), strict=True))
-
-
-@renamed_arguments(finished="checkpoint")
-def damper_design(
-    problem_of: ProblemOf,
-    variables: Mapping[str, tuple[float, float]],
-    force: tuple[float, float],
-    friction: float,
-    objective: Literal["amplitude", "amplitude_per_force"] = "amplitude",
-    constraints: Mapping[str, Constraint] | None = None,
-    *,
-    known: Sequence[Mapping[str, float]] = (),
-    friction_factor: float = FACTOR,
-    starts: int = 2,
-    search: bool = True,
-    levels: int = 4,
-    designs: int = 24,
-    generations: int = 0,
-    refinements: int = 30,
-    output: int = 0,
-    quantity: str = "displacement",
-    measure: str = "amplitude",
-    seed: int = 0,
-    harmonics: int | Sequence[int] = 3,
-    samples: int = 256,
-    workers: Workers = 1,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda fraction, text: None,
-) -> DamperDesign:
-    """The design in a box of variables whose worst-case resonance is lowest, min over v of max over (F, μ, start) of the peak.
-
-    problem_of(friction=μ, **variables) makes the problem; with several `workers` it must be a function of a module.
-    variables: {name: (low, high)}. force: range of force levels, of which `levels` in equal ratios are met. friction: its
-    nominal coefficient; it may be anything within `friction_factor`, from μ/√factor to μ√factor, whose ends and middle are met.
-    starts: sampled start states of the contacts beside virgin ones; with 0 contacts are virgin ones, and nothing is searched.
-    search: in the worst case of every design all start states are searched as `response_bounds` does at the peak, for two to
-    four times the time (`searched_peak`); a sample may miss the worst. Either way the designs computed compete over all start
-    states: each that may be the best, and each known one, is searched under every friction coefficient; the optimum is the best.
-    objective: the peak itself, or per force level. constraints: {name: function of a `Trial` that is positive where met},
-    such as `NoJamming`, `NoLiftOff`, `LargestForce`, `LinePressure`; a design that breaks one in any case is not allowed.
-    quantity, measure: what the peak is of, as for `forced_response`; receptance, mobility and inertance are per force level.
-    known: designs {name: value} to compute first, such as the damper as built.
-
-    First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
-    from all, each generation by all `workers`; then a simplex search from the best one, of at most `refinements` designs. From
-    the optimum one variable after the other is moved, for its slopes to both sides and the range in which the worst-case peak, as
-    this search counts it, is at most 5 % higher. What `checkpoint` keeps is not computed again.
-    """
-    conditions = conditions_of(
-        force=force,
-        friction=friction,
-        friction_factor=friction_factor,
-        objective=objective,
-        starts=starts,
-        levels=levels,
-        output=output,
-        seed=seed,
-        harmonics=harmonics,
-        samples=samples,
-        search=search,
-        measure=measure_of(quantity, measure),
-    )
-    more = between("generations", generations, 0), between("refinements", refinements, 0)
-    work = planned_design(
-        problem_of, variables=variables, conditions=conditions, constraints=constraints or {}, designs=designs, known=known
-    )
-    results = all_cases(work, checkpoint, workers, progress)
-    return DamperDesign(finished_design(work, results, *more, checkpoint, workers, progress))
-
-
-def planned_design(
-    problem_of: ProblemOf,
-    *,
-    variables: Mapping[str, tuple[float, float]],
-    conditions: Conditions,
-    constraints: Mapping[str, Constraint],
-    designs: int,
-    known: Sequence[Mapping[str, float]] = (),
-) -> DesignWork:
-    """The first look at a design space: known designs, and points of a Sobol' sequence in the box of the variables."""
-    designs = between("designs", designs, 4)
-    named = ranges_of("variables", variables)
-    for name, constraint in of_kind("constraints", constraints, Mapping).items():  # type: ignore[type-abstract]
-        if not callable(constraint):
-            raise fault(f"Constraint {name!r}", "must be a function of a Trial", constraint)
-    if "friction" in named:
-        remedy = "Contacts have any friction within `friction_factor` of the argument `friction`; name other variables."
-        raise fault("variables", "must not hold friction, which no designer chooses", list(named), remedy)
-    box, make = tuple(named.values()), maker(problem_of)
-    low, high = np.array(box).T
-    from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
-
-    unit = qmc.Sobol(len(box), seed=conditions.seed).random_base2((designs - 1).bit_length())[:designs]
-    given = enumerate(of_kind("known", known, Sequence))  # type: ignore[type-abstract]
-    first = tuple(dict.fromkeys(point_of(f"known[{k}]", one, named) for k, one in given))
-    points = (*first, *(tuple(float(v) for v in row) for row in low + unit * (high - low)))
-    work = DesignWork(
-        make,
-        variables=tuple(named),
-        box=box,
-        points=points,
-        conditions=conditions,
-        limits=tuple(constraints),
-        constraints=tuple(constraints.values()),
-        known=len(first),
-    )
-    middle = work.problem((0.5 * (low + high)).tolist(), conditions.frictions[0])
-    output_of(middle, conditions.output)
-    return replace(work, fingerprint=middle.fingerprint)
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,16 +146,166 @@ def _named(function: object) -> str:
     return f"{getattr(function, '__module__', '')}.{name}" if name else repr(function)
 
 
+def _maker(name: str, problem_of: Any) -> Any:
+    return maker(problem_of)
+
+
+def _variables(name: str, variables: Any) -> dict[str, tuple[float, float]]:
+    named = ranges_of(name, variables)
+    if "friction" in named:
+        remedy = "Contacts have any friction within `friction_factor` of the argument `friction`; name other variables."
+        raise fault(name, "must not hold friction, which no designer chooses", list(named), remedy)
+    return named
+
+
+def _levels_between(name: str, force: Any) -> tuple[float, float]:
+    ends = vector(name, force).tolist()
+    if len(ends) != 2 or not 0.0 < ends[0] <= ends[1]:
+        raise fault(name, "must be (low, high) with 0 < low <= high", force)
+    return positive(name, ends[0]), positive(name, ends[1])
+
+
+def _objective(name: str, objective: Any) -> str:
+    if objective not in get_args(Objective):
+        raise fault(name, "must be amplitude or amplitude_per_force", objective)
+    return str(objective)
+
+
+def _constraints(name: str, constraints: Any) -> Mapping[str, Constraint]:
+    for each, constraint in of_kind(name, constraints, Mapping).items():  # type: ignore[type-abstract]
+        if not callable(constraint):
+            raise fault(f"Constraint {each!r}", "must be a function of a Trial", constraint)
+    return dict(constraints)
+
+
+def _known(name: str, known: Any) -> Sequence[Mapping[str, float]]:
+    return of_kind(name, known, Sequence)  # type: ignore[type-abstract]
+
+
+def _factor(name: str, factor: Any) -> float:
+    if positive(name, factor) < 1.0:
+        raise fault(name, "must be at least 1", float(factor))
+    return float(factor)
+
+
+def _searched(name: str, search: Any) -> bool:
+    return of_kind(name, search, bool)
+
+
+@dataclass(frozen=True, eq=False)
+class DesignSettings(Measured, Settings):
+    """What a design is sought among, what it has to stand, and how far the search goes."""
+
+    problem_of: Annotated[ProblemOf, Setting(_maker)]
+    variables: Annotated[Mapping[str, tuple[float, float]], Setting(_variables)]
+    force: Annotated[tuple[float, float], Setting(_levels_between)]
+    friction: Annotated[float, Setting(positive)]
+    objective: Annotated[Objective, Setting(_objective)] = "amplitude"
+    constraints: Annotated[Mapping[str, Constraint] | None, Setting(_constraints)] = None
+    _: KW_ONLY
+    known: Annotated[Sequence[Mapping[str, float]], Setting(_known)] = ()
+    friction_factor: Annotated[float, Setting(_factor)] = FACTOR
+    starts: Annotated[int, Setting(Whole(0))] = 2
+    search: Annotated[bool, Setting(_searched)] = True
+    levels: Annotated[int, Setting(Whole(1))] = 4
+    designs: Annotated[int, Setting(Whole(4))] = 24
+    generations: Annotated[int, Setting(Whole(0))] = 0
+    refinements: Annotated[int, Setting(Whole(0))] = 30
+    output: Annotated[int, Setting(Whole(0))] = 0
+    quantity: QuantityName = "displacement"
+    measure: MeasureName = "amplitude"
+    seed: Seed = 0
+    harmonics: HarmonicNumbers = 3
+    samples: Samples = 256
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        low, high = self.force
+        if (self.levels == 1) != (low == high):
+            remedy = "One level has (F, F); several need different ends."
+            raise fault("levels", "must be 1 where both ends of force are the same, else at least 2", self.levels, remedy)
+
+    @cached_property
+    def conditions(self) -> Conditions:
+        """What a design has to stand."""
+        (low, high), mu, factor = self.force, self.friction, self.friction_factor
+        H, Nt = fineness_of(self.harmonics, self.samples)
+        return Conditions(
+            forces=tuple(np.geomspace(low, high, self.levels).tolist()) if low < high else (low,),
+            frictions=(mu / factor**0.5, mu, mu * factor**0.5) if factor > 1.0 else (mu,),
+            starts=self.starts,
+            seed=self.seed,
+            output=self.output,
+            per_force=self.objective == "amplitude_per_force" or self.measured.per_force,
+            harmonics=H,
+            samples=Nt,
+            search=self.search and self.starts > 0,
+            measure=replace(self.measured, per_force=False),
+        )
+
+    @cached_property
+    def work(self) -> DesignWork:
+        """The first look at the design space: known designs, and points of a Sobol' sequence in the box of the variables."""
+        box, limits = tuple(self.variables.values()), self.constraints or {}
+        low, high = np.array(box).T
+        from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
+
+        unit = qmc.Sobol(len(box), seed=self.seed).random_base2((self.designs - 1).bit_length())[: self.designs]
+        known = (point_of(f"known[{k}]", one, self.variables) for k, one in enumerate(self.known))
+        first = tuple(dict.fromkeys(known))
+        work = DesignWork(
+            self.problem_of,
+            variables=tuple(self.variables),
+            box=box,
+            points=(*first, *(tuple(float(v) for v in row) for row in low + unit * (high - low))),
+            conditions=self.conditions,
+            limits=tuple(limits),
+            constraints=tuple(limits.values()),
+            known=len(first),
+        )
+        middle = work.problem((0.5 * (low + high)).tolist(), self.conditions.frictions[0])
+        output_of(middle, self.output)
+        return replace(work, fingerprint=middle.fingerprint)
+
+
+@renamed_arguments(finished="checkpoint")
+@takes(DesignSettings)
+def damper_design(settings: DesignSettings) -> DamperDesign:
+    """The design in a box of variables whose worst-case resonance is lowest, min over v of max over (F, μ, start) of the peak.
+
+    problem_of(friction=μ, **variables) makes the problem; with several `workers` it must be a function of a module.
+    variables: {name: (low, high)}. force: range of force levels, of which `levels` in equal ratios are met. friction: its
+    nominal coefficient; it may be anything within `friction_factor`, from μ/√factor to μ√factor, whose ends and middle are met.
+    starts: sampled start states of the contacts beside virgin ones; with 0 contacts are virgin ones, and nothing is searched.
+    search: in the worst case of every design all start states are searched as `response_bounds` does at the peak, for two to
+    four times the time (`searched_peak`); a sample may miss the worst. Either way the designs computed compete over all start
+    states: each that may be the best, and each known one, is searched under every friction coefficient; the optimum is the best.
+    objective: the peak itself, or per force level. constraints: {name: function of a `Trial` that is positive where met},
+    such as `NoJamming`, `NoLiftOff`, `LargestForce`, `LinePressure`; a design that breaks one in any case is not allowed.
+    quantity, measure: what the peak is of, as for `forced_response`; receptance, mobility and inertance are per force level.
+    known: designs {name: value} to compute first, such as the damper as built.
+
+    First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
+    from all, each generation by all `workers`; then a simplex search from the best one, of at most `refinements` designs. From
+    the optimum one variable after the other is moved, for its slopes to both sides and the range in which the worst-case peak, as
+    this search counts it, is at most 5 % higher. What `checkpoint` keeps is not computed again.
+    """
+    results = all_cases(settings.work, settings.checkpoint, settings.workers, settings.progress)
+    return DamperDesign(finished_design(settings, results, settings.checkpoint, settings.workers, settings.progress))
+
+
 def finished_design(
-    work: DesignWork,
+    settings: DesignSettings,
     results: Sequence[Arrays],
-    generations: int,
-    refinements: int,
     checkpoint: Checkpoint | None = None,
     workers: Workers = 1,
-    progress: Progress = lambda fraction, text: None,
+    progress: Progress = silent,
 ) -> xr.Dataset:
     """Generations and a simplex from the sampled designs, the best of all over all start states, then everything as a dataset."""
+    work, generations, refinements = settings.work, settings.generations, settings.refinements
     expected = refinements + generations * len(results) + 16 * len(work.box)
     designs = Designs(work, [Record.of(arrays) for arrays in results], checkpoint, workers, progress, expected)
     if generations:

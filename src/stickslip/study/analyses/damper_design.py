@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field
 
 from stickslip.analyses.arguments import made
-from stickslip.analyses.performance.conditions import conditions_of
-from stickslip.analyses.performance.design import DesignWork, finished_design, planned_design
+from stickslip.analyses.performance.design import DesignSettings, finished_design
 from stickslip.analyses.performance.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.performance.scaled_problem import with_friction
 from stickslip.checks import MOST, fault, nearest
-from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
@@ -87,6 +85,12 @@ class DesignTable(Table):
             found["largest force"] = LargestForce(self.largest_force)
         return found
 
+
+SAME = (
+    *("force", "friction", "objective", "known", "friction_factor", "starts", "search", "levels", "designs", "generations"),
+    *("refinements", "quantity", "measure", "seed", "harmonics", "samples"),
+)
+"""Keys that are arguments of `damper_design` as they stand."""
 
 PULLS = {"pull": 1.0, "preload_mass": STANDARD_GRAVITY}
 """Arguments of rigs that say how dampers are pulled, and how many newtons one unit of them is."""
@@ -165,7 +169,7 @@ class DesignPlan(Plan):
     def of(cls, asked: Asked) -> DesignPlan:
         """The plan of a study."""
         plan = cls(DesignTable.model_validate(asked.tables["damper_design"]))
-        _ = plan.work.conditions
+        _ = plan.settings.work.conditions
         return plan
 
     @property
@@ -174,46 +178,25 @@ class DesignPlan(Plan):
         return f"{table.designs} designs of {', '.join(table.variables)}, then up to {table.refinements} more"
 
     @cached_property
-    def work(self) -> DesignWork:
+    def settings(self) -> DesignSettings:
         table = self.table
         maker = RigDesign(table.rig, table.parameters, table.acceleration)
-        bounds = {name: (ends[0], ends[1]) for name, ends in table.variables.items()}
-        conditions = conditions_of(
-            force=(table.force[0], table.force[1]),
-            friction=table.friction,
-            friction_factor=table.friction_factor,
-            objective=table.objective,
-            starts=table.starts,
-            levels=table.levels,
-            output=0,
-            seed=table.seed,
-            harmonics=table.harmonics,
-            samples=table.samples,
-            search=table.search,
-            measure=measure_of(table.quantity, table.measure),
-        )
-        return planned_design(
-            maker,
-            variables=bounds,
-            conditions=conditions,
-            constraints=table.constraints,
-            designs=table.designs,
-            known=table.known,
-        )
+        variables = {name: (low, high) for name, (low, high) in table.variables.items()}
+        given = {name: getattr(table, name) for name in SAME}
+        return DesignSettings(maker, variables, constraints=table.constraints, **given)
 
     @property
     def works(self) -> Mapping[str, Work]:
-        return {"": self.work}
+        return {"": self.settings.work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return finished_design(self.work, results[""], self.table.generations, self.table.refinements)
+        return finished_design(self.settings, results[""])
 
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
     ) -> xr.Dataset:
         """The search goes on from the designs computed."""
-        counts = self.table.generations, self.table.refinements
-        return finished_design(self.work, results[""], *counts, checkpoint, workers, progress)
+        return finished_design(self.settings, results[""], checkpoint, workers, progress)
 
 
 KINDS = {
