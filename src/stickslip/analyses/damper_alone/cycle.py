@@ -6,15 +6,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.damper_alone.cycle_dataset import contact_states, cycle_dataset, forces_on_platforms
 from stickslip.analyses.damper_alone.cycle_motion import cycle_motion
-from stickslip.checks import Array, between, fault, of_kind, positive, vector
+from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.checks import Array, fault, of_kind, positive, vector, whole
 from stickslip.contact.period import STICK
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.jamming import jamming
@@ -28,7 +29,8 @@ from stickslip.time.methods import Method
 
 if TYPE_CHECKING:
     import xarray as xr
-
+Rig = Annotated[BetweenPlatforms, Setting(lambda name, value: of_kind(name, value, BetweenPlatforms))]
+Motion = Annotated[PlatformMotion, Setting(lambda name, value: of_kind(name, value, PlatformMotion))]
 
 LARGEST_ROTATION = 0.1
 """Rotation of the damper, peak to peak [rad], up to which directions and arms may be those at rest: arms change by 0.5 %."""
@@ -67,42 +69,6 @@ class DamperCycle(Result):
     def state(self) -> PlatformState:
         """The state at the end of the cycle, from which another can start."""
         return self.march.state
-
-
-def damper_cycle(
-    rig: BetweenPlatforms,
-    motion: PlatformMotion,
-    *,
-    steps: int = 1000,
-    method: Method | None = None,
-    frequency: float | None = None,
-    start: PlatformState | ArrayLike = 0.0,
-    tolerance: float = 1e-9,
-    cycles: int = 100,
-) -> DamperCycle:
-    """The steady cycle of a damper under a prescribed motion of the left platform.
-
-    The pull is laid on first, with the platforms at rest, then cycles follow until the forces repeat to `tolerance` of the
-    largest, at most `cycles`. Quasi-static unless a `method` in time (`GeneralisedAlpha`, `Newmark`) is given with the
-    `frequency` [Hz]. steps: of a cycle. start: slider offsets [m], a number or one per friction element, or the state of another
-    cycle (`DamperCycle.state`): a loading history is a chain of cycles.
-    """
-    of_kind("rig", rig, BetweenPlatforms), of_kind("motion", motion, PlatformMotion)
-    marching = _marching(method, frequency, tolerance, cycles)
-    model = CycleModel.of(rig)
-    state = start if isinstance(start, PlatformState) else model.virgin(vector("start", start, model.table.stiffness.size))
-    march = steady_cycle(model, motion.samples(steps), marching, state)
-    return _labelled(rig, motion, model, march, marching)
-
-
-def _marching(method: Method | None, frequency: float | None, tolerance: float, cycles: int) -> Marching:
-    if (method is None) != (frequency is None):
-        rule = "must go with a method in time, and a method with a frequency"
-        raise fault("frequency", rule, frequency, "A quasi-static cycle needs neither.")
-    between("cycles", cycles, 1)
-    return Marching(
-        positive("tolerance", tolerance), cycles, method, 0.0 if frequency is None else positive("frequency", frequency)
-    )
 
 
 def _labelled(
@@ -158,22 +124,46 @@ def gathered(rig: BetweenPlatforms, motion: PlatformMotion, march: SteadyCycle, 
 
 
 @dataclass(frozen=True, eq=False)
-class CycleWork:
-    """One steady cycle as work of a study: what `damper_cycle` takes, and its march as plain arrays."""
+class Driven(Settings):
+    """A damper and the motion of its platform."""
 
-    rig: BetweenPlatforms
-    motion: PlatformMotion
-    _: KW_ONLY
-    steps: int = 1000
+    rig: Rig
+    motion: Motion
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CycleWork(Driven):
+    """One steady cycle, as work of a study: its march as plain arrays."""
+
+    steps: Annotated[int, Setting(whole)] = 1000
     method: Method | None = None
-    frequency: float | None = None
-    tolerance: float = 1e-9
-    most: int = 100
+    frequency: Annotated[float | None, Setting(positive)] = None
+    start: PlatformState | ArrayLike = 0.0
+    tolerance: Annotated[float, Setting(positive)] = 1e-9
+    cycles: Annotated[int, Setting(Whole(1))] = 100
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.method is None) != (self.frequency is None):
+            rule = "must go with a method in time, and a method with a frequency"
+            raise fault("frequency", rule, self.frequency, "A quasi-static cycle needs neither.")
+        self.motion.samples(self.steps)
+
+    @property
+    def marching(self) -> Marching:
+        """How the cycle is looked for."""
+        return Marching(self.tolerance, self.cycles, self.method, self.frequency or 0.0)
+
+    @property
+    def march(self) -> SteadyCycle:
+        """The cycles up to the steady one."""
+        model, start = CycleModel.of(self.rig), self.start
+        state = start if isinstance(start, PlatformState) else model.virgin(vector("start", start, model.table.stiffness.size))
+        return steady_cycle(model, self.motion.samples(self.steps), self.marching, state)
 
     @property
     def names(self) -> Sequence[str]:
-        how = f"{self.steps} steps by {self.method}, {self.frequency} Hz, to {self.tolerance!r} within {self.most} cycles"
-        return (f"steady cycle, motion {self.motion.digest}, {how}",)
+        return (f"steady cycle, {self.identity('rig', 'motion')}, motion {self.motion.digest}",)
 
     @property
     def words(self) -> Sequence[str]:
@@ -184,14 +174,23 @@ class CycleWork:
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The march of the cycle."""
-        settings: dict[str, Any] = {"steps": self.steps, "method": self.method, "frequency": self.frequency}
-        settings |= {"tolerance": self.tolerance, "cycles": self.most}
-        return march_arrays(damper_cycle(self.rig, self.motion, **settings).march)
+        return march_arrays(self.march)
 
     def gathered(self, arrays: Arrays) -> DamperCycle:
         """The cycle from its arrays."""
-        marching = _marching(self.method, self.frequency, self.tolerance, self.most)
-        return gathered(self.rig, self.motion, march_of(arrays), marching)
+        return gathered(self.rig, self.motion, march_of(arrays), self.marching)
+
+
+@takes(CycleWork)
+def damper_cycle(work: CycleWork) -> DamperCycle:
+    """The steady cycle of a damper under a prescribed motion of the left platform.
+
+    The pull is laid on first, with the platforms at rest, then cycles follow until the forces repeat to `tolerance` of the
+    largest, at most `cycles`. Quasi-static unless a `method` in time (`GeneralisedAlpha`, `Newmark`) is given with the
+    `frequency` [Hz]. steps: of a cycle. start: slider offsets [m], a number or one per friction element, or the state of another
+    cycle (`DamperCycle.state`): a loading history is a chain of cycles.
+    """
+    return gathered(work.rig, work.motion, work.march, work.marching)
 
 
 def cycle_forces(model: CycleModel, platform: Array, marching: Marching = QUASI_STATIC) -> tuple[Array, SteadyCycle]:

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.arguments import Seed
-from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle, gathered, march_arrays, march_of
-from stickslip.analyses.settings import Setting, Settings, Whole, takes
-from stickslip.checks import Array, InputError, between, fault, of_kind, positive, several, vector, whole
+from stickslip.analyses.damper_alone.cycle import DamperCycle, Driven, damper_cycle, gathered, march_arrays, march_of
+from stickslip.analyses.settings import Setting, Whole, takes
+from stickslip.checks import Array, InputError, between, fault, positive, several, vector, whole
 from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.platforms.cycle import CycleModel, CycleOutcome
 from stickslip.platforms.march import PlatformState
 from stickslip.results.result import Result
@@ -24,9 +23,6 @@ from stickslip.runs.work import Arrays, Progress, Report, silent
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Rig = Annotated[BetweenPlatforms, Setting(lambda name, value: of_kind(name, value, BetweenPlatforms))]
-Motion = Annotated[PlatformMotion, Setting(lambda name, value: of_kind(name, value, PlatformMotion))]
 
 REPEATING = (CycleOutcome.STEADY, CycleOutcome.JAMMED)
 
@@ -97,14 +93,6 @@ def _sets(name: str, value: Any) -> tuple[Any, ...]:
     if not found:
         raise fault(name, "must hold at least one set of coefficients", [])
     return found
-
-
-@dataclass(frozen=True, eq=False)
-class Driven(Settings):
-    """A damper and the motion of its platform."""
-
-    rig: Rig
-    motion: Motion
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

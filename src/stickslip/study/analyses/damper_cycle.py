@@ -160,7 +160,7 @@ class CyclePlan(Plan):
             method=table.time_method,
             frequency=self.frequency,
             tolerance=table.tolerance,
-            most=table.cycles,
+            cycles=table.cycles,
         )
         return {"": work}
 
