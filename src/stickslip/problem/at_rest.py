@@ -17,8 +17,11 @@ from stickslip.contact.start import MeanTraction, Start, TractionRatio
 if TYPE_CHECKING:
     from stickslip.problem.problem import Problem
 
-ROUNDS = 30
+ROUNDS = 60
 """How often the contacts that slip or are open under the static loads are looked for."""
+
+SHORTEST = 1e-3
+"""Least share of a step towards the equilibrium of the contacts' present states."""
 
 
 class State(NamedTuple):
@@ -38,33 +41,66 @@ def normal_loads_at_rest(problem: Problem) -> dict[str, float]:
     """Normal load of each contact with a normal direction, N, at K q + Bᵀ f(B q) = p; 0 of those that are open.
 
     f = S w + f₀ by the start states: T = kt (u − s) of slider offsets, ±μN where that is more, m μ N of traction ratios, T̄ of
-    mean tractions; friction that forgets its start carries nothing at rest. Empty where such contacts do not hold the structure,
-    or where the search for those that slip or open does not end.
+    mean tractions; friction that forgets its start carries nothing at rest. Newton's method: the equilibrium of the states at a
+    motion, of which a share is gone that reduces what is left over. Empty where such contacts do not hold the structure, or where
+    the search does not end.
     """
-    _, _, stuck, B, _ = problem.systems.at(0)
-    ends = np.cumsum([len(contact.directions) for contact in problem.contacts])
-    places = [slice(int(end) - len(c.directions), int(end)) for c, end in zip(problem.contacts, ends, strict=True)]
-    states = [_all_stuck(contact) for contact in problem.contacts]
-    w = np.zeros(B.shape[0])
+    rest = _AtRest(problem)
+    motion = rest.equilibrium([_all_stuck(contact) for contact in problem.contacts])
     for _ in range(ROUNDS):
-        S, constant = np.zeros((w.size, w.size)), np.zeros(w.size)
-        for contact, rows, state in zip(problem.contacts, places, states, strict=True):
-            S[rows, rows], constant[rows] = _linear(contact, state)
-        stiffness = stuck + B.conj().T @ ((S - np.diag(problem.contact_stiffness)) @ B)
-        motion = _solved(stiffness, problem.static_load - B.conj().T @ constant)
         if motion is None:
             return {}
-        w = (B @ motion).real
-        found = [_state(contact, w[rows], state) for contact, rows, state in zip(problem.contacts, places, states, strict=True)]
-        if all(one.same(other) for one, other in zip(found, states, strict=True)):
+        states = rest.states(motion)
+        target = rest.equilibrium(states)
+        if target is None or all(one.same(other) for one, other in zip(states, rest.states(target), strict=True)):
+            motion = target
             break
-        states = found
+        share, left = 1.0, rest.left_over(motion)
+        while share > SHORTEST and rest.left_over(motion + share * (target - motion)) >= (1.0 - 0.1 * share) * left:
+            share *= 0.5
+        motion = motion + share * (target - motion)
     else:
         return {}
-    normals = {
-        contact.name: (contact.elements.normal, w[rows][-1]) for contact, rows in zip(problem.contacts, places, strict=True)
-    }
-    return {name: float(normal.forces(z).sum()) for name, (normal, z) in normals.items() if normal is not None}
+    if motion is None:
+        return {}
+    normals = [
+        (contact.name, contact.elements.normal, w) for contact, w in zip(problem.contacts, rest.moved(motion), strict=True)
+    ]
+    return {name: float(normal.forces(w[-1]).sum()) for name, normal, w in normals if normal is not None}
+
+
+class _AtRest:
+    """The equilibrium of a problem under its static loads, contacts in given states."""
+
+    def __init__(self, problem: Problem) -> None:
+        _, _, stuck, self.B, _ = problem.systems.at(0)
+        self.contacts, self.load = problem.contacts, problem.static_load
+        self.K = stuck - self.B.conj().T @ (problem.contact_stiffness[:, None] * self.B)
+        ends = np.cumsum([len(contact.directions) for contact in self.contacts])
+        self.rows = [slice(int(end) - len(c.directions), int(end)) for c, end in zip(self.contacts, ends, strict=True)]
+
+    def moved(self, motion: NDArray[Any]) -> list[Array]:
+        """The motion of each contact by its directions, m."""
+        w = (self.B @ motion).real
+        return [w[rows] for rows in self.rows]
+
+    def states(self, motion: NDArray[Any]) -> list[State]:
+        return [_state(contact, w) for contact, w in zip(self.contacts, self.moved(motion), strict=True)]
+
+    def equilibrium(self, states: list[State]) -> NDArray[Any] | None:
+        """The motion (n,) at which contacts of these states carry the loads; None where they do not hold the structure."""
+        S, constant = np.zeros((self.B.shape[0],) * 2), np.zeros(self.B.shape[0])
+        for contact, rows, state in zip(self.contacts, self.rows, states, strict=True):
+            S[rows, rows], constant[rows] = _linear(contact, state)
+        return _solved(self.K + self.B.conj().T @ (S @ self.B), self.load - self.B.conj().T @ constant)
+
+    def left_over(self, motion: NDArray[Any]) -> float:
+        """‖K q + Bᵀ f(B q) − p‖, N."""
+        forces = np.zeros(self.B.shape[0])
+        for contact, rows, w in zip(self.contacts, self.rows, self.moved(motion), strict=True):
+            S, constant = _linear(contact, _state(contact, w))
+            forces[rows] = S @ w + constant
+        return float(np.linalg.norm(self.K @ motion + self.B.conj().T @ forces - self.load))
 
 
 def _solved(stiffness: NDArray[Any], load: NDArray[Any]) -> NDArray[Any] | None:
@@ -112,15 +148,17 @@ def _limits(group: FrictionElements, normal: NormalElements | None, z: float, st
     return group.limits(np.zeros(0) if normal is None else np.where(state.closed, normal.stiffness * z + normal.constant, 0.0))
 
 
-def _state(contact: Contact, w: Array, state: State) -> State:
+def _state(contact: Contact, w: Array) -> State:
     """At a displacement of the contact, friction elements slip whose springs would carry more than the limit; normal ones that
     would pull are open.
     """
     normal = contact.elements.normal
-    closed = state.closed if normal is None else normal.forces(w[-1]) > 0.0
+    closed = np.zeros(0, dtype=bool) if normal is None else normal.forces(w[-1]) > 0.0
     slips = [
-        _signs(start, group, w[t], _limits(group, normal, w[-1], state)) if contact.law.remembers_start else signs
-        for t, (start, group, signs) in enumerate(zip(contact.starts, contact.elements.friction, state.slips, strict=True))
+        _signs(start, group, w[t], _limits(group, normal, w[-1], State([], closed)))
+        if contact.law.remembers_start
+        else np.zeros(group.stiffness.size)
+        for t, (start, group) in enumerate(zip(contact.starts, contact.elements.friction, strict=True))
     ]
     return State(slips, closed)
 

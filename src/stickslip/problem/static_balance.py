@@ -48,13 +48,13 @@ class _Loose(NamedTuple):
     motions: Array
 
 
-def unbearable_loads(problem: Problem) -> list[str]:
-    """The names of loose bodies whose static load the contacts cannot carry; all of them where they cannot together."""
+def unbearable_loads(problem: Problem, sign: float = 1.0) -> list[str]:
+    """The names of loose bodies whose static load times `sign` contacts cannot carry; all of them where they cannot together."""
     _, _, stuck, B, _ = problem.systems.at(0)
     if np.any(np.imag(B)):
         return []
     bodies, forces = _loose_bodies(problem, stuck.real, B.real), _forces(problem, B.real)
-    load = problem.static_load.real
+    load = sign * problem.static_load.real
     unbearable = [body.name for body in bodies if not _carried(forces, [body], load)]
     if unbearable or len(bodies) < 2 or _carried(forces, bodies, load):
         return unbearable

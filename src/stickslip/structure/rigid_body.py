@@ -75,6 +75,25 @@ class RigidBody:
 
         return motion
 
+    def nearest_face(self, point: ArrayLike) -> tuple[float, Array] | None:
+        """The side of the section that is nearest to a point, seen along the section: its distance [m] and its outward normal;
+        None without an outline. A section is the same all along a body, whose ends are not known here."""
+        corners = np.reshape(self.outline, (-1, 3))
+        if len(corners) < 3:
+            return None
+        sides = np.roll(corners, -1, axis=0) - corners
+        along = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+        length = np.linalg.norm(sides, axis=1)
+        if not (np.linalg.norm(along) and np.all(length)):
+            return None
+        along /= np.linalg.norm(along)
+        arm = np.asarray(point, dtype=float) - np.asarray(self.centre)
+        arm = arm - (arm @ along) * along
+        share = np.clip(np.einsum("ki,ki->k", arm - corners, sides) / length**2, 0.0, 1.0)
+        away = np.linalg.norm(arm - corners - share[:, None] * sides, axis=1)
+        side = int(np.argmin(away))
+        return float(away[side]), np.cross(sides[side], along) / length[side]
+
 
 @dataclass(frozen=True, eq=False)
 class PlanarBody:

@@ -25,7 +25,7 @@ from stickslip.problem.warnings import LARGEST_FRICTION
 from stickslip.results.shown_units import in_system
 from stickslip.structure.cyclic import NEXT
 from stickslip.study.analysis import Sweep
-from stickslip.study.surfaces import CHECK_UNITS
+from stickslip.study.surfaces import CHECK_FIT, CHECK_UNITS
 from stickslip.units import Band, UnitSystem
 
 LARGE = 0.1
@@ -109,8 +109,12 @@ class _Study:
 
 def check_static_loads(problem: Problem, notes: Sequence[str] = ()) -> None:
     """Refuse a problem with a body that cannot be at rest, whatever the stiffness of its contacts; notes: on the model."""
-    far = "".join(f" {note}." for note in notes if CHECK_UNITS in note)
-    for name in unbearable_loads(problem):
+    known = [note.removeprefix("Warning: ").rstrip(".") for note in notes if CHECK_UNITS in note or CHECK_FIT in note]
+    far = "".join(f" {note}." for note in known)
+    unbearable = unbearable_loads(problem)
+    if unbearable and not unbearable_loads(problem, -1.0):
+        far = f" Loads of the opposite sign could be carried.{far}"
+    for name in unbearable:
         raise InputError(
             f"The static load on {name!r} must be one that its contacts can carry, but no normal forces that press and friction "
             "within mu N add up to it, so that it cannot be at rest. Check the direction of its pull, mu, the normals, and where "

@@ -427,7 +427,7 @@ def contacts_of(tables: Tables, names: Names, parts: Parts | None, found: Found,
         if isinstance(table, SurfaceTable) and table.surface is not None:
             made = found.attempt(f"[[contact]] {number}", contacts_on, table, number, parts, tables.units) if parts else None
             contacts += made[0] if made else ()
-            notes += [made[1]] if made else []
+            notes += made[1] if made else []
         elif table is not None:
             one = found.attempt(f"[[contact]] {number}", build.contact, table, number, names, tables.units)
             contacts += [one] if one else []

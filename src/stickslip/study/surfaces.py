@@ -31,6 +31,11 @@ SHOWN = 12
 
 FAR, SMALLEST = 10.0, 1e-4
 """Distance of what lies opposite from where on it is likely a slip, over the size of the surface or this length [m]."""
+APART, INCLINED = 0.25, 10.0
+"""Distance of the face of a body from a surface, over the size of the surface, and angle between them, degrees, from where on it
+is likely not the face that was meant."""
+CHECK_FIT = "Check where the body lies, its axes, dimensions and angles."
+"""How a warning of these ends."""
 CHECK_UNITS = "check units"
 """How a note on such a distance ends."""
 
@@ -42,8 +47,8 @@ def surfaces_in(contacts: Iterable[ContactTable | None], forces: Iterable[ForceT
     return [name for name in dict.fromkeys(given) if name is not None and name != GROUND]
 
 
-def contacts_on(table: SurfaceTable, number: int, parts: Parts, units: Units) -> tuple[tuple[Contact, ...], str]:
-    """The contacts of a surface in SI, and a note on what was found."""
+def contacts_on(table: SurfaceTable, number: int, parts: Parts, units: Units) -> tuple[tuple[Contact, ...], list[str]]:
+    """The contacts of a surface in SI, and notes on what was found."""
     name = table.name or f"contact {number}"
     against = _opposite(table, parts)
     surface = _surface(table, against, parts)
@@ -53,7 +58,8 @@ def contacts_on(table: SurfaceTable, number: int, parts: Parts, units: Units) ->
         start = start_rules(table.start, units, 2, law.elements(2, law.has_normal).friction[0].stiffness.size)
     more: dict[str, Any] = {"start": start, "balanced": getattr(table, "balanced", False), "mesh_gap": table.mesh_gap}
     contacts = surface_contacts(name, law, surface, against, tangent=table.tangent, points=table.points, **more)
-    return contacts, _note(name, surface, contacts, table, _middle(table, against, parts), units.system)
+    note = _note(name, surface, contacts, table, _middle(table, against, parts), units.system)
+    return contacts, [note, *_misfit(name, surface, str(table.against), parts, units.system)]
 
 
 def force_on(table: ForceTable, parts: Parts, units: Units) -> Force:
@@ -128,6 +134,24 @@ def _pressed(law: Law, pressure: float, surface: NodeSurface) -> Law:
     preload = tuple(share + each for each in whole.preload) if np.ndim(whole.preload) else share + whole.preload
     pressed: Law = replace(whole, preload=preload)
     return pressed
+
+
+def _misfit(name: str, surface: NodeSurface, against: str, parts: Parts, system: UnitSystem) -> list[str]:
+    """A warning where the nearest face of a body with a section does not lie on the surface."""
+    body = parts.bodies.get(against)
+    middle, normal = surface.weights @ surface.points, surface.weights @ surface.normals
+    face = None if body is None else body.nearest_face(middle)
+    if face is None:
+        return []
+    away, outwards = face
+    inclined = float(np.degrees(np.arccos(np.clip(-outwards @ normal / np.linalg.norm(normal), -1.0, 1.0))))
+    if away <= APART * max(surface.size, SMALLEST) and inclined <= INCLINED:
+        return []
+    metre, length = in_system("m", system)
+    return [
+        f"Warning: {name}: the nearest face of {against} is {metre * away:.3g} {length} away from the middle of the surface and "
+        f"inclined to it by {inclined:.0f} degrees. {CHECK_FIT}"
+    ]
 
 
 def _note(

@@ -103,7 +103,7 @@ def test_each_mixed_point_takes_one_value_from_the_other_draw():
     """Points A, B and, of each parameter, A with its value from B; all within their ranges."""
     ranges = {"limit": (1.6, 2.4), "damping": (0.01, 0.02)}
     asked = {"force": 1.0, "draws": 8, "output": 0, "seed": 3, "harmonics": 1, "samples": 64}
-    A, B, *mixed = np.moveaxis(planned_draws(OneLimitAndDamping(), parameters=ranges, band=BAND, **asked).points(), 1, 0)
+    A, B, *mixed = np.moveaxis(DrawsWork(OneLimitAndDamping(), ranges, BAND, **asked).points(), 1, 0)
     for k, points in enumerate(mixed):
         np.testing.assert_array_equal(points[:, k], B[:, k])
         np.testing.assert_array_equal(points[:, 1 - k], A[:, 1 - k])

@@ -1,0 +1,33 @@
+"""Normal loads at rest, against the mean forces that the harmonic balance finds without vibration."""
+
+import numpy as np
+import pytest
+
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.problem.at_rest import normal_loads_at_rest
+from stickslip.solve.sweep import solve_cold
+from stickslip.study import job
+from stickslip.study.templates import write_new
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("blades")
+    write_new("two_blades", folder / "study.toml")
+    return folder
+
+
+@pytest.mark.parametrize("across", [0.0, 25.0, 40.0, 100.0])
+def test_a_pull_across_is_carried_by_one_platform_more_than_by_the_other(folder, across):
+    """Some nodes slip and some open: the states of one round led to those of the next and back."""
+    text = (folder / "study.toml").read_text().replace("pull = [0.0, 300.0, 0.0]", f"pull = [{across}, 300.0, 0.0]")
+    made = job(text, folder, "study")
+    problem = made.sweep.problem
+    found = normal_loads_at_rest(problem)
+    balance = HarmonicBalance(problem, 1, 8)
+    solved = solve_cold(balance.holding(None), 100.0, 0.0)
+    assert solved.converged
+    normal = [row for row, direction in enumerate(d for c in problem.contacts for d in c.direction_names) if direction == "n"]
+    expected = balance.carried_forces(solved.evaluation)[normal, 0]
+    np.testing.assert_allclose(list(found.values()), expected, atol=1e-6 * expected.max())
+    assert not any("no state of rest" in note for note in made.notes)
