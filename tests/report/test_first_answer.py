@@ -65,7 +65,7 @@ def test_the_first_sentence_of_a_warning_stands_open(dataset):
     found = dataset.copy(deep=True)
     found["case_message"][:] = ["Arrived. Too few samples. Take 512.", "Arrived.", "Arrived."]
     html = peaks_at_a_glance("a", found)
-    assert re.search(r'<details class="warning"><summary>[^<]*Too few samples. </summary>Take 512.</details>', html)
+    assert re.search(r'<details class="warning"><summary>[^<]*Too few samples.</summary>Take 512.</details>', html)
 
 
 def test_a_curve_without_points_says_so(dataset):
@@ -106,3 +106,14 @@ def test_a_largest_point_is_not_compared_as_a_peak(dataset):
     html = peaks_at_a_glance("a", flank)
     assert "not finished" in cells_of(html)[0][1]
     assert "no peak" not in html
+
+
+def test_a_warning_begins_with_its_largest_error_and_the_study_warns_first(dataset):
+    found = dataset.copy(deep=True).assign_attrs(study_warnings=["the pull is large: check it."])
+    words = "Arrived. More harmonics would change it by about 1.3 %. The energy would change by about 27 %. More."
+    found["case_message"] = "case", np.array(["Arrived.", words, "Arrived."])
+    html = peaks_at_a_glance("a", found)
+    said = re.findall(r'<(?:summary|p class="warning")>(.*?)</(?:summary|p)>', html)
+    assert said[0] == "the pull is large: check it."
+    assert said[1] == "1 N: The energy would change by about 27 %."
+    assert "</summary>More harmonics would change it by about 1.3 %. More.</details>" in html

@@ -80,9 +80,9 @@ def truncated(problem: Problem, modes_to: float) -> Problem:
         return replace(problem, modes_to=modes_to)
     structure = problem.structure
     modes = problem.systems.stuck_modes
-    if modes.squares.size == structure.size:
+    if modes.squares.size == structure.size and np.all(modes.squares > 0.0):
         squares, scaled = 1.0 / modes.squares, modes.shapes / np.sqrt(modes.squares)  # 1/ω², φᵀK'φ = 1
-    else:  # massless motions, which follow the others, have shapes too
+    else:  # massless motions, which follow the others, have shapes too; so has one that is slow beyond rounding
         squares, scaled = linalg.eigh(structure.M, problem.stuck_stiffness)
     loose = problem.loose_motions @ problem.stuck_stiffness
     directions = np.vstack([load_and_output_rows(problem), loose])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,6 +34,10 @@ SOURCES = {
 """What can be too few for a peak, by the variable with its relative change by more of them."""
 AGAINST = {"stuck": "Against stuck contacts", "free": "Against no contacts"}
 """Heads of the columns that compare with the linear responses."""
+PERCENT = re.compile(r"(\d[\d.]*) %")
+"""An error in a warning."""
+LEVEL = 24
+"""Characters of the words for a force level, which stand in front of its warnings."""
 LEAST = 1e-3
 """Relative error below which its size does not matter to a reader."""
 
@@ -55,11 +60,15 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
 
 
 def _warning(words: str) -> str:
-    """A warning by its first sentence, with the others behind it."""
-    first, stop, rest = words.partition(". ")
-    if not rest:
+    """A warning by its sentence with the largest error, else by its first one, with the others behind it."""
+    of, colon, rest = words.partition(": ")
+    of, colon, rest = (of, colon, rest) if colon and len(of) < LEVEL else ("", "", words)
+    sentences = re.split(r"(?<=\.) (?=[A-Z])", rest)
+    if len(sentences) == 1:
         return f'<p class="warning">{text(words)}</p>'
-    return f'<details class="warning"><summary>{text(first + stop)}</summary>{text(rest)}</details>'
+    largest = max(range(len(sentences)), key=lambda k: max(map(float, PERCENT.findall(sentences[k])), default=0.0))
+    first = sentences.pop(largest)
+    return f'<details class="warning"><summary>{text(of + colon + first)}</summary>{text(" ".join(sentences))}</details>'
 
 
 def _limits(dataset: xr.Dataset) -> list[str]:

@@ -70,10 +70,10 @@ def _bounded(bounds: xr.Dataset, at: np.ndarray) -> str:
 
 
 def warnings_of(dataset: xr.Dataset, cases: Iterable[int] | None = None) -> list[str]:
-    """Messages of completed curves, and levels whose response has no peak inside the band, an unstable one or a higher end; of
-    cases in the given order, else of all.
+    """What was warned of in the study; messages of completed curves, and levels whose response has no peak inside the band, an
+    unstable one or a higher end, of cases in the given order, else of all.
     """
-    sentences = []
+    sentences = [str(words) for words in np.atleast_1d(dataset.attrs.get("study_warnings", ()))]
     for case in range(dataset.sizes["case"]) if cases is None else cases:
         _, _, more = str(dataset.case_message.values[case]).strip().partition(". ")
         if more and int(dataset.case_outcome[case]) == Outcome.CONVERGED:

@@ -31,7 +31,7 @@ AMPLITUDE_TOLERANCE = 1e-10
 """Relative amount by which a held amplitude may be missed."""
 
 LOST = 1e-4
-"""Rounding of λ over the carried contact forces from which on these are lost in it."""
+"""Rounding of λ over the static load and the carried contact forces from which on these are lost in it."""
 
 NEAR = 1e-3
 """Residual up to which the factors of a point serve for the direction of the curve at its solution."""
@@ -89,9 +89,9 @@ def _lost(balance: HarmonicBalance, evaluation: Evaluation) -> bool:
     """Whether a body is so far away that its forces are rounding: λ = F − K_c w then no longer holds F, and the balance is met by
     any load. So end bodies whose contacts slip under more than they carry: the stiffness that is left is a rounding too.
     """
-    carried = float(np.linalg.norm(balance.carried_forces(evaluation)))
+    load = float(np.linalg.norm(balance.problem.static_load))
     rounding = np.finfo(float).eps * float(np.linalg.norm(evaluation.point.forces))
-    return bool(rounding > LOST * max(carried, balance.system.least_scale))
+    return load > 0.0 and rounding > LOST * max(load, float(np.linalg.norm(balance.carried_forces(evaluation))))
 
 
 class Found(NamedTuple):

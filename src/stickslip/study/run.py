@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import stickslip
 from stickslip.checks import InputError
@@ -25,6 +25,8 @@ from stickslip.study.read import Job
 if TYPE_CHECKING:
     import xarray as xr
 
+WARNING = "Warning: "
+"""How a note on a study begins that its reader shall look at."""
 UNFINISHED = "unfinished"
 """Folder of the checkpoint inside the folder of the results; removed when everything is written."""
 
@@ -100,8 +102,7 @@ class Run:
         parts, datasets = together.parted(dict(enumerate(results))), {}
         for name, job in self.jobs.items():
             own = {kind: list(parts[f"{name} {kind}".strip()].values()) for kind in works[name]}
-            attributes = {"title": job.title, "study": job.text, "analysis": job.analysis, "input_key": self.key}
-            attributes |= attributes_of(job.units)
+            attributes = {"title": job.title, **_about(job), "input_key": self.key}
             plan = job.plan
             search = (checkpoint, self.workers, progress)
             dataset = plan.searched(own, *search) if isinstance(plan, SearchingPlan) else plan.dataset(own)
@@ -117,9 +118,15 @@ class Run:
             work = works[name].get("")
             if not isinstance(work, StoppableWork) or not own[""]:
                 continue
-            attributes = {"title": f"{job.title} (stopped)", "study": job.text, "analysis": job.analysis}
-            attributes |= attributes_of(job.units)
+            attributes = {"title": f"{job.title} (stopped)", **_about(job)}
             save(stamped(work.so_far(own[""])).assign_attrs(attributes), self.folder / UNFINISHED / name / "results.nc")
+
+
+def _about(job: Job) -> dict[str, Any]:
+    """What results keep of their study: its text, its units and what was warned of."""
+    warned = [note.removeprefix(WARNING) for note in job.notes if note.startswith(WARNING)]
+    kept = {"study": job.text, "analysis": job.analysis, **attributes_of(job.units)}
+    return kept | ({"study_warnings": warned} if warned else {})
 
 
 class _Anew:
