@@ -91,7 +91,7 @@ def _lost(balance: HarmonicBalance, evaluation: Evaluation) -> bool:
     """
     load = float(np.linalg.norm(balance.problem.static_load))
     rounding = np.finfo(float).eps * float(np.linalg.norm(evaluation.point.forces))
-    return load > 0.0 and rounding > LOST * max(load, float(np.linalg.norm(balance.carried_forces(evaluation))))
+    return load > 0.0 and bool(rounding > LOST * max(load, np.linalg.norm(balance.carried_forces(evaluation))))
 
 
 class Found(NamedTuple):
