@@ -7,6 +7,7 @@ force levels of their examples, are not warned of.
 import gzip
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import stickslip as ss
@@ -145,6 +146,15 @@ def warned(notes):
 
 def test_the_study_as_it_is_meant_is_not_warned_of(folder):
     assert not warned(said(STUDY, folder))
+
+
+def test_the_body_is_described_in_the_units_of_the_study(folder):
+    """A trapezium of 24 mm, 6 mm high, its flanks at 35°: mass of the prism of steel, corners about the mass centre at y = 52."""
+    top = 24.0 - 2.0 * 6.0 / np.tan(np.radians(35.0))
+    mass = 7.8e-9 * 30.0 * 6.0 * 0.5 * (24.0 + top)
+    low = 52.0 - 6.0 / 3.0 * (24.0 + 2.0 * top) / (24.0 + top)
+    (note,) = [note for note in said(STUDY, folder) if note.startswith("damper: ")]
+    assert note.startswith(f"damper: {mass:.4g} t, mass centre (20, 52, 0) mm, corners of its section (8, {low:.4g}, 0), (32, ")
 
 
 @pytest.mark.parametrize("name", SAID)

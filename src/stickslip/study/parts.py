@@ -7,10 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from stickslip.checks import InputError, fault
 from stickslip.loads import Force
 from stickslip.models.model import Model
 from stickslip.models.reduction import Progress
+from stickslip.results.shown_units import in_system
 from stickslip.structure.assembly import assemble
 from stickslip.structure.cyclic import NEXT, CyclicStructure, with_bodies
 from stickslip.structure.damping import Damping
@@ -22,7 +25,10 @@ from stickslip.study.structure import Built
 from stickslip.study.structure import structure as structure_of_table
 from stickslip.study.tables import BodyTable, StructureTable
 from stickslip.study.units import Units
+from stickslip.units import UnitSystem
 
+MOST_CORNERS = 8
+"""Corners of a section that a note lists; a round one has more."""
 Messages = tuple[Progress, list[str]]
 """The progress callback for long work, and the list that collects notes on the model."""
 
@@ -100,6 +106,19 @@ def bodies_of(
             continue
         bodies[table.name], pulls = made[0], (*pulls, *made[1])
     return bodies, pulls
+
+
+def body_note(name: str, body: RigidBody, system: UnitSystem) -> str:
+    """Mass, mass centre and section of a body, in the units of the study."""
+    metre, length = in_system("m", system)
+    kilogram, unit = in_system("kg", system)
+
+    def place(point: Any) -> str:
+        return f"({', '.join(f'{axis + 0.0:.4g}' for axis in np.round(metre * np.asarray(point), 9))})"
+
+    corners = body.centre + np.reshape(body.outline, (-1, 3))
+    section = f", corners of its section {', '.join(map(place, corners))}" if 0 < len(corners) <= MOST_CORNERS else ""
+    return f"{name}: {kilogram * body.mass:.4g} {unit}, mass centre {place(body.centre)} {length}{section}"
 
 
 def together(built: Mapping[str, Built], bodies: Mapping[str, RigidBody], damping: Damping | None) -> Parts:

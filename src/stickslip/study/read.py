@@ -34,7 +34,7 @@ from stickslip.study.fields import Table
 from stickslip.study.kinds import KEYS, KINDS, StudyTable, owners
 from stickslip.study.lines import with_line
 from stickslip.study.names import Names, dofs_in
-from stickslip.study.parts import Messages, Parts, bodies_of, structures_of, together
+from stickslip.study.parts import Messages, Parts, bodies_of, body_note, structures_of, together
 from stickslip.study.plausibility import check_static_loads, plausibility_warnings
 from stickslip.study.renamed import with_new_names
 from stickslip.study.surfaces import contacts_on, force_on, surfaces_in
@@ -360,6 +360,7 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
     structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages)
     bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found)
+    messages[1].extend(body_note(name, body, units.system) for name, body in bodies.items())
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
     parts = found.attempt("[structure]", together, structures, bodies, damping) if whole else None
     known = known_dofs(tables)
