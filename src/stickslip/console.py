@@ -22,7 +22,7 @@ Report = Callable[[float, str], None]
 
 LEAST_KNOWN = 0.02
 """Share of the work below which the remaining time is anybody's guess."""
-FOLDING = "the curve folds there, and the remaining time is unknown; Ctrl-C keeps it as far as it is"
+FOLDING = "the curve folds there, and the remaining time is unknown"
 STANDING = 0.05
 """Share of what was done at all below which the second half of the time brought nothing; at a steady pace it brings half."""
 CONTROLS = {code: "\ufffd" for code in (*range(32), *range(127, 160)) if chr(code) not in "\t\n"}
@@ -69,7 +69,7 @@ def progress_is_seen() -> bool:
 
 
 @contextmanager
-def progress_bar(title: str) -> Iterator[Report]:
+def progress_bar(title: str, remedy: str = "") -> Iterator[Report]:
     """A bar with the remaining time, as long as a `with` block runs: in the cell of a notebook, or on a terminal's error stream.
 
     What it gives is the `progress` of an analysis:
@@ -78,12 +78,12 @@ def progress_bar(title: str) -> Iterator[Report]:
             response = stickslip.forced_response(problem, band, force, progress=bar)
 
     A notebook keeps the time that it took. Where nobody sees a bar, as in files of output, a line every half minute takes its
-    place.
+    place, which names the `remedy` where a curve gets no further.
     """
     console = _console(stderr=True)
     with deferred():
         if not progress_is_seen():
-            yield _lines(title)
+            yield _lines(title, remedy)
             return
         bar = NotebookBar() if in_notebook() else _terminal_bar(console)
         task: Any = bar.add_task(title, total=1.0)
@@ -102,7 +102,7 @@ def progress_bar(title: str) -> Iterator[Report]:
             bar.stop()
 
 
-def _lines(title: str) -> Report:
+def _lines(title: str, remedy: str) -> Report:
     """Progress in lines on the error stream, for files of output: every half minute what is done and the remaining time."""
     began = said = monotonic()
     known = [(began, 0.0)]
@@ -114,12 +114,14 @@ def _lines(title: str) -> Report:
             return
         said = now
         known.append((now, fraction))
-        warn(f"{title}: {text}: {100.0 * min(max(fraction, 0.0), 1.0):.0f} % after {_duration(now - began)}{_left(known)}")
+        warn(
+            f"{title}: {text}: {100.0 * min(max(fraction, 0.0), 1.0):.0f} % after {_duration(now - began)}{_left(known, remedy)}"
+        )
 
     return report
 
 
-def _left(known: Sequence[tuple[float, float]]) -> str:
+def _left(known: Sequence[tuple[float, float]], remedy: str) -> str:
     """The remaining time at the pace of the second half of the time so far, from times in seconds with the share that was done;
     curves that fold many times stand at one share for long."""
     (began, _), (now, fraction) = known[0], known[-1]
@@ -128,7 +130,7 @@ def _left(known: Sequence[tuple[float, float]]) -> str:
         return ""
     if fraction - before < STANDING * fraction:
         since = next(time for time, share in known if fraction - share < STANDING * fraction)
-        return f", no further for {_duration(now - since)}: {FOLDING}"
+        return f", no further for {_duration(now - since)}: {FOLDING}{remedy and f'; {remedy}'}"
     return f", about {_duration((now - half) * (1.0 - fraction) / (fraction - before))} left"
 
 

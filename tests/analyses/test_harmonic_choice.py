@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.harmonic_choice import sufficient_harmonics
+from stickslip.analyses.harmonic_choice import sufficient_harmonics, watched
 from stickslip.checks import InputError
 from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import HarmonicBalance
@@ -111,3 +111,16 @@ def test_a_stuck_contact_needs_no_more_than_the_least():
 def test_a_tolerance_without_sense_is_refused(tolerance):
     with pytest.raises(InputError, match="tolerance"):
         sufficient_harmonics(single_mass(), (0.1, 0.3), [1.0], tolerance)
+
+
+def test_a_choice_is_watched():
+    """Level by level, to the end of the curve of each; nobody watches afterwards."""
+    seen = []
+    with watched(lambda fraction, text: seen.append((fraction, text))):
+        sufficient_harmonics(single_mass(), [0.1, 0.3], [1.0, 2.0])
+    assert [fraction for fraction, _ in seen] == sorted(fraction for fraction, _ in seen)
+    assert list(dict.fromkeys(text for _, text in seen)) == ["force level 1", "force level 2"]
+    assert 0.7 < seen[-1][0] <= 1.0
+    count = len(seen)
+    sufficient_harmonics(single_mass(), [0.1, 0.3], [1.0])
+    assert len(seen) == count

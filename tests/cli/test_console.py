@@ -163,11 +163,11 @@ def test_the_remaining_time_is_that_at_the_last_pace_and_unknown_where_a_curve_f
     """57 % after 30 s and still after five minutes: the whole pace would promise 4 min more."""
     clock = iter([0.0, 31.0, 62.0, 120.0, 300.0, 600.0])
     monkeypatch.setattr("stickslip.console.monotonic", lambda: next(clock))
-    with progress_bar("Forced response") as report:
+    with progress_bar("Forced response", "stop it") as report:
         for fraction in (0.57, 0.57, 0.58, 0.58, 0.9):
             report(fraction, "level 8")
     ends = [line.partition(" after ")[2] for line in capfd.readouterr().err.splitlines()]
-    unknown = "the curve folds there, and the remaining time is unknown; Ctrl-C keeps it as far as it is"
+    unknown = "the curve folds there, and the remaining time is unknown; stop it"
     assert ends == [
         "31 s, about 23 s left",
         f"62 s, no further for 31 s: {unknown}",

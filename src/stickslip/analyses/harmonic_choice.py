@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +26,13 @@ NEAR = 0.1
 """Relative distance within which a harmonic counts as near a mode."""
 MOST_SAMPLES = 8192
 """Where doubling the samples ends, whatever it would still change."""
+
+
+TRACING = 0.5
+"""Progress at a level when its curve is traced and its peaks are still to be solved with more harmonics."""
+
+_WATCHED: ContextVar[Callable[[float, str], None]] = ContextVar("watched", default=lambda fraction, text: None)
+"""Who is told how far the choice has come: it happens where works are made, which take no such argument."""
 
 
 @dataclass(frozen=True)
@@ -56,12 +65,16 @@ def sufficient_harmonics(
         raise fault("tolerance", "must lie between 0 and 0.5", tolerance, "It is relative; 2e-3 is usual.")
     between("samples", samples, SAMPLES_PER_HARMONIC)
     lowest = max([FIRST, *(harmonic for force in problem.forces for harmonic in force.amplitudes)])
+    report, choices = _WATCHED.get(), []
     with threadpool_limits(1, user_api="blas"):
-        choices = [
-            _sampled(problem, *_raised(problem, frequencies, balance, evaluation, tolerance, samples), tolerance)
-            for level in levels
-            for balance, evaluation in _worst_points(problem, frequencies, level, lowest, samples)
-        ]
+        for number, level in enumerate(levels):
+
+            def traced(share: float, number: int = number, level: float = level) -> None:
+                report((number + TRACING * share) / len(levels), f"force level {level:g}")
+
+            for balance, evaluation in _worst_points(problem, frequencies, level, lowest, samples, traced):
+                raised = _raised(problem, frequencies, balance, evaluation, tolerance, samples)
+                choices.append(_sampled(problem, *raised, tolerance))
     if not choices:
         raise InputError(
             "A curve with few harmonics must exist to choose their number from, but none was found in the band. "
@@ -77,13 +90,28 @@ def _enough(problem: Problem, samples: int, harmonics: int) -> int:
     return problem.systems.enough_samples(max(samples, SAMPLES_PER_HARMONIC * harmonics))
 
 
+@contextmanager
+def watched(report: Callable[[float, str], None]) -> Iterator[None]:
+    """Call report(fraction, text) while harmonics are chosen within the block, wherever they are."""
+    token = _WATCHED.set(report)
+    try:
+        yield
+    finally:
+        _WATCHED.reset(token)
+
+
 def _worst_points(
-    problem: Problem, frequencies: Sequence[float], level: float, harmonics: int, samples: int
+    problem: Problem,
+    frequencies: Sequence[float],
+    level: float,
+    harmonics: int,
+    samples: int,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> list[tuple[HarmonicBalance, Evaluation]]:
     """The highest peak of every output at a level, or the largest point of a curve without one."""
     balance = HarmonicBalance(problem, harmonics, _enough(problem, samples, harmonics))
     ends = [2.0 * np.pi * min(frequencies), 2.0 * np.pi * max(frequencies)]
-    curve = solve_curve(balance, ends, level, exactly=ends[0] == ends[1])
+    curve = solve_curve(balance, ends, level, ends[0] == ends[1], progress)
     found = []
     for output in range(len(problem.outputs)):
         peaks = curve.peaks[output] if curve.peaks else ()
