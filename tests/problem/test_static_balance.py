@@ -105,6 +105,13 @@ def test_a_load_is_passed_on_from_body_to_body():
     assert unbearable_loads(lumped(zero, pile | {("2.x", "ground"): 0.2}, [0.0, 0.69])) == []
 
 
+@pytest.mark.parametrize(("load", "bodies"), [(1.0, []), (-1.0, ["1"])])
+def test_a_stop_presses_and_does_not_pull(load, bodies):
+    stop = ss.Contact("stop", ss.Gap(1e3), (), ss.between("1.x", "ground"))
+    forces = ss.Force("1.x", 1.0), ss.Force("1.x", static=load)
+    assert unbearable_loads(ss.Problem(ss.Structure(np.eye(1), np.zeros((1, 1)), ("1.x",)), (stop,), forces, ("1.x",))) == bodies
+
+
 @pytest.mark.parametrize("support", [10.0, 1e-2])
 def test_a_soft_support_beside_a_stiff_coupling_holds(support):
     coupled = 1e10 * np.array([[1.0, -1.0], [-1.0, 1.0]]) + np.diag([support, 0.0])
