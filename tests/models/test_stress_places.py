@@ -196,7 +196,7 @@ def test_stress_of_a_disk_without_contacts_is_that_of_its_resonance(disk_deck):
 @pytest.fixture(scope="module")
 def ring(tmp_path_factory):
     """The files of a sector of 30° of a thin ring about z, which is held along and about z at the middle of its inner side."""
-    radii, heights = 0.1 + 0.001 * np.array([-0.5, 0.5]), 0.001 * np.array([-0.5, 0.5])
+    radii, heights = 0.1 + 0.001 * np.array([-0.5, 0.5]), 0.3 + 0.001 * np.array([-0.5, 0.5])
     mesh = box_mesh(np.linspace(-1.0, 1.0, 9) * np.pi / 12.0, radii, heights)
     angle, radius, height = mesh.p
     mesh = type(mesh)(np.array([radius * np.cos(angle), radius * np.sin(angle), height]), mesh.t)
