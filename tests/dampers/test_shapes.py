@@ -13,7 +13,7 @@ from stickslip.contact.point import ground
 from stickslip.dampers import SHAPES, Cylinder, FlatCylinder, HalfCylinder, Wedge
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.damper import ContactSurface, Damper
-from stickslip.dampers.section import Section, polygon, rounded_hull
+from stickslip.dampers.section import Section, hull_of, polygon, rounded_hull
 from stickslip.dampers.shape import Touch
 
 PLACE = (0.02, 0.087, 0.003)
@@ -239,3 +239,9 @@ def test_gaps_of_a_microslip_line_are_even_and_reach_twice_their_mean():
     rig = BetweenPlatforms.of_law("microslip", Cylinder().damper(pull=100.0), kt=1e7, kn=2e7, mu=0.3, gaps=0.4)
     for law in rig.laws:
         np.testing.assert_allclose(law.gaps, np.linspace(0.0, 2.0, 5) * 0.4 * 50.0 / 2e7, rtol=1e-12)
+
+
+def test_a_section_so_flat_that_it_has_no_area_is_refused():
+    """Feet 1e14 m apart: the circles of 4 mm between them are a line to rounding."""
+    with pytest.raises(InputError, match=r"The section of a damper must have a width and a height, but is '.* m by .* m'"):
+        hull_of([((0.0, 0.0), 4e-3), ((1e14, 2e14), 4e-3)])

@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, InputError, positive
+from stickslip.checks import Array, InputError, fault, positive
 from stickslip.structure.rigid_body import RigidBody
 
 GAUSS_POINTS = 40
@@ -120,7 +120,12 @@ def hull_of(circles: Sequence[tuple[ArrayLike, float]]) -> Array:
     """The band round circles (centre, radius) as a polygon (k, 2), counter-clockwise; some may lie inside; radius 0: a point."""
     points = [_drawn(Arc(centre, radius, 0.0, 2.0 * pi)) for centre, radius in circles]
     cloud = np.concatenate(points)
-    return np.asarray(cloud[scipy.spatial.ConvexHull(cloud).vertices])
+    try:
+        return np.asarray(cloud[scipy.spatial.ConvexHull(cloud).vertices])
+    except scipy.spatial.QhullError:
+        width, height = np.ptp(cloud, axis=0)
+        found = f"{width:.3g} m by {height:.3g} m"
+        raise fault("The section of a damper", "must have a width and a height", found) from None
 
 
 def _drawn(piece: Line | Arc) -> Array:
