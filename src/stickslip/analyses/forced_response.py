@@ -445,6 +445,9 @@ def forced_response(
 TRACING = 0.9
 """Progress of a case when its curve is traced: the errors and the stability of its highest peaks follow."""
 
+LARGE = 0.1
+"""Largest motion over the size of the structure from where on a theory of small motions is left."""
+
 AUTOMATIC = 9
 """Harmonics up to which modes are kept where their number is still to be chosen."""
 
@@ -621,6 +624,7 @@ class ForcedResponseWork(OneBalance):
             work_warning(self.harmonics, names, of_work),
             by_finer,
             held_mean,
+            large_motion_warning(self.problem, self.measure, arrays["max_abs"]),
             sampling_warning(self.balance, curve)
             or samples_warning(self.samples, names, by_samples)
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
@@ -658,6 +662,22 @@ class ForcedResponseWork(OneBalance):
             errors = [curve.get(name, np.full(dataset.sizes["output"], np.nan)) for curve in curves]
             dataset[name] = ("case", "output"), np.array(errors), attributes
         return ForcedResponse(with_kinds(with_flags(dataset, curves), list(kinds)), self.problem)
+
+
+def large_motion_warning(problem: Problem, measure: Measure, max_abs: NDArray[Any]) -> str:
+    """A sentence where an output moves by a part of the structure's size; max_abs (points, outputs)."""
+    size, rotations = problem.structure.extent, (".rx", ".ry", ".rz")
+    if not size or measure.quantity.name != "displacement" or not max_abs.size:
+        return ""
+    moved = np.nan_to_num(max_abs).max(axis=0)
+    moved[[name.endswith(rotations) for name in problem.output_names]] = 0.0
+    most = int(np.argmax(moved))
+    if moved[most] <= LARGE * size:
+        return ""
+    return (
+        f"{problem.output_names[most]} moves by up to {moved[most]:.3g} m, {moved[most] / size:.2g} times the size of the "
+        "structure, but the theory assumes small motions."
+    )
 
 
 def _check_modes(response: ForcedResponse, modes: Any) -> None:

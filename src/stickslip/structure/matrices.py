@@ -87,6 +87,12 @@ class Structure:
         return f"{type(self).__name__}: {freedoms(self.dofs)}, {rule if self.C is None else 'with C'}"
 
     @property
+    def extent(self) -> float:
+        """The longest side of the box round its nodes, m; 0 where no coordinates are known."""
+        places = np.concatenate([self.mesh_points, np.reshape(list(self.nodes.values()), (-1, 3))])
+        return float(np.ptp(places, axis=0).max()) if len(places) else 0.0
+
+    @property
     def size(self) -> int:
         """The number of coordinates: the degrees of freedom, or fewer (`shapes`)."""
         return len(self.dofs) if self.shapes is None else int(self.shapes.shape[1])

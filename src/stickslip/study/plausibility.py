@@ -145,12 +145,6 @@ def _harmonics(study: _Study) -> list[str]:
     ]
 
 
-def _size(problem: Problem) -> float:
-    """The longest side of the box round the structure, m; 0 where no coordinates are known."""
-    places = np.concatenate([problem.structure.mesh_points, np.reshape(list(problem.structure.nodes.values()), (-1, 3))])
-    return float(np.ptp(places, axis=0).max()) if len(places) else 0.0
-
-
 def _amplitudes(study: _Study) -> list[str]:
     """A warning where the largest force level moves the structure by a part of its size, even at the ends of the band and with
     all contacts stuck, all excited harmonics together.
@@ -159,7 +153,7 @@ def _amplitudes(study: _Study) -> list[str]:
     outputs, harmonics = problem.output_rows, _excited(problem)
     motions = [[_linear_motion(problem, level, hertz, h)[0] for h in harmonics] for hertz in study.band]
     moved = float(np.abs(np.array(motions) @ outputs.T).sum(axis=1).max())
-    size = _size(problem)
+    size = problem.structure.extent
     if moved <= (LARGE * size or LARGE_WITHOUT_SIZE):
         return []
     compared = f", {moved / size:.2g} times the size of the structure" if size else ""
@@ -210,7 +204,7 @@ def _closes(contact: Contact) -> bool:
 
 def _distances(study: _Study) -> list[str]:
     """Contacts that would yield, or stand off, by a part of the structure before they slip or close."""
-    problem, limits, size = study.problem, study.limits, _size(study.problem)
+    problem, limits, size = study.problem, study.limits, study.problem.structure.extent
     if not size:
         return []
     found = []
