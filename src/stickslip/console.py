@@ -78,7 +78,7 @@ def progress_bar(title: str, remedy: str = "") -> Iterator[Report]:
             response = stickslip.forced_response(problem, band, force, progress=bar)
 
     A notebook keeps the time that it took. Where nobody sees a bar, as in files of output, a line every half minute takes its
-    place, which names the `remedy` where a curve gets no further.
+    place, which names the `remedy` where a curve does not advance.
     """
     console = _console(stderr=True)
     with deferred():
@@ -130,7 +130,7 @@ def _left(known: Sequence[tuple[float, float]], remedy: str) -> str:
         return ""
     if fraction - before < STANDING * fraction:
         since = next(time for time, share in known if fraction - share < STANDING * fraction)
-        return f", no further for {_duration(now - since)}: {FOLDING}{remedy and f'; {remedy}'}"
+        return f", no progress for {_duration(now - since)}: {FOLDING}{remedy and f'; {remedy}'}"
     return f", about {_duration((now - half) * (1.0 - fraction) / (fraction - before))} left"
 
 

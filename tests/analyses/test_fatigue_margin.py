@@ -75,7 +75,7 @@ def test_the_smallest_margin_opens_the_report(stressed, tmp_path):
     headline = fatigue_headline(response.dataset)
     assert headline.startswith("Smallest fatigue margin")
     assert worst.place in headline
-    assert "The material does not stand it." in headline
+    assert "The material does not withstand it." in headline
     assert headline.replace("\xa0", " ") in str(response).replace("\xa0", " ")
     page = report.write(response.dataset, tmp_path / "report.html").read_text()
     assert page.index(headline[:23]) < page.index('<table id="answer-')

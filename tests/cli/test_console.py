@@ -170,8 +170,8 @@ def test_the_remaining_time_is_that_at_the_last_pace_and_unknown_where_a_curve_f
     unknown = "the curve folds there, and the remaining time is unknown; stop it"
     assert ends == [
         "31 s, about 23 s left",
-        f"62 s, no further for 31 s: {unknown}",
-        f"2 min, no further for 89 s: {unknown}",
-        f"5 min, no further for 4 min: {unknown}",
+        f"62 s, no progress for 31 s: {unknown}",
+        f"2 min, no progress for 89 s: {unknown}",
+        f"5 min, no progress for 4 min: {unknown}",
         "10 min, about 94 s left",
     ]

@@ -229,7 +229,7 @@ def test_a_ring_in_rotation_has_the_hoop_stress_of_its_speed(ring):
     found = disk.stresses[0].rotation[0]
     assert found[1] == pytest.approx(hoop, rel=0.015)
     assert np.abs(np.delete(found, 1)).max() < 0.02 * hoop
-    assert any(text.startswith("The mean stress contains that of the rotation at 3000 rev/min, von Mises") for text in said)
+    assert any(text.startswith("The mean stress contains the stress due to rotation at 3000 rev/min, von Mises") for text in said)
     rig = TunedDisk(disk.with_damping(ss.ModalDamping(0.01)), (), (ss.Force("tip.x", 1.0),), ("tip.x",), engine_order=3)
     mean = ss.forced_response(rig, [100.0], harmonics=1).with_stress().dataset["stress_mean"].values[0, 0, 0]
     np.testing.assert_allclose(mean, found, rtol=1e-9)
@@ -316,7 +316,7 @@ def test_a_study_of_a_sector_at_speed_does_not_count_the_rotation_twice(ring):
     )
     text = STUDY.replace("[damping]", sector).replace("middle = [0.01, 0.1, 0.0]", f"inner = {node}")
     made = job(text, deck.parent, "ring")
-    assert any("contains that of the rotation at 3000 rev/min" in note for note in made.notes)
+    assert any("contains the stress due to rotation at 3000 rev/min" in note for note in made.notes)
     assert made.plan.recovery.rotation[0, 1] == pytest.approx(STEEL.density * (100.0 * np.pi * 0.1) ** 2, rel=0.015)
     limit = "[fatigue]\nfatigue_strength = 4e8\nultimate_strength = 9e8\n"
     job(text + limit, deck.parent, "ring")

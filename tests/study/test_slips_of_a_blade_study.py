@@ -73,7 +73,7 @@ PULL = "pull = [0.0, 600.0, 0.0]"
 BAND = "frequency = [400.0, 750.0]"
 LEVELS = "force_levels = [1.0, 5.0, 20.0, 60.0]"
 REST = "no state of rest"
-CARRY = "The static load on 'damper' must be one that its contacts can carry"
+CARRY = "The contacts cannot carry the static load on 'damper'"
 SAID = {
     "kt in N/m": ({"kt = 5e3": "kt = 5e6"}, "do not fit"),
     "kt in kN/mm": ({"kt = 5e3": "kt = 5.0"}, "yielded by"),

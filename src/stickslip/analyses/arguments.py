@@ -34,12 +34,12 @@ MeasureName = Annotated[str, Setting(lambda name, value: measure_of("displacemen
 ForceLevels = Annotated[float | Sequence[float], Setting(lambda name, value: force_levels(value))]
 Rule = Annotated[
     Rules,
-    Setting(_rule, 'what a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0'),
+    Setting(_rule, 'quantity that a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0'),
 ]
 Share = Annotated[
-    Sharing, Setting(lambda name, value: among(name, value, get_args(Sharing)), "which friction elements have one in common")
+    Sharing, Setting(lambda name, value: among(name, value, get_args(Sharing)), "which friction elements share a start variable")
 ]
-Seed = Annotated[int, Setting(Whole(0, LARGEST_SEED), "of the random draws")]
+Seed = Annotated[int, Setting(Whole(0, LARGEST_SEED), "seed of the random draws")]
 
 
 def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:

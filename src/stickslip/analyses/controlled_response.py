@@ -126,7 +126,7 @@ class HeldMotion(OneBalance, Settings):
     ]
     _: KW_ONLY
     output: OutputNumber = 0
-    quantity: Annotated[str, Setting(_motion, "what of the output is held")] = "acceleration"
+    quantity: Annotated[str, Setting(_motion, "quantity of the output that is held")] = "acceleration"
     harmonics: HarmonicNumbers = 5
     samples: Samples = 256
 
@@ -224,26 +224,28 @@ class ControlledResponseWork(HeldMotion):
 
 @takes(ControlledResponseWork)
 def controlled_response(work: ControlledResponseWork) -> ControlledResponse:
-    """The force level p(ω) with ω^k |X_1| = A, X_1 the first harmonic of the displacement of an output, by harmonic balance.
+    """Force level p(ω) at which an output vibrates with a given amplitude, ω^k |X_1| = A, by harmonic balance.
 
-    p multiplies every harmonic force, and its phase is that of the forces as they are. k = 0, 1, 2 for quantity "displacement",
-    "velocity", "acceleration"; amplitude: A, one or several, in m, m/s or m/s². band: a `Band` in Hz, followed from start to stop
-    through folds, which remain where contacts lift off or modes interact; or a list of frequencies in Hz, solved exactly there.
+    X_1 is the first harmonic of the displacement of the output. p multiplies every harmonic force, whose phases do not change.
+    k = 0, 1, 2 for quantity "displacement", "velocity", "acceleration"; amplitude: A, one or several, in m, m/s or m/s². band:
+    a `Band` in Hz, followed from start to stop through folds, which remain where contacts lift off or modes interact; or a list
+    of frequencies in Hz, at which the response is solved exactly.
     output: number of the output. harmonics, samples, workers, checkpoint, progress: as for `forced_response`.
 
-    Returns a `ControlledResponse`. Solving the forced response at a force level and frequency that it gives returns A, where the
-    start state has no phase (`TractionRatio` under a varying normal load has one, the same in both).
+    Returns a `ControlledResponse`. The forced response at a force level and frequency from it has the amplitude A, unless the
+    start state has a phase (`TractionRatio` under a varying normal load has one, the same in both).
     """
     return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
 
 
 @takes(HeldAtResonance)
 def phase_resonance(held: HeldAtResonance) -> PhaseResonance:
-    """Frequency f(A) and force level p(A) at which the displacement of an output is at 90° to the force, over its amplitude A.
+    """Frequency f(A) and force level p(A) at which the displacement of an output and the force are 90° out of phase.
 
-    Re(X_1 e^{−iφ}) = 0 beside ω^k |X_1| = A, φ the phase of the forces, which must be one. It begins at the lowest amplitude with
-    the mode of the stuck structure inside the band that takes the least force, and goes from amplitude to amplitude: what a phase
-    resonance test with a phase-locked loop measures. Arguments as for `controlled_response`.
+    Both are given over the amplitude A: they solve Re(X_1 e^{−iφ}) = 0 and ω^k |X_1| = A; all forces must have the same phase φ.
+    The curve begins at the lowest amplitude with the mode of the stuck structure inside the band that takes the least force, and
+    continues from amplitude to amplitude. A phase resonance test with a phase-locked loop measures the same. Arguments as for
+    `controlled_response`.
 
     Source: S. Peter and R. I. Leine, Mechanical Systems and Signal Processing 96 (2017) 139-158.
     """

@@ -29,10 +29,10 @@ MOST_SAMPLES = 8192
 
 
 TRACING = 0.5
-"""Progress at a level when its curve is traced and its peaks are still to be solved with more harmonics."""
+"""Progress at a level when its curve has been traced but its peaks are not yet solved with more harmonics."""
 
 _WATCHED: ContextVar[Callable[[float, str], None]] = ContextVar("watched", default=lambda fraction, text: None)
-"""Who is told how far the choice has come: it happens where works are made, which take no such argument."""
+"""The function that receives the progress of the choice, which is made where works are created; these take no such argument."""
 
 
 @dataclass(frozen=True)

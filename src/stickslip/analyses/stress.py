@@ -59,9 +59,9 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
 
     `stress_von_mises` (case, point, place), its largest over the period, with the mean; `stress_alternating`, the same without
     the mean; `stress_amplitude` and `stress_mean` (case, point, place, component), first harmonic and mean of each component.
-    `stress_without_contacts` and `frequency_without_contacts` (place): `stress_alternating` of the structure without contacts per
-    unit force level, the largest at its natural frequencies in the band, and where, Hz; NaN where there are none.
-    With strain gauges `strain_amplitude` (case, point, gauge): half of what the strain varies over the period, all harmonics.
+    `stress_without_contacts` and `frequency_without_contacts` (place): the largest `stress_alternating` of the structure without
+    contacts per unit force level, at its natural frequencies in the band, and that frequency, Hz; NaN if there are none.
+    With strain gauges `strain_amplitude` (case, point, gauge): half the peak-to-peak strain over the period, with all harmonics.
     """
     here, points = degrees_of_freedom(problem, recovery), SolvedPoints(dataset, problem)
     sizes = (*dataset["outcome"].shape, len(recovery.places))

@@ -219,8 +219,8 @@ def prepared(job: Job) -> Job:
     from stickslip.harmonic.orders import in_words
 
     if job.sweep is not None and job.sweep.harmonics == "auto":
-        say("Choosing the harmonics and samples that the highest peaks need, from curves with few harmonics.")
-        with progress_bar("Choosing harmonics", "give `harmonics` as a number to go without them") as report, watched(report):
+        say("Choosing the harmonics and samples that the highest peaks need; this computes curves with few harmonics.")
+        with progress_bar("Choosing harmonics", "to skip this step, give `harmonics` as a number") as report, watched(report):
             _ = job.plan.works
     for work in job.plan.works.values():
         if isinstance(work, ForcedResponseWork) and work.choice:
@@ -258,7 +258,7 @@ def computed_and_written(run: Run, figures: bool) -> list[str]:
 def computed(run: Run, kept: CheckpointFolder) -> dict[str, xr.Dataset]:
     """The results; a study that turns out to be wrong before a curve is completed leaves nothing behind."""
     try:
-        with progress_bar(run.words, "Ctrl-C keeps it as far as it is") as report:
+        with progress_bar(run.words, "Ctrl-C stops it and keeps what is finished") as report:
             return run.computed(kept, report)
     except InputError:
         if len(kept):

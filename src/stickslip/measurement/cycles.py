@@ -132,7 +132,7 @@ def whole_cycles(
         raise fault(f"{record.name}", f"must hold at least {FEWEST_CYCLES} whole cycles", count, "Record more of them.")
     if per_cycle < 2 * harmonics + 3:
         rule = f"must have more than {2 * harmonics + 2} samples a cycle for {harmonics} harmonics"
-        raise fault(f"{record.name}", rule, round(float(per_cycle), 1), "Sample faster, or ask for fewer harmonics.")
+        raise fault(f"{record.name}", rule, round(float(per_cycle), 1), "Sample faster, or request fewer harmonics.")
     gaps = _cycles_with_gaps(phase, harmonics)
     kept = [k for k in range(count) if k not in gaps]
     warnings = [*record.warnings, *_said_gaps(record.name, gaps, count)]

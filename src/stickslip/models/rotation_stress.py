@@ -1,4 +1,4 @@
-"""Stress of the rotation at places of a sector, from its centrifugal load."""
+"""Stress due to rotation at places of a sector, from its centrifugal load."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from stickslip.structure.stress import von_mises
 
 
 def rotation_stress(sector: Sector, rows: sparse.csr_array, axis: RotationAxis, speed: float) -> Array:
-    """Stress of the rotation (rows,) from `rows` of the motion of a sector, Pa: K u = Ω² M r at nodal diameter 0.
+    """Stress due to rotation (rows,) from `rows` of the motion of a sector, Pa: K u = Ω² M r at nodal diameter 0.
 
-    r: the distance of each node from the axis, as a vector; speed in rev/min, the one that K is at. Where K holds the spin
-    softening −Ω² M, the load acts at the deformed place.
+    r: the distance of each node from the axis, as a vector; speed: the speed of K, in rev/min. If K contains the spin
+    softening −Ω² M, the load acts at the deformed position.
     """
     d, solid = np.array(axis.direction), sector.solid
     away = solid.points - np.array(axis.point)
@@ -33,8 +33,8 @@ def rotation_stress(sector: Sector, rows: sparse.csr_array, axis: RotationAxis, 
         factor = None
     if factor is None or factor.weak:
         raise InputError(
-            "The disk must be held along and about its axis for the stress of the rotation, but is free to move there. "
-            "Hold it, or leave out the speed."
+            "For the stress due to rotation the disk must be held along and about its axis, but it is free to move there. "
+            "Fix some of its nodes, or leave out the speed."
         )
     return np.asarray((rows @ (T @ factor.solve(load))).real)
 
@@ -44,4 +44,4 @@ def rotation_note(stress: StressRows, mean: Array, speed: float) -> str:
     sizes = von_mises(mean.reshape(-1, 6)) / 1e6
     listed = ", ".join(f"{size:.4g} MPa at {name}" for name, size in list(zip(stress.nodes, sizes, strict=True))[:6])
     more = f", ... ({len(sizes)})" if len(sizes) > 6 else ""
-    return f"The mean stress contains that of the rotation at {speed:g} rev/min, von Mises {listed}{more}"
+    return f"The mean stress contains the stress due to rotation at {speed:g} rev/min, von Mises {listed}{more}"

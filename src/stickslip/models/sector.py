@@ -95,8 +95,8 @@ def read_sector(
     "z" through the origin, or (point, direction) in the units of the model. modes: number of fixed-interface modes of each nodal
     diameter, in addition to the retained nodes. interpolated: for faces with different meshes; the displacements of the finer
     face are interpolated between the nodes of the other. stress: places {name: node, set, coordinates or `StrainGauge`} whose
-    stress is recovered from the elements of the deck, none of them on the faces. speed: rotor speed in rev/min that K holds; the
-    mean stress then contains that of the rotation. progress is called with what is being done and what was found.
+    stress is recovered from the elements of the deck, none of them on the faces. speed: rotor speed of K in rev/min; the mean
+    stress then contains the stress due to rotation. progress is called with what is being done and what was found.
 
     A pair of nodes on the faces is fixed if either node is fixed. Matrices with a constraint between the faces are refused: in
     CalculiX write them without *CYCLIC SYMMETRY MODEL, or with CYCMPC=INACTIVE.

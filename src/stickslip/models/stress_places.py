@@ -23,8 +23,11 @@ MOST_PLACES = 200
 
 @dataclass(frozen=True)
 class StrainGauge:
-    """A place of stress with a strain gauge: at, a node or coordinates (x, y, z); direction (3,): in which it measures, of any
-    length, in the axes of the model."""
+    """A place of stress with a strain gauge.
+
+    at: a node, or coordinates (x, y, z). direction (3,): the direction in which the gauge measures, in the axes of the model; a
+    vector of any length.
+    """
 
     at: Where
     direction: Sequence[float]

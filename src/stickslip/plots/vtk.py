@@ -22,13 +22,14 @@ TRIANGLE = 5
 
 
 def save_vtu(shapes: Mapping[str, SurfaceMotion], path: str | Path) -> Path:
-    """Write shapes on one surface, by their names, in the units of their study; returns the path.
+    """Write deformed shapes {name: shape} of one surface to a .vtu file, in the units of their study, and return its path.
 
-    Points and triangles of the surface at rest, and of each shape NAME three fields: "NAME, real part" and "NAME, imaginary
-    part" (p, 3), u(t) = Re cos ωt − Im sin ωt, and "NAME, amplitude" (p,), the largest displacement in the period.
+    The file contains the points and triangles of the surface at rest, and for each shape NAME three fields: "NAME, real part" and
+    "NAME, imaginary part" (p, 3), u(t) = Re cos ωt − Im sin ωt, and "NAME, amplitude" (p,), the largest displacement in the
+    period.
     """
     if not shapes:
-        raise InputError("A .vtu file must hold deformed shapes, but these results keep none: no body has the surface of a mesh.")
+        raise InputError("A .vtu file must contain deformed shapes, but these results have none: no body has a surface mesh.")
     first = next(iter(shapes.values()))
     metre, unit = in_system("m", first.system)
     fields: dict[str, Any] = {}

@@ -24,8 +24,8 @@ NOTE = (
     "stress there, over that of the vibration. The amplitude is the largest von Mises stress of the vibration, the mean the sum "
     "of the mean normal stresses (Sines). Below a margin of 1 the part fails. The margin without contacts is that of the largest "
     "resonance of the structure without contacts in the band, at the same force level and mean stress. The vibration may grow by "
-    "the margin while the mean stress stays; the output then reaches the amplitude in the last column if the motion keeps its "
-    "shape.</p>"
+    "the factor of the margin if the mean stress does not change; the output then reaches the amplitude in the last column, if "
+    "the motion keeps its shape.</p>"
 )
 
 
@@ -36,7 +36,7 @@ def fatigue_headline(dataset: xr.Dataset) -> str:
         return ""
     where = f"{worst.place}, {level_text(dataset, worst.case)}, {hertz(worst.frequency)} Hz"
     sizes = f"amplitude {_pressure(dataset, worst.alternating)} at a mean of {_pressure(dataset, worst.mean)}"
-    verdict = "" if worst.size >= 1.0 else " The material does not stand it."
+    verdict = "" if worst.size >= 1.0 else " The material does not withstand it."
     if np.isfinite(worst.size_without_contacts):
         verdict += f" Without contacts the margin there is {number(worst.size_without_contacts, 3)}."
     return f"Smallest fatigue margin {number(worst.size, 3)} ({dataset.attrs['fatigue_criterion']}): {where}, {sizes}.{verdict}"

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 MOST = 12
 """Curves with a sentence each."""
-NO_ESTIMATE = "Loss factors, lower peaks and other points of the curves have no estimate of their error."
+NO_ESTIMATE = "The error is not estimated for loss factors, lower peaks and other points of the curves."
 LINEAR = {"stuck": "with stuck contacts", "free": "without contacts"}
 """The linear responses that peaks are compared with."""
 
@@ -37,7 +37,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     if len(places) > 1 and np.isfinite(peaks).any():
         e, case, _ = np.unravel_index(np.nanargmax(peaks), peaks.shape)
         lines = [f"highest peak: {_highest(dataset, int(e), int(case))}", *lines]
-    lines += [f"{MOST} of {len(places)} curves; all stand in the report"] if len(places) > MOST else []
+    lines += [f"{MOST} of {len(places)} curves; the report shows all"] if len(places) > MOST else []
     lines += [NO_ESTIMATE] if np.isfinite(peaks).any() else []
     return [*lines, *islice(filter(None, (_warning(dataset, e, case) for e, case in places)), MOST)]
 

@@ -29,9 +29,9 @@ NOTE = (
 
 
 GAUGES = (
-    '<p class="note">Strain gauges: half of what the strain varies over the period, at the largest computed point of each curve. '
-    "With a fatigue limit, the limit of a gauge is its strain where the smallest margin of the curve is 1, if the motion grows "
-    "in its shape.</p>"
+    '<p class="note">Strain gauges: the largest strain amplitude of each curve, half the peak-to-peak value over the period. '
+    "With a fatigue limit, the limit of a gauge is its strain amplitude at the point of the smallest margin, multiplied by this "
+    "margin: the motion is assumed to grow without changing its shape.</p>"
 )
 MICRO = 1e-6
 

@@ -32,7 +32,7 @@ STANDING_STEPS = 300
 STILL = 1e-6
 """Share of a step up to which everything but the means stands still."""
 
-FOLDS = "The curve folds again and again and gets no further; contacts that open and close many times a period do that."
+FOLDS = "The curve folds again and again without advancing, as it does if contacts open and close many times in a period."
 
 FOLDING_STEPS = 2000
 """Steps in a row without `ADVANCE`, after which a curve folds for ever. Of 110 random problems with barely pressed contacts, the

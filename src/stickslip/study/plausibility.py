@@ -116,9 +116,9 @@ def check_static_loads(problem: Problem, notes: Sequence[str] = ()) -> None:
         far = f" Loads of the opposite sign could be carried.{far}"
     for name in unbearable:
         raise InputError(
-            f"The static load on {name!r} must be one that its contacts can carry, but no normal forces that press and friction "
-            "within mu N add up to it, so that it cannot be at rest. Check the direction of its pull, mu, the normals, and where "
-            f"it and the surfaces beside it lie.{_neighbour(problem)}{far}"
+            f"The contacts cannot carry the static load on {name!r}: no combination of compressive normal forces and friction up "
+            "to mu N balances it, so it cannot be at rest. Check the direction of the pull, mu, the normals, and the position of "
+            f"the body and of the surfaces around it.{_neighbour(problem)}{far}"
         )
 
 
@@ -181,7 +181,7 @@ def _at_rest(study: _Study) -> list[str]:
         return []
     none = "no state of rest was found in which contacts carry the static loads"
     what = "no contact is pressed on at rest" if study.loads else none
-    where = "Check the directions of pulls and normals, preloads, and where bodies lie."
+    where = "Check the directions of pulls and normals, the preloads, and the positions of bodies."
     return [f"Warning: {what}. {where}{_neighbour(study.problem)}"]
 
 
@@ -189,7 +189,7 @@ def _neighbour(problem: Problem) -> str:
     """What to write in the contacts of a damper between two sectors, where no contact joins two."""
     if not isinstance(problem, TunedDisk) or any(_joins_sectors(contact) for contact in problem.contacts):
         return ""
-    return " No contact joins two sectors: a damper between neighbours touches next/SET."
+    return " No contact joins two sectors: a damper between neighbours must touch next/SET."
 
 
 def _joins_sectors(contact: Contact) -> bool:

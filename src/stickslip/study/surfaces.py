@@ -34,7 +34,7 @@ FAR, SMALLEST = 10.0, 1e-4
 APART, INCLINED = 0.25, 10.0
 """Distance of the face of a body from a surface, over the size of the surface, and angle between them, degrees, from where on it
 is likely not the face that was meant."""
-CHECK_FIT = "Check where the body lies, its axes, dimensions and angles."
+CHECK_FIT = "Check the position of the body, its axes, dimensions and angles."
 """How a warning of these ends."""
 CHECK_UNITS = "check units"
 """How a note on such a distance ends."""

@@ -82,8 +82,8 @@ Where = Annotated[
 class GaugeTable(Table):
     """A strain gauge at a place of stress."""
 
-    at: Annotated[Where, Field(description="its node, or coordinates")]
-    direction: Annotated[Vector, Field(description="in which it measures, in the axes of the model")]
+    at: Annotated[Where, Field(description="its node or its coordinates")]
+    direction: Annotated[Vector, Field(description="direction in which it measures, in the axes of the model")]
 
 
 StressPlace = Annotated[

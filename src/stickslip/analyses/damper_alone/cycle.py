@@ -183,12 +183,12 @@ class CycleWork(Driven):
 
 @takes(CycleWork)
 def damper_cycle(work: CycleWork) -> DamperCycle:
-    """The steady cycle of a damper under a prescribed motion of the left platform.
+    """Steady cycle of a damper under a prescribed motion of the left platform.
 
-    The pull is laid on first, with the platforms at rest, then cycles follow until the forces repeat to `tolerance` of the
-    largest, at most `cycles`. Quasi-static unless a `method` in time (`GeneralisedAlpha`, `Newmark`) is given with the
-    `frequency` [Hz]. steps: of a cycle. start: slider offsets [m], a number or one per friction element, or the state of another
-    cycle (`DamperCycle.state`): a loading history is a chain of cycles.
+    The pull is applied first, with the platforms at rest. Cycles then follow until the forces repeat within `tolerance` of the
+    largest force, at most `cycles` of them. The motion is quasi-static unless a `method` in time (`GeneralisedAlpha`, `Newmark`)
+    is given with the `frequency` [Hz]. steps: per cycle. start: slider offsets [m], a number or one per friction element, or the
+    state of another cycle (`DamperCycle.state`), so that cycles can be chained to a loading history.
     """
     return gathered(work.rig, work.motion, work.march, work.marching)
 

@@ -99,13 +99,15 @@ def _sets(name: str, value: Any) -> tuple[Any, ...]:
 class SteadyCyclesWork(Driven):
     """Cycles from several initial states, a case each."""
 
-    starts: Annotated[int, Setting(Whole(1), "of initial states", key="count")] = 20
-    spread: Annotated[
-        float | None, Setting(positive, "largest slider offset; twice the pull over the softest kt unless given")
-    ] = None
+    starts: Annotated[int, Setting(Whole(1), "number of initial states", key="count")] = 20
+    spread: Annotated[float | None, Setting(positive, "largest slider offset; default: twice the pull over the softest kt")] = (
+        None
+    )
     seed: Seed = 0
-    same: Annotated[float, Setting(positive, "difference of forces, relative to the largest, below which cycles are one")] = 1e-6
-    steps: Annotated[int, Setting(whole, "of a cycle")] = 1000
+    same: Annotated[
+        float, Setting(positive, "difference of forces, relative to the largest, below which cycles count as equal")
+    ] = 1e-6
+    steps: Annotated[int, Setting(whole, "steps per cycle")] = 1000
     workers: int = 1
     progress: Progress = silent
 
@@ -158,10 +160,10 @@ class SteadyCyclesWork(Driven):
 
 @takes(SteadyCyclesWork)
 def steady_cycles(work: SteadyCyclesWork) -> SteadyCycles:
-    """Steady quasi-static cycles from the virgin and from seeded random slider offsets, uniform in ±spread [m].
+    """Steady quasi-static cycles that start from the virgin state and from random slider offsets, uniform in ±spread [m].
 
-    spread: twice the pull over the softest tangential stiffness unless given. Cycles whose contact forces differ by less than
-    `same` of the largest count as one. workers: processes; progress(share, text) is called after each.
+    spread: default twice the pull over the softest tangential stiffness. Cycles whose contact forces differ by less than `same`
+    of the largest force count as equal. workers: number of processes; progress(share, text) is called after each cycle.
     """
     return work.gathered(all_cases(work, None, work.workers, work.progress))
 
@@ -180,8 +182,8 @@ class EvolutionWork(Driven):
         Sequence[ArrayLike], Setting(_sets, "sets of coefficients: a number each, or one for each line of contact")
     ]
     _: KW_ONLY
-    cycles: Annotated[int, Setting(Whole(1), "with each set; the last is kept")] = 1
-    steps: Annotated[int, Setting(whole, "of a cycle")] = 1000
+    cycles: Annotated[int, Setting(Whole(1), "cycles with each set of coefficients; the last one is saved")] = 1
+    steps: Annotated[int, Setting(whole, "steps per cycle")] = 1000
     progress: Progress = silent
 
     def __post_init__(self) -> None:
@@ -229,6 +231,6 @@ class EvolutionWork(Driven):
 
 @takes(EvolutionWork)
 def damper_evolution(work: EvolutionWork) -> DamperEvolution:
-    """Cycles while friction changes: for each set of coefficients (a number, or one per line of contact) the last of so many
-    cycles, which starts from the state that the set before left. progress(share, text) is called after each."""
+    """Cycles while friction changes: the last of `cycles` cycles with each set of coefficients (a number, or one per line of
+    contact). Each set starts from the final state of the previous one. progress(share, text) is called after each set."""
     return work.gathered(all_cases(work, None, 1, work.progress)[0])

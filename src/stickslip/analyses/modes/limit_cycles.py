@@ -67,7 +67,7 @@ class Fed(Settings):
     problem: OfProblem
     aerodynamic_damping: Annotated[
         ArrayLike,
-        Setting(checked_ratios, "damping ratio of the gas forces, negative where they feed the vibration, or a list"),
+        Setting(checked_ratios, "damping ratio of the aerodynamic forces, negative if they feed the vibration, or a list"),
     ] = 0.0
 
     @property
@@ -115,16 +115,16 @@ class LimitCyclesWork(Modes, Fed):
 
 @takes(LimitCyclesWork)
 def limit_cycles(work: LimitCyclesWork) -> LimitCycles:
-    """Limit cycles of a mode that gas forces excite and friction holds: amplitudes A with ζ(A) + aerodynamic_damping = 0.
+    """Limit cycles of a mode that aerodynamic forces excite and friction limits: ζ(A) + aerodynamic_damping = 0 at amplitude A.
 
     ζ(A) is the damping ratio of the nonlinear mode (`nonlinear_modes`), of friction and all viscous damping of the problem,
-    `AerodynamicDamping` included. aerodynamic_damping: further damping ratios of the mode, one or several, negative where gas
+    `AerodynamicDamping` included. aerodynamic_damping: further damping ratios of the mode, one or several, negative if the gas
     feeds the vibration; the force is 2ζωM q̇ of the first harmonic (extended="all": of all). Each root is solved by the equations
-    of the mode. Stable where dζ/dA > 0: vibration that is a little larger or smaller comes to it; else it leaves. The harmonic
-    forces of the problem do not act.
+    of the mode. A limit cycle is stable if dζ/dA > 0: slightly larger or smaller vibrations return to it. The harmonic forces of
+    the problem do not act.
 
     Other arguments as for `nonlinear_modes`. The largest damping ratio over A (`held_damping`) is the largest negative damping
-    that the structure holds at all; stable and unstable limit cycle meet there.
+    that friction can balance; the stable and the unstable limit cycle meet there.
 
     Source: ζ(A) = 0 of the extended periodic motion, M. Krack, Computers and Structures 154 (2015).
     """

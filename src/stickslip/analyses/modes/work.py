@@ -32,8 +32,8 @@ LOWEST = 1e-3
 """Where a curve begins whose largest amplitude alone is given, as a share of it."""
 
 AMPLITUDES = (
-    "[smallest, largest] amplitude of the first output, in the shape of the stuck mode; unless given from half to 1000 times "
-    "that at which the first contact slips"
+    "[smallest, largest] amplitude of the first output, in the shape of the stuck mode; default: from half to 1000 times "
+    "the amplitude at which the first contact slips"
 )
 
 NO_AUTO = 'A mode has no "auto": take the number that a forced response chooses, `response.dataset.attrs["harmonics"]`.'
@@ -72,7 +72,7 @@ class Modes(Settings):
     problem: OfProblem
     mode: Annotated[
         int | Sequence[int] | None,
-        Setting(listed_modes, "number of a mode of the stuck structure, or a list; unless given those in the band of [sweep]"),
+        Setting(listed_modes, "number of a mode of the stuck structure, or a list; default: those in the band of [sweep]"),
     ] = None
     amplitude: Annotated[float | tuple[float, float] | None, Setting(ends_of, AMPLITUDES)] = None
     harmonics: HarmonicsOfModes = 5
@@ -81,7 +81,7 @@ class Modes(Settings):
     frequency: float | None = None
     output: OutputNumber = 0
     largest_at_output: bool = False
-    extended: Annotated[Extended, Setting(first_or_all, "harmonics whose equation holds the negative damping of the mode")] = (
+    extended: Annotated[Extended, Setting(first_or_all, "harmonics whose equation contains the negative damping of the mode")] = (
         "first"
     )
 

@@ -67,8 +67,8 @@ class BandSettings(Measured, Settings):
     output: OutputNumber = 0
     quantity: QuantityName = "displacement"
     measure: MeasureName = "amplitude"
-    cloud: Annotated[int, Setting(Whole(0), "start states sampled at each value")] = 20
-    starts: Annotated[int, Setting(Whole(0), "how many of them begin a search")] = 2
+    cloud: Annotated[int, Setting(Whole(0), "number of start states sampled at each value")] = 20
+    starts: Annotated[int, Setting(Whole(0), "number of the best of these states, from each of which a search begins")] = 2
     rule: Rule = "slider_offset"
     share: Share = "contact"
     seed: Seed = 0

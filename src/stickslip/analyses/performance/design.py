@@ -274,12 +274,12 @@ class DesignSettings(Measured, Settings):
 @renamed_arguments(finished="checkpoint")
 @takes(DesignSettings)
 def damper_design(settings: DesignSettings) -> DamperDesign:
-    """The design in a box of variables whose worst-case resonance is lowest, min over v of max over (F, μ, start) of the peak.
+    """Design in a box of variables with the lowest worst-case resonance, min over v of max over (F, μ, start) of the peak.
 
     problem_of(friction=μ, **variables) makes the problem; with several `workers` it must be a function of a module.
-    variables: {name: (low, high)}. force: range of force levels, of which `levels` in equal ratios are met. friction: its
-    nominal coefficient; it may be anything within `friction_factor`, from μ/√factor to μ√factor, whose ends and middle are met.
-    starts: sampled start states of the contacts beside virgin ones; with 0 contacts are virgin ones, and nothing is searched.
+    variables: {name: (low, high)}. force: range of force levels, of which `levels` in equal ratios are computed. friction:
+    nominal coefficient μ; the range from μ/√`friction_factor` to μ√`friction_factor` is covered by its ends and its middle.
+    starts: number of sampled start states in addition to the virgin one; with 0 only the virgin state is used, without a search.
     search: in the worst case of every design all start states are searched as `response_bounds` does at the peak, for two to
     four times the time (`searched_peak`); a sample may miss the worst. Either way the designs computed compete over all start
     states: each that may be the best, and each known one, is searched under every friction coefficient; the optimum is the best.
@@ -291,7 +291,7 @@ def damper_design(settings: DesignSettings) -> DamperDesign:
     First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
     from all, each generation by all `workers`; then a simplex search from the best one, of at most `refinements` designs. From
     the optimum one variable after the other is moved, for its slopes to both sides and the range in which the worst-case peak, as
-    this search counts it, is at most 5 % higher. What `checkpoint` keeps is not computed again.
+    this search counts it, is at most 5 % higher. Designs in the `checkpoint` are not computed again.
     """
     results = all_cases(settings.work, settings.checkpoint, settings.workers, settings.progress)
     return DamperDesign(finished_design(settings, results, settings.checkpoint, settings.workers, settings.progress))

@@ -48,7 +48,7 @@ from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, s
 from stickslip.units import Band
 
 Vary = Literal["force", "preload"]
-Pull = Annotated[float | None, Setting(positive, "F_C of the problem; its largest static force unless given")]
+Pull = Annotated[float | None, Setting(positive, "centrifugal load F_C of the problem; default: its largest static force")]
 
 
 def _vary(name: str, vary: Any) -> str:
@@ -65,9 +65,9 @@ class PerformanceWork(Measured, Settings):
     force_ratio: Annotated[ArrayLike, Setting(ratios_of, "[low, high] of F_C/F_E")]
     friction: Annotated[
         float | Sequence[float] | None,
-        Setting(frictions_of, "coefficients of all contacts; those of the problem unless given"),
+        Setting(frictions_of, "friction coefficients of all contacts; default: those of the problem"),
     ] = None
-    vary: Annotated[Vary, Setting(_vary, "which of the two forces changes")] = "force"
+    vary: Annotated[Vary, Setting(_vary, "load that changes: the excitation, or the static forces and preloads")] = "force"
     _: KW_ONLY
     band: Annotated[Band | None, Setting(over_a_band)] = None
     pull: Pull = None

@@ -72,14 +72,16 @@ class BoundsWork(OneBalance, Measured, Settings):
     problem: OfProblem
     band: Annotated[Band | Sequence[float], Setting(_upwards)]
     force: ForceLevels = 1.0
-    objective: Annotated[Target, Setting(_target, "what is bounded: at each frequency, or at the resonance")] = "amplitude"
+    objective: Annotated[Target, Setting(_target, "quantity that is bounded: at each frequency, or at the resonance")] = (
+        "amplitude"
+    )
     _: KW_ONLY
     output: OutputNumber = 0
     quantity: QuantityName = "displacement"
     measure: MeasureName = "amplitude"
-    points: Annotated[int, Setting(Whole(2), "frequencies over the band")] = 25
-    cloud: Annotated[int, Setting(Whole(0), "start states sampled at each frequency")] = 60
-    starts: Annotated[int, Setting(Whole(0), "how many of them begin a search")] = 3
+    points: Annotated[int, Setting(Whole(2), "number of frequencies in the band")] = 25
+    cloud: Annotated[int, Setting(Whole(0), "number of start states sampled at each frequency")] = 60
+    starts: Annotated[int, Setting(Whole(0), "number of the best of these states, from each of which a search begins")] = 3
     rule: Rule = "slider_offset"
     share: Share = "element"
     seed: Seed = 0

@@ -98,9 +98,11 @@ class SamplesWork(OneBalance, Measured, Settings):
     problem: OfProblem
     band: Annotated[Band | Sequence[float], Setting(_band_or_list)]
     force: ForceLevels = 1.0
-    starts: Annotated[int | Array, Setting(_starts, "start states; the first is virgin unless `law` is given", key="count")] = 20
+    starts: Annotated[
+        int | Array, Setting(_starts, "number of start states; the first is virgin unless `law` is given", key="count")
+    ] = 20
     _: KW_ONLY
-    method: Annotated[Method, Setting(_method, "how they are drawn")] = "latin"
+    method: Annotated[Method, Setting(_method, "method of drawing the start states")] = "latin"
     distribution: Law | None = None
     rule: Rule = "slider_offset"
     share: Share = "element"
@@ -208,13 +210,15 @@ class SamplesWork(OneBalance, Measured, Settings):
 @renamed_arguments(finished="checkpoint")
 @takes(SamplesWork)
 def response_samples(work: SamplesWork) -> ResponseSamples:
-    """Curves over a band, or at frequencies in Hz, for many start states, each kept along its curve; one or several force levels.
+    """Curves over a band, or at frequencies in Hz, for many start states, at one or several force levels.
 
-    starts: how many to draw, or variables in [−1, 1] as an array (samples, variables); the first drawn one is virgin (zeros)
-    unless a distribution is given.
+    Each start state is the same along its curve.
+
+    starts: number of start states to draw, or variables in [−1, 1] as an array (samples, variables); the first drawn one is
+    virgin (zeros) unless a distribution is given.
     method: "latin" hypercube, "random", or "corners" (beyond 12 variables a seeded subset).
-    distribution: a law of every variable, as scipy.stats freezes them. A finite support, as of beta(0.5, 0.5), is mapped onto
-    [−1, 1]; of other laws, such as norm(0, 0.4), the part between −1 and 1 counts; uniform unless given.
+    distribution: a frozen distribution of scipy.stats for every variable; default uniform. A finite support, as of
+    beta(0.5, 0.5), is mapped onto [−1, 1]; of other laws, such as norm(0, 0.4), only the part between −1 and 1 is used.
     rule: what a variable sets (see `stickslip.contact.start`), or one rule for each tangential direction, of which "virgin" sets
     nothing; an offset of ±1 is the largest that any solution allows.
     share: one variable per friction "element", per "direction", per "contact", or for "all".

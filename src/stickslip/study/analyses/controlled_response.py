@@ -30,7 +30,7 @@ ControlledResponseTable = table_of(
     "The force that holds the first harmonic of an output at given amplitudes, over the frequencies of [sweep].",
     amplitude=Annotated[list[Positive], Field(min_length=1)],
     quantity=Held,
-    output=(Annotated[str | None, Field(description="name of the output that is held; the first unless given")], None),
+    output=(Annotated[str | None, Field(description="name of the output that is held; default: the first")], None),
 )
 
 

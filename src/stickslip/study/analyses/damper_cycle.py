@@ -106,7 +106,7 @@ class CycleTable(Table):
 
     together: ClassVar[tuple[tuple[str, str], ...]] = (("method", "frequency"),)
 
-    steps: Annotated[int, Field(ge=8, le=1000000, description="of a cycle")] = 1000
+    steps: Annotated[int, Field(ge=8, le=1000000, description="steps per cycle")] = 1000
     tolerance: Annotated[Positive, Field(description="change of the forces from cycle to cycle, relative to the largest")] = 1e-9
     cycles: Annotated[int, Field(ge=1, le=MOST, description="the most")] = 100
     method: Annotated[

@@ -69,7 +69,7 @@ class DesignTable(Table):
     designs: Annotated[int, Field(ge=4, le=MOST, description="points of the first look at the design space")] = 24
     generations: Annotated[int, Field(ge=0, le=MOST, description="of differential evolution from them")] = 0
     refinements: Annotated[int, Field(ge=0, le=MOST, description="designs of the simplex search that follows")] = 30
-    seed: Annotated[Seed, Field(description="of the random draws")] = 0
+    seed: Annotated[Seed, Field(description="seed of the random draws")] = 0
     harmonics: Annotated[Harmonics, Field(description="H, or a list that holds 1")] = 3
     samples: Annotated[int, Field(ge=8, le=1_000_000, description="samples of a period")] = 256
 

@@ -25,7 +25,7 @@ DampingRatio = Annotated[float, Field(gt=-1.0, lt=1.0, allow_inf_nan=False)]
 TABLE = "limit_cycles"
 LimitCyclesTable = table_of(
     LimitCyclesWork,
-    "Vibration that gas forces feed and friction holds; forces of [[force]] do not act.",
+    "Vibration that aerodynamic forces excite and friction limits; the forces of [[force]] do not act.",
     aerodynamic_damping=Annotated[
         Annotated[DampingRatio, Tag("<single>")] | Annotated[list[DampingRatio], Field(min_length=1), Tag("<list>")], by_form()
     ],

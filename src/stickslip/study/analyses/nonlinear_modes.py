@@ -35,7 +35,7 @@ FORMS: dict[str, Any] = {
 
 ModesTable = table_of(
     NonlinearModesWork,
-    "Natural frequency and damping over the amplitude; the force levels of [sweep] are those whose peaks are made from it.",
+    "Natural frequency and damping over the amplitude; the peaks at the force levels of [sweep] are derived from them.",
     **FORMS,
 )
 

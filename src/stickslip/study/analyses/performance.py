@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-Points = Annotated[int, Field(ge=2, le=MOST, description="values of F_C/F_E, in equal ratios")]
+Points = Annotated[int, Field(ge=2, le=MOST, description="number of values of F_C/F_E, in equal ratios")]
 PerformanceTable = table_of(
     PerformanceWork,
     "The resonance against F_C/F_E, for one or several friction coefficients; sought in the band of [sweep].",

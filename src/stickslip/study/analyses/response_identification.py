@@ -108,10 +108,10 @@ class ResponseIdentificationTable(Table):
     ] = "virgin"
     rule: Annotated[
         RuleOrRules,
-        Field(description='what a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0'),
+        Field(description='quantity that a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0'),
     ] = "traction_ratio"
     share: Annotated[
-        Literal["element", "direction", "contact", "all"], Field(description="which friction elements have one in common")
+        Literal["element", "direction", "contact", "all"], Field(description="which friction elements share a start variable")
     ] = "element"
     start_deviation: Annotated[Positive, Field(description="standard deviation of free start variables about 0, their prior")] = (
         0.5

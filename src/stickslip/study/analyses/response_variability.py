@@ -37,11 +37,13 @@ RuleOrRules = Annotated[
 
 
 LawName = Annotated[
-    str | None, Field(description="continuous distribution of scipy.stats that every variable follows; uniform unless given")
+    str | None, Field(description="continuous distribution of scipy.stats that every variable follows; default: uniform")
 ]
-LawParameters = Annotated[dict[str, Number], Field(description="of the law, by their names there: {a = 0.5, b = 0.5}")]
+LawParameters = Annotated[
+    dict[str, Number], Field(description="parameters of `law`, by their names in scipy.stats: {a = 0.5, b = 0.5}")
+]
 Points = Annotated[
-    int | None, Field(ge=2, le=MOST, description="solve exactly at so many frequencies of the band, which percentiles need")
+    int | None, Field(ge=2, le=MOST, description="number of frequencies in the band to solve exactly, which percentiles need")
 ]
 BoundsTable = table_of(
     BoundsWork, "Highest and lowest response over the start states of the contacts, beside the response itself.", rule=RuleOrRules

@@ -39,7 +39,7 @@ class UncertainTable(Table):
     preload: Annotated[Ends | None, Field(description="of a factor on every static force and preload")] = None
     slider_offset: Annotated[Two | None, LENGTH, Field(description="start state of every contact; instead of its own")] = None
     draws: Annotated[int, Field(ge=2, le=MOST_DRAWS, description="a power of two; draws × (ranges + 2) problems are solved")] = 64
-    seed: Annotated[Seed, Field(description="of the random draws")] = 0
+    seed: Annotated[Seed, Field(description="seed of the random draws")] = 0
 
 
 @dataclass(frozen=True, eq=False)
