@@ -97,7 +97,7 @@ def test_the_soft_spring_that_a_wedge_needs_is_proposed(folder):
 
 def test_a_damper_that_touches_one_sector_alone_is_asked_for_the_next_one(folder):
     said = "No contact joins two sectors: a damper between neighbours must touch next/SET."
-    with pytest.raises(InputError, match=f"its contacts can carry.*{said}"):
+    with pytest.raises(InputError, match=f"cannot carry the static load.*{said}"):
         changed(folder, ("next/PLATFORM_LEFT", "PLATFORM_LEFT"))
 
 

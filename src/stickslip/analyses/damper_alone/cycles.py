@@ -163,7 +163,7 @@ def steady_cycles(work: SteadyCyclesWork) -> SteadyCycles:
     """Steady quasi-static cycles that start from the virgin state and from random slider offsets, uniform in ±spread [m].
 
     spread: default twice the pull over the softest tangential stiffness. Cycles whose contact forces differ by less than `same`
-    of the largest force count as equal. workers: number of processes; progress(share, text) is called after each cycle.
+    of the largest force count as equal. workers: number of processes; progress(share, text) is called after each start.
     """
     return work.gathered(all_cases(work, None, work.workers, work.progress))
 
