@@ -77,7 +77,7 @@ def test_a_file_of_vtk_has_the_points_triangles_and_motion(response, tmp_path):
     real, imaginary = (arrays[f"a <b>, {part} part [mm]"] for part in ("real", "imaginary"))
     np.testing.assert_allclose(real + 1j * imaginary, 1e3 * first.displacement.ravel(), rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(arrays["force 80, amplitude [mm]"], 1e3 * shapes["force 80"].amplitude, rtol=1e-6)
-    with pytest.raises(ss.InputError, match="keep none"):
+    with pytest.raises(ss.InputError, match="these results have none"):
         save_vtu({}, tmp_path / "none.vtu")
 
 
