@@ -107,7 +107,7 @@ class Hybrid:
             to = STICK if s.kt * abs(speed) <= s.limit_rate(x[n:]) else int(np.sign(speed))
         modes[c] = to
 
-    def period_map(self, state, modes, omega, change=1e-6):
+    def period_map(self, state, modes, omega, change=1e-5):
         """Differences of the state a period later by motion, velocity and what stuck sliders remember."""
         n = self.force.size
         sizes = [np.abs(part).max(initial=1e-3) for part in (state[:n], state[n : 2 * n], state[2 * n :])]

@@ -102,8 +102,8 @@ def _without_contacts(
 ) -> tuple[Array, Array]:
     """The largest von Mises stress of the first harmonic without contacts per unit force level, and its frequency [Hz]."""
     largest, where = np.full((2, len(recovery.places)), np.nan)
-    if "linear_frequency" not in dataset or points.balance.periods > 1:
-        return largest, where
+    if "linear_frequency" not in dataset or points.balance.periods > 1 or not points.problem.C.any():
+        return largest, where  # without damping the resonance has no height
     low, high = dataset["linear_frequency"].values[[0, -1]]
     moved = without_contacts(points.balance)
     problem = points.problem

@@ -8,12 +8,11 @@ state of rest, and no steady vibration either.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, sparse
 from scipy.optimize import linprog
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from stickslip.checks import Array
@@ -67,7 +66,7 @@ def _loose_bodies(problem: Problem, stuck: Array, B: Array) -> list[_Loose]:
     size[size == 0.0] = 1.0
     held = np.where(np.abs(held) > LOOSE * np.outer(size, size), held, 0.0)
     nodes = np.array([dof.rpartition(".")[0] for dof in problem.structure.dofs])
-    _, bodies = connected_components(csr_array((held != 0.0) | (nodes[:, None] == nodes)), directed=False)
+    _, bodies = connected_components(sparse.csr_array((held != 0.0) | (nodes[:, None] == nodes)), directed=False)
     found = []
     for body in np.flatnonzero(np.bincount(bodies) < LARGEST):
         dofs = np.flatnonzero(bodies == body)
@@ -113,10 +112,11 @@ def _carried(forces: list[_Forces], bodies: list[_Loose], load: Array) -> bool:
         return True
     forces = [force for force in forces if np.any(force.rows @ motions)]
     limits, over = np.concatenate([force.limits for force in forces]), np.eye(wanted.size)
-    within = linalg.block_diag(*(force.within for force in forces))
+    within: Any = sparse.block_diag([force.within for force in forces])
+    beside: Any = sparse.hstack([within, sparse.csr_array((len(limits), 2 * wanted.size))])
     found = linprog(
         np.concatenate([np.zeros(within.shape[1]), np.ones(2 * wanted.size)]),
-        A_ub=np.hstack([within, np.zeros((len(limits), 2 * wanted.size))]),
+        A_ub=beside,
         b_ub=limits / size,
         A_eq=np.hstack([np.vstack([force.rows for force in forces]).dot(motions).T, over, -over]),
         b_eq=wanted / size,

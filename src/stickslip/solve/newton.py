@@ -90,9 +90,10 @@ def _lost(balance: HarmonicBalance, evaluation: Evaluation) -> bool:
     any load. So end bodies whose contacts slip under more than they carry: the stiffness that is left is a rounding too.
     """
     load = float(np.linalg.norm(balance.problem.static_load))
-    carried = float(np.linalg.norm(balance.carried_forces(evaluation)))
     rounding = float(np.finfo(float).eps * np.linalg.norm(evaluation.point.forces))
-    return load > 0.0 and rounding > LOST * max(load, carried)
+    if load == 0.0 or rounding <= LOST * load:
+        return False
+    return rounding > LOST * float(np.linalg.norm(balance.carried_forces(evaluation)))
 
 
 class Found(NamedTuple):
