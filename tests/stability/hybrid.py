@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 STICK, UP, DOWN, OPEN = 0, 1, -1, 2
-EXACT = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13}
+EXACT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15}  # events are found by it to 1e-12, differences of them to 1e-5
 
 
 @dataclass
@@ -107,7 +107,7 @@ class Hybrid:
             to = STICK if s.kt * abs(speed) <= s.limit_rate(x[n:]) else int(np.sign(speed))
         modes[c] = to
 
-    def period_map(self, state, modes, omega, change=1e-5):
+    def period_map(self, state, modes, omega, change=3e-6):
         """Differences of the state a period later by motion, velocity and what stuck sliders remember."""
         n = self.force.size
         sizes = [np.abs(part).max(initial=1e-3) for part in (state[:n], state[n : 2 * n], state[2 * n :])]
