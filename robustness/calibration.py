@@ -40,6 +40,7 @@ from robustness.limits import TooLongError
 from robustness.problems import CLASSES, Case, random_case
 from robustness.run import HARMONICS, SAMPLES
 from stickslip.checks import Array
+from stickslip.compilation import NOTICE
 from stickslip.files import write_text
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
@@ -308,10 +309,14 @@ def patiently(compute: Callable[[], Any]) -> Any:
 
 @contextmanager
 def limited(seconds: float) -> Iterator[None]:
-    """Raises `TooLongError` after so many CPU seconds."""
+    """Raises `TooLongError` after so many CPU seconds; a kernel that is being compiled is waited for, as it cannot be left half
+    done."""
 
     def stop(*_: object) -> None:
-        raise TooLongError
+        if NOTICE.compiling:
+            signal.setitimer(signal.ITIMER_VIRTUAL, 1.0)
+        else:
+            raise TooLongError
 
     before = signal.signal(signal.SIGVTALRM, stop)
     signal.setitimer(signal.ITIMER_VIRTUAL, seconds)

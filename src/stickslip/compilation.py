@@ -40,6 +40,11 @@ class CompilationNotice:
         self._depth, self._done = 0, 0
         self._began, self._said = 0.0, math.inf
 
+    @property
+    def compiling(self) -> bool:
+        """Whether a kernel is being compiled."""
+        return self._depth > 0
+
     def begin(self) -> None:
         """A kernel is being compiled."""
         self._depth += 1
