@@ -34,13 +34,13 @@ def test_a_notebook_is_kept_without_outputs(path):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Proactor event loop:RuntimeWarning")  # of pyzmq on Windows
 def test_the_first_notebook_shows_peaks_curves_a_bar_and_a_wedge_in_motion(start):
-    """The peak at 0.1 N by one harmonic: the energy balance 4 (X − 1) + π c ω X² = π F X with ω² = 1 + (θ − ½ sin 2θ)/π,
-    cos θ = 1 − 2/X gives X = 1.0584 m."""
+    """The peak at 1 N by one harmonic: the energy balance 4 µN (X − s) + π c ω X² = π F X with s = µN/kt,
+    m ω² = k + kt (θ − ½ sin 2θ)/π and cos θ = 1 − 2s/X gives X = 102.63 µm; the table shows 103."""
     assert not [output for outputs in start.values() for output in outputs if output.output_type in ("error", "stream")]
-    peaks = next(outputs for source, outputs in start.items() if source.endswith("mass.peaks()"))
+    peaks = next(outputs for source, outputs in start.items() if source.endswith("mode.peaks()"))
     first = shown(peaks, "text/plain")[-1].splitlines()[1].split()
-    assert float(first[5]) == pytest.approx(1.0584, rel=3e-3)
-    for name in ("mass.plot()", "response.plot()", 'response.plot("loops")'):
+    assert float(first[5]) == pytest.approx(102.63e-6, rel=5e-3)
+    for name in ("mode.plot()", "response.plot()", 'response.plot("loops")'):
         assert shown(start[name], "image/png")
     (bar, *_) = shown(next(outputs for source, outputs in start.items() if "progress_bar" in source), "text/plain")
     assert bar.startswith("Blade and wedge ")

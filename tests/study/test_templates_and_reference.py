@@ -1,5 +1,6 @@
 """Templates are sound studies, and the documentation of the study file is current."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -78,16 +79,16 @@ def test_every_key_has_a_meaning():
     assert [line for line in reference().splitlines() if line.startswith("| `") and line.endswith("|  |")] == []
 
 
-def test_the_studies_in_the_documentation_are_sound(tmp_path):
-    """Every complete example of the study page and of the README is read."""
-    np.savez(tmp_path / "mass.npz", M=np.eye(1), K=np.eye(1), C=0.02 * np.eye(1))
-    blocks = (DOCS.parent / "README.md").read_text().split("```toml\n")[1:]
-    assert blocks
-    for block in blocks:
-        (tmp_path / "study.toml").write_text(block.split("```")[0])
-        study = read(tmp_path / "study.toml")
+RIG, MATRICES = re.findall(r"```toml\n(\[study\]\n.*?)```", (DOCS / "study.md").read_text(), re.S)
+"""The complete studies of the page on study files."""
+
+
+@pytest.mark.parametrize("text", [pytest.param(RIG, marks=pytest.mark.slow), MATRICES], ids=["rig", "matrices"])
+def test_the_studies_in_the_documentation_are_sound(text, tmp_path):
+    (tmp_path / "study.toml").write_text(text)
+    study = read(tmp_path / "study.toml")
     assert study.plan.summary
-    assert study.sweep is None or study.sweep.problem.contacts
+    assert study.sweep.problem.contacts
 
 
 def test_the_template_of_a_model_is_a_blade(tmp_path):
