@@ -172,7 +172,7 @@ def report_fault(error: BaseException) -> int:
             return INTERRUPTED
         case Faults(faults=faults) if len(faults) > 1:
             warn(
-                f"{len(faults)} faults:\n" + "\n".join(f"  {number}. {message}" for number, message in enumerate(faults, start=1))
+                f"{len(faults)} errors:\n" + "\n".join(f"  {number}. {message}" for number, message in enumerate(faults, start=1))
             )
             return WRONG_INPUT
         case InputError():

@@ -318,7 +318,7 @@ def test_check_names_all_faults(one_mass):
     one_mass.write_text(text)
     assert_refused(
         stickslip_command("check", one_mass),
-        "3 faults",
+        "3 errors",
         "[[contact]] 1: kt must be above 0, but is -1.0",
         "'2.x' does not exist. Did you mean '1.x'?",
         "'harmonic'. Did you mean 'harmonics'?",

@@ -7,7 +7,7 @@ from stickslip.cli.contact_stiffness import contact_stiffness
 from stickslip.cli.explore import explore
 from stickslip.cli.identify_response import identify_response
 from stickslip.cli.models import info
-from stickslip.cli.results import export, plot, report
+from stickslip.cli.results import export, peaks, plot, report
 from stickslip.cli.studies import check, demo, identify, new, run
 
 __all__ = ["COMMANDS", "app", "main"]
@@ -23,6 +23,7 @@ COMMANDS = (
     contact_law,
     identify_response,
     report,
+    peaks,
     plot,
     export,
     contact_stiffness,

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from stickslip.cli.app import guarded
+from stickslip.cli.as_json import Json, of_model, say_json
 from stickslip.console import progress_bar, say
-
-if TYPE_CHECKING:
-    pass
 
 
 @guarded
@@ -26,6 +24,7 @@ def info(
     ] = None,
     no_damping: Annotated[bool, typer.Option("--no-damping", help="Ignore the matrix C of the file.")] = False,
     modes: Annotated[int, typer.Option(min=1, max=1000, help="How many of the lowest modes.")] = 10,
+    as_json: Json = False,
 ) -> None:
     """Describe a finite-element model: size, mass, extent, sets, first modes, rigid motions, and what is odd."""
     import warnings
@@ -46,4 +45,7 @@ def info(
         found = read_model(model, units=units, names=names, variables=named, own_damping=not no_damping)
         report(0.3, f"modes of {found.size} rows")
         description = describe(found, modes)
-    say(str(description))
+    if as_json:
+        say_json(of_model(description))
+    else:
+        say(str(description))

@@ -1,4 +1,4 @@
-"""Commands on results: `report`, `plot` and `export`."""
+"""Commands on results: `report`, `peaks`, `plot` and `export`."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import typer
 
 from stickslip.checks import fault, nearest
 from stickslip.cli.app import guarded
+from stickslip.cli.as_json import Json, of_peaks, say_json
 from stickslip.cli.places import results_in, writable_folder
 from stickslip.console import say
 
@@ -40,6 +41,36 @@ def report(
     say_several(files, results)
     folder = results if results.is_dir() else results.parent
     write_reports({name: open_results(file) for name, file in files.items()}, writable_folder(folder))
+
+
+@guarded
+def peaks(
+    ctx: typer.Context,
+    results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")],
+    as_json: Json = False,
+) -> None:
+    """Print the peaks of response curves in the units of the study, with the estimates of their errors and all warnings."""
+    from stickslip.report.failures import failures_of, warnings_of
+    from stickslip.report.presentation import presentation_of
+    from stickslip.results.files import open_results
+    from stickslip.results.quantities import peak_table
+    from stickslip.results.shown_units import shown_table
+
+    datasets = {name: open_results(file) for name, file in results_in(results).items()}
+    for dataset in datasets.values():
+        kind = presentation_of(dataset)
+        if not kind.responses:
+            remedy = f"`stickslip export` writes the tables of these results: {', '.join(kind.tables(dataset))}."
+            raise fault("RESULTS", "must be response curves, which have peaks", kind.title, remedy)
+    tables = {name: shown_table(peak_table(dataset), dataset) for name, dataset in datasets.items()}
+    if as_json:
+        say_json({"results": [of_peaks(name, dataset, tables[name]) for name, dataset in datasets.items()]})
+        return
+    for name, dataset in datasets.items():
+        say(f"{name}: {dataset.attrs.get('title', '')}" if name else str(dataset.attrs.get("title", "")))
+        say(tables[name].to_string(index=False, na_rep="", float_format=lambda value: f"{value:.6g}"))
+        for sentence in (*failures_of(dataset), *warnings_of(dataset)):
+            say(f"warning: {sentence}")
 
 
 @guarded

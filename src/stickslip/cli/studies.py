@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stickslip.checks import InputError, counted, fault, positive, unique
+from stickslip.checks import Faults, InputError, counted, fault, positive, unique
 from stickslip.cli.app import guarded
+from stickslip.cli.as_json import Json, of_study, say_json
 from stickslip.cli.places import claimed, free_folder, remove_if_empty
 from stickslip.cli.results import write_reports
-from stickslip.console import INCOMPLETE, progress_bar, say, warn
+from stickslip.console import INCOMPLETE, WRONG_INPUT, progress_bar, say, warn
 from stickslip.files import write_text
 
 if TYPE_CHECKING:
@@ -104,11 +105,15 @@ def check(
     ctx: typer.Context,
     study: Annotated[Path, typer.Argument(help="The study file.")],
     show: Annotated[bool, typer.Option("--show", help="Draw the model into STUDY_model.html: mesh, contacts, forces.")] = False,
+    as_json: Json = False,
 ) -> None:
-    """Check a study without computing its curves, and list all its faults."""
+    """Check a study without computing its curves, and list all its errors. Exit code 2 if there are any."""
     from stickslip.study.model_summary import model_summary
     from stickslip.study.run_time import estimated_seconds, run_time
 
+    if as_json:
+        check_as_json(study, show)
+        return
     job = prepared(read_job(study))
     say(f"{study} is valid: {job.plan.summary}.")
     for sentence in model_summary(job.sweep, job.plan.condition, job.units) if job.sweep else []:
@@ -117,6 +122,22 @@ def check(
         say(time)
     if show:
         say(f"Wrote {written_model(job, study)}: open it in a browser.")
+
+
+def check_as_json(study: Path, show: bool) -> None:
+    """The check as one JSON object, of a study with errors too; other lines go to the error stream."""
+    from stickslip.study.run_time import estimated_seconds
+
+    try:
+        job = prepared(read_job(study, warn), warn)
+        values = of_study(study, job, estimated_seconds(job))
+        if show:
+            values["model"] = str(written_model(job, study))
+        say_json(values)
+    except InputError as error:
+        errors = error.faults if isinstance(error, Faults) else [str(error)]
+        say_json({"study": str(study), "valid": False, "errors": errors})
+        raise typer.Exit(WRONG_INPUT) from None
 
 
 def written_model(job: Job, study: Path) -> Path:
@@ -132,27 +153,30 @@ def written_model(job: Job, study: Path) -> Path:
 @guarded
 def run(
     ctx: typer.Context,
-    study: Annotated[Path, typer.Argument(help="The study file.")],
-    out: Annotated[Path, typer.Option(help="Folder of the results.")],
+    studies: Annotated[list[Path], typer.Argument(metavar="STUDY...", help="The study file, or several.")],
+    out: Annotated[Path, typer.Option(help="Folder of the results; of several studies each has a folder in it.")],
     resume: Resume = False,
     overwrite: Overwrite = False,
     figures: Figures = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
-    """Compute a study: results.nc and report.html. Exit code 3 if a curve is incomplete."""
+    """Compute a study, or several side by side: results.nc of each, and one report.html. All are checked before the first is
+    computed. Exit code 3 if a curve is incomplete."""
     from stickslip.study.run import Run
     from stickslip.study.run_time import BRIEF, WORTH_SAYING, estimated_seconds, run_time
 
-    job = prepared(read_job(study))
-    seconds = estimated_seconds(job)
-    alone = workers or (1 if seconds is not None and seconds < BRIEF else cores())
-    executor = alone if scheduler is None else cluster(scheduler, workers)
-    folder = free_folder(out, [""], resume, overwrite)
-    say(f"{job.title}: {job.plan.summary}.")
-    if seconds is not None and seconds > WORTH_SAYING:
-        say(run_time(job, seconds))
-    carry_out(Run({"": job}, folder, resume, executor), figures)
+    jobs = read_jobs(studies)
+    times = {name: estimated_seconds(job) for name, job in jobs.items()}
+    brief = all(seconds is not None for seconds in times.values()) and sum(filter(None, times.values())) < BRIEF
+    executor = (workers or (1 if brief else cores())) if scheduler is None else cluster(scheduler, workers)
+    folder = free_folder(out, list(jobs), resume, overwrite)
+    for name, job in jobs.items():
+        say(f"{name + ': ' if name else ''}{job.title}: {job.plan.summary}.")
+        seconds = times[name]
+        if seconds is not None and seconds > WORTH_SAYING:
+            say(run_time(job, seconds))
+    carry_out(Run(jobs, folder, resume, executor), figures)
 
 
 @guarded
@@ -201,7 +225,24 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def read_job(path: Path) -> Job:
+def read_jobs(paths: Sequence[Path]) -> dict[str, Job]:
+    """The studies by the names of their files, one study by an empty name; the errors of all of them are reported at once."""
+    if len(paths) == 1:
+        return {"": prepared(read_job(paths[0]))}
+    unique("Names of study files", [path.stem for path in paths])
+    jobs, errors = {}, []
+    for path in paths:
+        say(f"{path}:")
+        try:
+            jobs[path.stem] = prepared(read_job(path))
+        except InputError as error:
+            errors += [f"{path}: {message}" for message in (error.faults if isinstance(error, Faults) else [str(error)])]
+    if errors:
+        raise Faults(errors)
+    return jobs
+
+
+def read_job(path: Path, say: Callable[[str], None] = say) -> Job:
     """Read the study, and report the notes on its model."""
     from stickslip.study import read
 
@@ -212,7 +253,7 @@ def read_job(path: Path) -> Job:
     return job
 
 
-def prepared(job: Job) -> Job:
+def prepared(job: Job, say: Callable[[str], None] = say) -> Job:
     """A job whose work is made: it reads the files that the study names, and chooses harmonics where this is left to it."""
     from stickslip.analyses.forced_response import ForcedResponseWork
     from stickslip.analyses.harmonic_choice import watched

@@ -12,7 +12,10 @@ from asyncio import CancelledError
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
+from hashlib import sha256
 from importlib import import_module, util
+from pathlib import Path
 from time import sleep
 from typing import Any
 
@@ -37,7 +40,8 @@ def installed() -> bool:
 
 @dataclass(frozen=True)
 class DaskCluster:
-    """The workers of a Dask scheduler at an address such as "tcp://10.0.0.1:8786"; they run the same version of stickslip.
+    """The workers of a Dask scheduler at an address such as "tcp://10.0.0.1:8786"; they run the same version of stickslip,
+    compared by the content of its source files.
 
     Everybody who reaches a scheduler can run programs on its workers: keep it in a trusted network, or use "tls://".
 
@@ -64,12 +68,12 @@ class DaskCluster:
         with self._client() as client:
             _wait_for_workers(client, self.address, progress)
             made = client.submit(_as_it_is, work, pure=False)
-            prepared = client.submit(_prepare, made, stickslip.__version__, pure=False)
+            prepared = client.submit(_prepare, made, own_version(), pure=False)
             ready = client.submit(_is_ready, prepared, pure=False)
             preparing = "preparing (the first run on a machine compiles the kernels)"
             for _ in self._as_they_come(client, {ready: "the preparation"}, lambda: progress(0.0, preparing)):
                 pass
-            futures = {client.submit(_solve, prepared, case, stickslip.__version__, pure=False): case for case in cases}
+            futures = {client.submit(_solve, prepared, case, own_version(), pure=False): case for case in cases}
             done = 0
 
             def report() -> None:
@@ -201,9 +205,21 @@ def _solve(work: Work, case: int, version: str) -> Arrays:
         return work.solve(case, _untold)
 
 
+@cache
+def own_version() -> str:
+    """The version of stickslip and a digest of its source files, so that two states of a clone differ."""
+    package = Path(stickslip.__file__).parent
+    digest = sha256()
+    for path in sorted(package.rglob("*.py")):
+        digest.update(f"{path.relative_to(package).as_posix()}\n".encode())
+        digest.update(path.read_bytes().replace(b"\r\n", b"\n"))
+    return f"{stickslip.__version__} ({digest.hexdigest()[:12]})"
+
+
 def _same_version(version: str) -> None:
-    if version != stickslip.__version__:
-        raise fault("stickslip on all workers", f"must be version {version}", stickslip.__version__)
+    if version != own_version():
+        remedy = "Install the same files here and on all workers; the digest in brackets is that of the source files."
+        raise fault("stickslip on all workers", f"must be version {version}", own_version(), remedy)
 
 
 def _untold(fraction: float) -> None:
