@@ -5,17 +5,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
+from each import each
 from structure.cantilever import cantilever_rig, cantilever_stress, resonant_stress
 from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip import report, rigs
-from stickslip.analyses.fatigue import margins, smallest_margin
+from stickslip.analyses.fatigue import EQUIVALENTS, margins, smallest_margin, with_fatigue
 from stickslip.checks import InputError
 from stickslip.cli import app
 from stickslip.plots.haigh import haigh_diagram
 from stickslip.report.fatigue import fatigue_headline, fatigue_table
-from stickslip.structure.stress import COMPONENTS, von_mises
+from stickslip.structure.stress import COMPONENTS, TENSOR, critical_plane, principal_size, von_mises
 
 PLACES = {"half way": (0.01, 0.1, 0.0), "root/1": (-0.01, 0.06, 0.0), "root/2": (0.01, 0.06, 0.0)}
 LIMIT = ss.FatigueLimit(fatigue_strength=400e6, ultimate_strength=1000e6)
@@ -61,11 +63,79 @@ def test_the_margin_without_contacts_is_that_of_the_same_body_solved_without_the
     free = ss.forced_response(bare, [own], [5.0, 50.0], harmonics=1).with_stress(recovery)
     stress = free.dataset["stress_alternating"].values[:, 0]
     np.testing.assert_allclose(np.outer([5.0, 50.0], response.dataset["stress_without_contacts"]), stress, rtol=1e-4)
+    on_plane = margins(response.with_fatigue(LIMIT, equivalent="principal").dataset)
+    principal = free.dataset["stress_principal"].values[:, 0].ravel()
+    assert [margin.without_contacts for margin in on_plane] == pytest.approx(principal, rel=1e-4)
     found = list(margins(response.with_fatigue(LIMIT).dataset))
     assert [margin.size_without_contacts * margin.without_contacts for margin in found] == pytest.approx(
         [m.allowed for m in found]
     )
     assert all(margin.size > margin.size_without_contacts for margin in found if margin.case == 0)
+
+
+def harmonic_stress(vibration, mean):
+    """A result with the stress vibration · cos ωt + mean at one place, tensors of six components in Pa."""
+    instants = np.cos(2.0 * np.pi * np.arange(64) / 64)[:, None] * np.asarray(vibration, dtype=float)
+    amplitude, middle = critical_plane(instants, np.asarray(mean, dtype=float))
+    dims = ("case", "point", "place")
+    values = {
+        "stress_von_mises": von_mises(instants + mean).max(),
+        "stress_alternating": von_mises(instants).max(),
+        "stress_principal": amplitude,
+        "stress_principal_mean": middle,
+    }
+    data = xr.Dataset({name: (dims, np.full((1, 1, 1), size)) for name, size in values.items()})
+    means = np.asarray(mean, dtype=float).reshape(1, 1, 1, 6)
+    data = data.assign(stress_mean=((*dims, "component"), means), frequency=(("case", "point"), [[100.0]]))
+    return data.assign_coords(place=["root"], component=list(COMPONENTS), force_level=("case", [1.0]))
+
+
+@each(
+    ("vibration", "mean", "equivalent", "amplitude", "middle"),
+    [
+        # tension, then tension under pressure: the sign of the mean is kept
+        *(([80e6, 0, 0, 0, 0, 0], [200e6, 0, 0, 0, 0, 0], kind, 80e6, 200e6) for kind in EQUIVALENTS),
+        *(([80e6, 0, 0, 0, 0, 0], [-200e6, 0, 0, 0, 0, 0], kind, 80e6, -200e6) for kind in EQUIVALENTS),
+        # torsion under tension: principal axes of the vibration at 45 degrees
+        ([0, 0, 0, 50e6, 0, 0], [200e6, 0, 0, 0, 0, 0], "sines", np.sqrt(3.0) * 50e6, 200e6),
+        ([0, 0, 0, 50e6, 0, 0], [200e6, 0, 0, 0, 0, 0], "von_mises", np.sqrt(3.0) * 50e6, 200e6),
+        ([0, 0, 0, 50e6, 0, 0], [200e6, 0, 0, 0, 0, 0], "principal", 50e6, 100e6),
+        # torsion under torsion: the plane in tension counts
+        ([0, 0, 0, 50e6, 0, 0], [0, 0, 0, 90e6, 0, 0], "sines", np.sqrt(3.0) * 50e6, 0.0),
+        ([0, 0, 0, 50e6, 0, 0], [0, 0, 0, 90e6, 0, 0], "von_mises", np.sqrt(3.0) * 50e6, np.sqrt(3.0) * 90e6),
+        ([0, 0, 0, 50e6, 0, 0], [0, 0, 0, 90e6, 0, 0], "principal", 50e6, 90e6),
+        # tension in two directions, 120 and 60 MPa, under 30 and 70 MPa
+        ([120e6, 60e6, 0, 0, 0, 0], [30e6, 70e6, 0, 0, 0, 0], "sines", np.sqrt(10800.0) * 1e6, 100e6),
+        ([120e6, 60e6, 0, 0, 0, 0], [30e6, 70e6, 0, 0, 0, 0], "von_mises", np.sqrt(10800.0) * 1e6, np.sqrt(3700.0) * 1e6),
+        ([120e6, 60e6, 0, 0, 0, 0], [30e6, 70e6, 0, 0, 0, 0], "principal", 120e6, 30e6),
+    ],
+)
+def test_equivalent_stresses_are_those_by_hand(vibration, mean, equivalent, amplitude, middle):
+    (found,) = margins(with_fatigue(harmonic_stress(vibration, mean), LIMIT, {"root": 10e6}, equivalent))
+    assert found.alternating == pytest.approx(amplitude, rel=1e-9)
+    assert found.mean == pytest.approx(middle + 10e6, rel=1e-9)
+    assert found.size == pytest.approx(400e6 * (1.0 - max(middle + 10e6, 0.0) / 1000e6) / amplitude, rel=1e-9)
+
+
+def test_largest_principal_stresses_are_eigenvalues():
+    stress = np.random.default_rng(0).standard_normal((200, 6)) * 10.0 ** np.random.default_rng(1).uniform(-3, 8, (200, 1))
+    stress[0] = 0.0
+    stress[1] = [-5.0, -5.0, -5.0, 0.0, 0.0, 0.0]
+    tensors = stress[:, TENSOR].reshape(-1, 3, 3)
+    np.testing.assert_allclose(principal_size(stress), np.abs(np.linalg.eigvalsh(tensors)).max(axis=1), rtol=1e-9)
+
+
+def test_the_principal_stress_of_bending_is_its_normal_stress(stressed):
+    """Half way up a cantilever both amplitudes are |σ_yy|, its mean too."""
+    data = stressed.dataset.sel(place="half way").isel(case=1)
+    bending, mean = (data[name].sel(component="yy").values for name in ("stress_amplitude", "stress_mean"))
+    np.testing.assert_allclose(data["stress_principal"], bending, rtol=0.02)
+    np.testing.assert_allclose(data["stress_principal_mean"], mean, atol=0.02 * np.abs(bending).max())
+
+
+def test_the_report_says_which_stress_is_compared(stressed, tmp_path):
+    page = report.write(stressed.with_fatigue(LIMIT, equivalent="principal").dataset, tmp_path / "report.html").read_text()
+    assert "on the plane of the largest principal stress" in page
 
 
 def test_the_smallest_margin_opens_the_report(stressed, tmp_path):

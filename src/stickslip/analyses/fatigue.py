@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from stickslip.analyses.stress import has_stress
-from stickslip.checks import InputError, fault, finite, nearest
+from stickslip.checks import Array, InputError, among, fault, finite, nearest
 from stickslip.structure.fatigue import FatigueLimit
+from stickslip.structure.stress import von_mises
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,17 +21,40 @@ DRAWN = 61
 """Points of the line of the limit that a figure is drawn from."""
 
 
-def with_fatigue(dataset: xr.Dataset, limit: FatigueLimit, mean: Mapping[str, float] | None = None) -> xr.Dataset:
+Equivalent = Literal["sines", "von_mises", "principal"]
+EQUIVALENTS = {
+    "sines": "The amplitude is the largest von Mises stress of the vibration, the mean the sum of the mean normal stresses "
+    "(Sines)",
+    "von_mises": "The amplitude is the largest von Mises stress of the vibration, the mean the von Mises stress of the mean "
+    "stresses, negative in compression",
+    "principal": "Amplitude and mean are those of the normal stress on the plane of the largest principal stress of the "
+    "vibration",
+}
+"""Of each equivalent stress in tension, how it is made."""
+
+
+def with_fatigue(
+    dataset: xr.Dataset, limit: FatigueLimit, mean: Mapping[str, float] | None = None, equivalent: Equivalent = "sines"
+) -> xr.Dataset:
     """A response with stress (`with_stress`) and its fatigue margin.
 
-    As Sines compares a stress of several components with tests in tension: its amplitude is the largest von Mises stress of the
-    vibration over the period (`stress_alternating`), its mean σ_m the sum of the mean normal stresses, which is the stress
-    itself in tension. `fatigue_mean` (case, point, place): σ_m [Pa]; `fatigue_limit`: the amplitude that the material stands
-    there; their margin is `fatigue_limit` / `stress_alternating`, by which the vibration may grow at the same mean stress.
-    mean: what the response does not hold, such as the stress of the rotation, Pa by place; of a set by its name.
+    equivalent: the stress in tension with which a stress of several components is compared.
+
+    "sines": amplitude σ_a, the largest von Mises stress of the vibration over the period (`stress_alternating`); mean σ_m, the
+    sum of the mean normal stresses. Source: G. Sines (1959), see `FatigueLimit`.
+    "von_mises": the same σ_a; σ_m, the von Mises stress of the mean stresses with the sign of their sum of normal stresses.
+    Source: R. G. Budynas and J. K. Nisbett, Shigley's Mechanical Engineering Design, chapter 6 (combinations of loading modes).
+    "principal": σ_a and σ_m of the normal stress on the plane of the largest principal stress of the vibration
+    (`stress_principal`, `stress_principal_mean`), for brittle materials. Source: see `critical_plane`.
+
+    In tension all three are the stress itself. `fatigue_amplitude` (case, point, place): σ_a [Pa]; `fatigue_mean`: σ_m;
+    `fatigue_limit`: the amplitude that the material stands there; their margin is `fatigue_limit` / `fatigue_amplitude`, by which
+    the vibration may grow at the same mean stress.
+    mean: what the response does not hold, such as the stress of the rotation, Pa by place, added to σ_m; of a set by its name.
     """
     import xarray as xr
 
+    among("equivalent", equivalent, EQUIVALENTS)
     if not has_stress(dataset):
         raise InputError("A fatigue margin needs stress along the curves: take it of `response.with_stress()`.")
     places = [str(place) for place in dataset["place"].values]
@@ -40,12 +64,14 @@ def with_fatigue(dataset: xr.Dataset, limit: FatigueLimit, mean: Mapping[str, fl
         if not here:
             raise fault("mean", "must name places of stress", name, nearest(name, places))
         added[here] = finite(f"mean of {name}", size)
-    sizes = dataset["stress_mean"].sel(component=list(NORMAL)).values.sum(axis=-1) + added
+    amplitude, sizes = _in_tension(dataset, equivalent)
+    sizes = sizes + added
     allowed = np.where(np.isfinite(sizes), limit.amplitude(np.nan_to_num(sizes)), np.nan)
     dims = ("case", "point", "place")
     drawn = np.linspace(min(0.0, float(np.nanmin(sizes, initial=0.0))), limit.largest_mean, DRAWN)
     return dataset.assign(
-        fatigue_mean=(dims, sizes, {"units": "Pa", "long_name": "mean stress: sum of the mean normal stresses"}),
+        fatigue_amplitude=(dims, amplitude, {"units": "Pa", "long_name": "equivalent stress amplitude"}),
+        fatigue_mean=(dims, sizes, {"units": "Pa", "long_name": "equivalent mean stress"}),
         fatigue_limit=(
             dims,
             allowed,
@@ -55,7 +81,19 @@ def with_fatigue(dataset: xr.Dataset, limit: FatigueLimit, mean: Mapping[str, fl
         haigh_limit=xr.DataArray(
             limit.amplitude(drawn), dims="haigh", attrs={"units": "Pa", "long_name": "stress amplitude of the Haigh diagram"}
         ),
-    ).assign_attrs(fatigue_criterion=limit.words)
+    ).assign_attrs(fatigue_criterion=limit.words, fatigue_equivalent=equivalent)
+
+
+def _in_tension(dataset: xr.Dataset, equivalent: Equivalent) -> tuple[Array, Array]:
+    """Amplitude and mean of the equivalent stress (case, point, place), Pa."""
+    if equivalent == "principal":
+        if "stress_principal" not in dataset:
+            raise InputError("The response has no principal stresses: it is of an older version. Compute its stress again.")
+        return dataset["stress_principal"].values, dataset["stress_principal_mean"].values
+    tension = dataset["stress_mean"].sel(component=list(NORMAL)).values.sum(axis=-1)
+    if equivalent == "von_mises":
+        tension = np.where(tension < 0.0, -1.0, 1.0) * von_mises(dataset["stress_mean"].values)
+    return dataset["stress_alternating"].values, tension
 
 
 def has_fatigue(dataset: xr.Dataset) -> bool:
@@ -89,9 +127,12 @@ class Margin(NamedTuple):
 
 def margins(dataset: xr.Dataset) -> Iterator[Margin]:
     """Of every curve and place where a point was solved, the smallest along the curve."""
-    alternating, allowed = dataset["stress_alternating"].values, dataset["fatigue_limit"].values
+    alternating = dataset["fatigue_amplitude" if "fatigue_amplitude" in dataset else "stress_alternating"].values
+    allowed = dataset["fatigue_limit"].values
     none = np.full(dataset.sizes["place"], np.nan)  # in results of before
-    free = np.outer(dataset["force_level"].values, dataset.get("stress_without_contacts", none))
+    by_plane = dataset.attrs.get("fatigue_equivalent") == "principal"
+    free_stress = dataset.get("principal_without_contacts" if by_plane else "stress_without_contacts", none)
+    free = np.outer(dataset["force_level"].values, free_stress)
     with np.errstate(divide="ignore", invalid="ignore"):
         size = np.where(alternating > 0.0, allowed / alternating, np.where(np.isfinite(alternating), np.inf, np.nan))
     for case in range(size.shape[0]):

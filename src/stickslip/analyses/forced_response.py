@@ -18,7 +18,7 @@ from stickslip.analyses.arguments import force_levels
 from stickslip.analyses.base_motion import absolute
 from stickslip.analyses.deformed_shape import deformed_shape, with_shapes
 from stickslip.analyses.dense_output import response_at
-from stickslip.analyses.fatigue import with_fatigue
+from stickslip.analyses.fatigue import Equivalent, with_fatigue
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.isolated import isolated_curves
@@ -228,15 +228,18 @@ class ForcedResponse(Result):
         """A copy whose dataset also holds the stress along its curves, for figures, report and tables; places as in `stress`."""
         return replace(self, dataset=with_stress(self.dataset, self.problem, self._recovery(recovery)))
 
-    def with_fatigue(self, limit: FatigueLimit, mean: Mapping[str, float] | None = None) -> ForcedResponse:
+    def with_fatigue(
+        self, limit: FatigueLimit, mean: Mapping[str, float] | None = None, equivalent: Equivalent = "sines"
+    ) -> ForcedResponse:
         """A copy of a response with stress whose dataset also holds its fatigue margin, for figures, report and tables.
 
-        As Sines compares a stress of several components with tests in tension: its amplitude is the largest von Mises stress of
-        the vibration over the period, its mean σ_m the sum of the mean normal stresses, which is the stress itself in tension.
-        The margin `fatigue_limit` / `stress_alternating` says by how much the vibration may grow at the same mean stress.
-        mean: what the response does not hold, such as the stress of the rotation, Pa by place.
+        The margin `fatigue_limit` / `fatigue_amplitude` says by how much the vibration may grow at the same mean stress.
+        mean: what the response does not hold, such as the stress of the rotation, Pa by place. equivalent: the stress in tension
+        with which one of several components is compared. "sines": the largest von Mises stress of the vibration, and the sum of
+        the mean normal stresses; "von_mises": the same amplitude, and the von Mises stress of the mean with the sign of that
+        sum; "principal": the normal stress on the plane of the largest principal stress of the vibration.
         """
-        return replace(self, dataset=with_fatigue(self.dataset, limit, mean))
+        return replace(self, dataset=with_fatigue(self.dataset, limit, mean, equivalent))
 
     def _recovery(self, given: StressRecovery | None) -> StressRecovery:
         found = own_recovery(self.problem) if given is None else given

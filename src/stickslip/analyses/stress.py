@@ -14,7 +14,7 @@ from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
 from stickslip.harmonic.linear_response import without_contacts
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
-from stickslip.structure.stress import COMPONENTS, StressRecovery, joined, von_mises
+from stickslip.structure.stress import COMPONENTS, StressRecovery, critical_plane, joined, principal_size, von_mises
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,14 +58,17 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
     """A forced response with the stress at every converged point of every curve, Pa.
 
     `stress_von_mises` (case, point, place), its largest over the period, with the mean; `stress_alternating`, the same without
-    the mean; `stress_amplitude` and `stress_mean` (case, point, place, component), first harmonic and mean of each component.
+    the mean; `stress_amplitude` and `stress_mean` (case, point, place, component), first harmonic and mean of each component;
+    `stress_principal` and `stress_principal_mean`, amplitude and mean of the normal stress on the `critical_plane`.
     `stress_without_contacts` and `frequency_without_contacts` (place): the largest `stress_alternating` of the structure without
     contacts per unit force level, at its natural frequencies in the band, and that frequency, Hz; NaN if there are none.
+    `principal_without_contacts`: its largest principal stress there.
     With strain gauges `strain_amplitude` (case, point, gauge): half the peak-to-peak strain over the period, with all harmonics.
     """
     here, points = degrees_of_freedom(problem, recovery), SolvedPoints(dataset, problem)
     sizes = (*dataset["outcome"].shape, len(recovery.places))
     largest, alternating = np.full((2, *sizes), np.nan)
+    principal = np.full((*sizes, 2), np.nan)
     amplitude, mean = np.full((2, *sizes, len(COMPONENTS)), np.nan)
     gauges = [recovery.places.index(name) for name in recovery.gauges]
     measured, strains = np.array(list(recovery.gauges.values())), np.full((*sizes[:2], len(gauges)), np.nan)
@@ -73,12 +76,14 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
         harmonics = stress_harmonics(problem, recovery, points.whole_motion(case, point)[here])
         over_time = np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E)
         largest[case, point] = von_mises(over_time).max(axis=1)
-        alternating[case, point] = von_mises(over_time - harmonics[:, None, :, 0]).max(axis=1)
+        vibration, still = over_time - harmonics[:, None, :, 0], harmonics[..., 0]
+        alternating[case, point] = von_mises(vibration).max(axis=1)
+        principal[case, point] = [critical_plane(*each) for each in zip(vibration, still, strict=True)]
         if gauges:
             strains[case, point] = 0.5 * np.ptp(np.einsum("gnc,gc->gn", over_time[gauges], measured), axis=1)
-        amplitude[case, point], mean[case, point] = np.hypot(harmonics[..., 1], harmonics[..., 2]), harmonics[..., 0]
+        amplitude[case, point], mean[case, point] = np.hypot(harmonics[..., 1], harmonics[..., 2]), still
     dims = ("case", "point", "place")
-    free, where = _without_contacts(dataset, points, recovery, here)
+    free, free_principal, where = _without_contacts(dataset, points, recovery, here)
     if gauges:
         about = {"units": "1", "long_name": "amplitude of the strain at the gauge"}
         dataset = dataset.assign(strain_amplitude=(("case", "point", "gauge"), strains, about)).assign_coords(
@@ -89,6 +94,13 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
         stress_alternating=(dims, alternating, {"units": "Pa", "long_name": "largest von Mises stress of the vibration"}),
         stress_amplitude=((*dims, "component"), amplitude, {"units": "Pa", "long_name": "first harmonic of the stress"}),
         stress_mean=((*dims, "component"), mean, {"units": "Pa", "long_name": "mean stress"}),
+        stress_principal=(dims, principal[..., 0], {"units": "Pa", "long_name": "amplitude of the largest principal stress"}),
+        stress_principal_mean=(dims, principal[..., 1], {"units": "Pa", "long_name": "mean stress along the principal axis"}),
+        principal_without_contacts=(
+            ("place",),
+            free_principal,
+            {"units": "Pa", "long_name": "principal stress without contacts"},
+        ),
         stress_without_contacts=(("place",), free, {"units": "Pa", "long_name": "alternating stress without contacts"}),
         frequency_without_contacts=(("place",), where, {"units": "Hz", "long_name": "resonance of the stress without contacts"}),
     ).assign_coords(
@@ -99,11 +111,12 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
 
 def _without_contacts(
     dataset: xr.Dataset, points: SolvedPoints, recovery: StressRecovery, here: list[int]
-) -> tuple[Array, Array]:
-    """The largest von Mises stress of the first harmonic without contacts per unit force level, and its frequency [Hz]."""
-    largest, where = np.full((2, len(recovery.places)), np.nan)
+) -> tuple[Array, Array, Array]:
+    """The largest von Mises stress of the first harmonic without contacts per unit force level, the largest principal stress
+    there, and the frequency [Hz]."""
+    largest, principal, where = np.full((3, len(recovery.places)), np.nan)
     if "linear_frequency" not in dataset or points.balance.periods > 1 or not points.problem.C.any():
-        return largest, where  # without damping the resonance has no height
+        return largest, principal, where  # without damping the resonance has no height
     low, high = dataset["linear_frequency"].values[[0, -1]]
     moved = without_contacts(points.balance)
     problem = points.problem
@@ -113,10 +126,12 @@ def _without_contacts(
         if low <= hertz <= high:
             with suppress(np.linalg.LinAlgError):
                 stress = rows @ moved(2.0 * np.pi * hertz)[here]
-                size = von_mises((stress[:, None] * turns[:, None]).real).max(axis=1)
+                over_time = (stress[:, None] * turns[:, None]).real
+                size = von_mises(over_time).max(axis=1)
                 larger = np.isfinite(size) & ~(size <= largest)
                 largest[larger], where[larger] = size[larger], hertz
-    return largest, where
+                principal[larger] = principal_size(over_time[larger]).max(axis=1)
+    return largest, principal, where
 
 
 def stress_harmonics(problem: Problem, recovery: StressRecovery, q: Array) -> Array:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analyses.fatigue import Margin, has_fatigue, margins, smallest_margin
+from stickslip.analyses.fatigue import EQUIVALENTS, Margin, has_fatigue, margins, smallest_margin
 from stickslip.plots.haigh import haigh_diagram
 from stickslip.report.charts import Charts
 from stickslip.report.markup import cell, table
@@ -21,11 +21,10 @@ if TYPE_CHECKING:
 
 NOTE = (
     '<p class="note">The smallest margin of each curve and place: the stress amplitude that the material stands at the mean '
-    "stress there, over that of the vibration. The amplitude is the largest von Mises stress of the vibration, the mean the sum "
-    "of the mean normal stresses (Sines). Below a margin of 1 the part fails. The margin without contacts is that of the largest "
-    "resonance of the structure without contacts in the band, at the same force level and mean stress. The vibration may grow by "
-    "the factor of the margin if the mean stress does not change; the output then reaches the amplitude in the last column, if "
-    "the motion keeps its shape.</p>"
+    "stress there, over that of the vibration. {equivalent}. Below a margin of 1 the part fails. The margin without contacts is "
+    "that of the largest resonance of the structure without contacts in the band, at the same force level and mean stress. The "
+    "vibration may grow by the factor of the margin if the mean stress does not change; the output then reaches the amplitude in "
+    "the last column, if the motion keeps its shape.</p>"
 )
 
 
@@ -89,7 +88,8 @@ def fatigue_part(charts: Charts, name: str, label: str, dataset: xr.Dataset) -> 
     heads = ["force level", "place", "frequency in Hz", f"amplitude in {pressure}", f"mean in {pressure}", f"limit in {pressure}"]
     heads += ["margin", "margin without contacts", f"allowed amplitude of {dataset['output'].values[0]} in {length.name}"]
     figure = charts.drawn(f"chart-haigh-{name}", haigh_diagram(dataset), "Haigh diagram")
-    return NOTE + figure + table(f"fatigue-{name}", f"{label}: smallest fatigue margins", heads, _rows(dataset))
+    note = NOTE.format(equivalent=EQUIVALENTS[dataset.attrs.get("fatigue_equivalent", "sines")])
+    return note + figure + table(f"fatigue-{name}", f"{label}: smallest fatigue margins", heads, _rows(dataset))
 
 
 def _rows(dataset: xr.Dataset) -> Iterator[str]:

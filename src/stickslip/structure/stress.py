@@ -23,6 +23,12 @@ INSIDE = 1e-6
 """How far beyond its cell, in local coordinates from 0 to 1, a place on a face may lie by rounding."""
 
 
+TENSOR = [0, 3, 5, 3, 1, 4, 5, 4, 2]
+"""Where the nine entries of the stress tensor stand among `COMPONENTS`."""
+EQUAL = 1e-6
+"""Relative difference up to which two principal stresses are one."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class StressRecovery:
     """σ = rows q at named places. rows (places, 6, dofs) [Pa/m], components xx, yy, zz, xy, yz, zx; dofs: names of q.
@@ -108,16 +114,56 @@ def von_mises(stress: Array) -> Array:
     return np.asarray(np.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3.0 * (xy**2 + yz**2 + zx**2)))
 
 
+def principal_size(stress: Array) -> Array:
+    """The size of the largest principal stress, max |σ_k|, of stresses (..., 6), Pa.
+
+    With the deviator's invariants J₂, J₃: σ_k = I₁/3 + 2 √(J₂/3) cos(θ − 2πk/3), cos 3θ = (3√3/2) J₃/J₂^{3/2}.
+    """
+    x, y, z, xy, yz, zx = np.moveaxis(np.asarray(stress, dtype=float), -1, 0)
+    mean = (x + y + z) / 3.0
+    x, y, z = x - mean, y - mean, z - mean
+    second = von_mises(stress) ** 2 / 3.0
+    third = x * y * z + 2.0 * xy * yz * zx - x * yz**2 - y * zx**2 - z * xy**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lode = np.where(second > 0.0, 1.5 * np.sqrt(3.0) * third / second**1.5, 1.0)
+    angle = np.arccos(np.clip(lode, -1.0, 1.0)) / 3.0
+    radius = 2.0 * np.sqrt(second / 3.0)
+    ends = mean + radius * np.cos(angle), mean + radius * np.cos(angle + 2.0 * np.pi / 3.0)
+    return np.asarray(np.maximum(*np.abs(ends)))
+
+
+def critical_plane(vibration: Array, mean: Array) -> tuple[float, float]:
+    """Amplitude and mean of the normal stress on the plane across the largest principal stress of a vibration, Pa.
+
+    vibration (instants, 6): stress over a period, without its mean (6,). σ_a = ½ (max − min) of nᵀσ(t)n, σ_m = the middle of
+    both with nᵀσ̄n. Of several planes of equal amplitude, as in pure shear, that of the largest mean.
+    Source: D. F. Socie and G. B. Marquis, Multiaxial Fatigue, SAE (2000), critical planes of normal stress.
+    """
+    sizes = principal_size(vibration)
+    near = vibration[sizes >= (1.0 - EQUAL) * sizes.max()]
+    _, axes = np.linalg.eigh(near[:, TENSOR].reshape(-1, 3, 3))
+    normal = normal_rows(axes.swapaxes(1, 2).reshape(-1, 3))
+    over_time = vibration @ normal.T
+    high, low = over_time.max(axis=0), over_time.min(axis=0)
+    amplitudes, means = 0.5 * (high - low), 0.5 * (high + low) + normal @ mean
+    largest = amplitudes >= (1.0 - EQUAL) * amplitudes.max()
+    return float(amplitudes[largest].max()), float(means[largest].max())
+
+
+def normal_rows(directions: Array) -> Array:
+    """nᵀσn per stress, (..., 6), of unit vectors n (..., 3)."""
+    x, y, z = np.moveaxis(directions, -1, 0)
+    return np.stack([x * x, y * y, z * z, 2.0 * x * y, 2.0 * y * z, 2.0 * z * x], axis=-1)
+
+
 def strain_along(direction: ArrayLike, material: Material) -> Array:
     """The normal strain along a direction per stress, (6,) [1/Pa]: ε = dᵀ ((1 + ν) σ − ν tr(σ) 1) d / E, |d| = 1."""
     d = vector("direction", direction, 3)
     size = float(np.linalg.norm(d))
     if not size:
         raise fault("direction", "must not be zero", d.tolist())
-    x, y, z = d / size
     nu, young = material.poisson, material.young
-    each = np.array([x * x, y * y, z * z, 2.0 * x * y, 2.0 * y * z, 2.0 * z * x])
-    return np.asarray(((1.0 + nu) * each - nu * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])) / young)
+    return np.asarray(((1.0 + nu) * normal_rows(d / size) - nu * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])) / young)
 
 
 def _cells_around(basis: Any, mesh: Any, place: Array) -> list[tuple[int, Array]]:

@@ -36,6 +36,10 @@ class FatigueTable(Table):
     criterion: Annotated[
         Literal["goodman", "gerber", "soderberg"], Field(description="how a mean stress lowers the amplitude")
     ] = "goodman"
+    equivalent: Annotated[
+        Literal["sines", "von_mises", "principal"],
+        Field(description="stress in tension with which a stress of several components is compared"),
+    ] = "sines"
     points: Annotated[
         list[Pair] | None,
         Field(min_length=2, description="pairs of mean stress and amplitude, a measured Haigh diagram in place of the strengths"),
@@ -72,4 +76,4 @@ def fatigue_of(asked: Asked, recovery: StressRecovery | None) -> Callable[[xr.Da
         limit = FatigueLimit(**strengths, points=given["points"] or ())
     except InputError as error:
         raise InputError(f"[fatigue]: {error}") from None
-    return lambda dataset: with_fatigue(dataset, limit, mean)
+    return lambda dataset: with_fatigue(dataset, limit, mean, table.equivalent)
