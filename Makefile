@@ -9,6 +9,7 @@
 # make test-rounding   the tests with the rounding of other processors: all of them for two, the numerical ones for the rest
 # make verify   every promised number into results/verify.json and docs/verification.md, and the tests that take minutes
 # make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
+# make tutorials   carries out the tutorials and renews their pictures
 # make gallery   what the examples print and draw, for the page of examples
 # make paper   the figure of the first pages and of paper/paper.md
 # make screenshots   the pictures of docs/explorer.md, in Chromium
@@ -41,7 +42,7 @@ test-oldest:
 	$(OLDEST)/bin/python -m pip install --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/kernels $(OLDEST)/bin/python -m pytest -W default -m "not verify and not system" $(OLDEST_TESTS)
 
-.PHONY: $(TESTING) kernels test-oldest paper screenshots gallery setup bench demo check format reference docs lock clean robustness measures verify-system verify
+.PHONY: $(TESTING) kernels test-oldest paper screenshots gallery tutorials setup bench demo check format reference docs lock clean robustness measures verify-system verify
 
 setup: $(STAMP)
 
@@ -118,6 +119,9 @@ docs: setup
 
 gallery: setup
 	$(BIN)/python tools/gallery.py
+
+tutorials: setup
+	$(BIN)/python tools/tutorials.py
 
 paper: setup
 	$(BIN)/python docs/figures/single_blade.py

@@ -15,7 +15,7 @@ def main() -> None:
 
         if not is_behind(error):
             raise
-        sys.stderr.write("Interrupted; no file is incomplete.\n")
+        sys.stderr.write("Interrupted. All files written so far are complete.\n")
         sys.exit(INTERRUPTED)
     command_line()
 

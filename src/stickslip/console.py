@@ -168,7 +168,7 @@ def report_fault(error: BaseException) -> int:
     """Report an error; returns the exit code."""
     match error:
         case KeyboardInterrupt():
-            warn("Interrupted; no file is incomplete.")
+            warn("Interrupted. All files written so far are complete.")
             return INTERRUPTED
         case Faults(faults=faults) if len(faults) > 1:
             warn(

@@ -38,7 +38,7 @@ _SENTENCES = {
         "there. Add a stiffness to ground, or use slider offsets."
     ),
     Outcome.MOST_STARTS_UNSOLVED: (
-        "Most start states have no solution, so the extremes of the others bound nothing. Use another rule, or one for each "
+        "Most start states have no solution, so no bounds can be given. Use another rule, or one for each "
         'tangential direction: ratios in the plane of a damper, "virgin" or slider offsets along its axis.'
     ),
     Outcome.STATIC_NOT_FOUND: (

@@ -422,7 +422,7 @@ def test_interrupted_from_the_keyboard(one_mass, tmp_path):
     process.send_signal(signal.SIGINT)
     output, errors = process.communicate(timeout=60)
     assert process.returncode == console.INTERRUPTED, errors
-    assert errors.strip().endswith("Interrupted; no file is incomplete.")
+    assert errors.strip().endswith("Interrupted. All files written so far are complete.")
     assert "Traceback" not in output + errors
     kept = tmp_path / "out" / "unfinished"
     assert kept.exists() == (tmp_path / "out").exists()  # what holds nothing is not left behind

@@ -87,7 +87,7 @@ def test_an_interrupt_that_python_turns_into_another_error_is_one(capfd):
     assert report_fault(raised.value) == INTERRUPTED
     assert report_fault(RuntimeError("another")) == FAILED
     assert capfd.readouterr().err.startswith(
-        "Interrupted; no file is incomplete.\nError inside stickslip (RuntimeError: another)"
+        "Interrupted. All files written so far are complete.\nError inside stickslip (RuntimeError: another)"
     )
 
 
@@ -96,7 +96,7 @@ def test_ctrl_c_while_modules_load_ends_without_a_traceback(tmp_path):
     (tmp_path / "typer.py").write_text("raise KeyboardInterrupt\n")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
     ended = subprocess.run([sys.executable, "-m", "stickslip"], env=environment, capture_output=True, text=True, check=False)
-    assert (ended.returncode, ended.stderr) == (INTERRUPTED, "Interrupted; no file is incomplete.\n")
+    assert (ended.returncode, ended.stderr) == (INTERRUPTED, "Interrupted. All files written so far are complete.\n")
 
 
 def test_a_warning_is_a_sentence_without_its_place_in_the_program(capfd):

@@ -117,7 +117,7 @@ def test_ctrl_c_while_many_files_are_read_and_fitted(tmp_path):
     assert process.returncode == console.INTERRUPTED, output + errors
     assert errors.splitlines() == [
         "Nothing was kept yet: no part of the work was completed.",
-        "Interrupted; no file is incomplete.",
+        "Interrupted. All files written so far are complete.",
     ]
     assert not [path for path in out.rglob("*") if path.is_file()]
 

@@ -288,12 +288,12 @@ def test_ctrl_c_keeps_what_is_finished(curves, tmp_path):
     arguments = ("identify-response", "single_mass", *curves, *free)
     assert interrupted("finished", *arguments, "--out", tmp_path / "early").splitlines() == [
         "Nothing was kept yet: no part of the work was completed.",
-        "Interrupted; no file is incomplete.",
+        "Interrupted. All files written so far are complete.",
     ]
     folder = tmp_path / "late"
     errors = interrupted("kept", *arguments, "--out", folder)
     assert errors.startswith(f"Kept 1 completed curve in {folder / 'unfinished'}")
-    assert errors.endswith("Interrupted; no file is incomplete.")
+    assert errors.endswith("Interrupted. All files written so far are complete.")
     resumed = command(*arguments, "--out", folder, "--resume")
     assert resumed.exit_code == 0, resumed.output
     assert "Resuming from" in resumed.output

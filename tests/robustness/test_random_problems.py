@@ -112,7 +112,7 @@ def test_a_curve_that_is_lost_is_followed_from_the_end_of_its_band(monkeypatch):
     monkeypatch.setattr(sweep, "_traced", traced)
     found = curve.solve_curve(balance, [0.5, 2.0], 0.5, exactly=False)
     assert found.outcome == Outcome.CONVERGED
-    assert found.message == f"{curve.ARRIVED} It was followed backwards from there, since from its start it was lost: Lost."
+    assert found.message == f"{curve.ARRIVED} {curve.FROM_THE_END} Cause: Lost."
     omegas = [point.point.omega for point in found.points]
     assert (omegas[0], omegas[-1]) == (0.5, 2.0)
     assert omegas == sorted(omegas)

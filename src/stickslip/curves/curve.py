@@ -22,6 +22,7 @@ RESTARTS = 3
 """How often a list of frequencies is begun anew where a curve does not reach the rest of it."""
 
 ARRIVED = "The curve reached the end of the band."
+FROM_THE_END = "The sweep failed from the start of the band, so it was computed from the other end."
 
 SWEEP = 0.3
 """Share of the work that is the sweep, about; the rest is the search for its peaks."""
@@ -225,7 +226,7 @@ def ended(
     """The curve of a sweep over a band, without peaks: its points, outcome and sentence."""
     points, message = swept.points, ARRIVED if swept.lost is None else _lost_message(balance, swept, ends)
     if swept.from_the_end is not None:
-        message = f"{ARRIVED} It was followed backwards from there, since from its start it was lost: {swept.from_the_end}"
+        message = f"{ARRIVED} {FROM_THE_END} Cause: {swept.from_the_end}"
     outcome = Outcome.CONVERGED if swept.lost is None else Outcome.NOT_CONVERGED
     lost_at = points[-1].point.omega if swept.lost is not None and points else None
     return Curve(level, tuple(points), outcome, message, lost_at, measure=measure)

@@ -139,7 +139,7 @@ class Problem:
             "Contacts",
             "must not be so stiff that rounding hides the structure",
             f"{self.contact_stiffness.max():.3g} N/m against {largest:.3g} N/m at most in K",
-            "Lower kt and kn: a contact 1e4 times as stiff as what it joins is rigid but for one part in 1e4.",
+            "Lower kt and kn: a contact 1e4 times as stiff as the parts that it joins is rigid to within 1e-4.",
         )
 
     @cached_property

@@ -91,7 +91,7 @@ def curves(datasets: Datasets, charts: Charts) -> str:
     linear = "Thin dotted: without contacts; thin dashed: with stuck contacts. " if known else ""
     note = (
         f'<p class="note">{linear}Dots mark the highest peaks of what is '
-        "shown, crosses at the foot points without convergence. Click a point for its loops.</p>"
+        "shown; crosses at the bottom mark frequencies that did not converge. Click a point for its loops.</p>"
     )
     return section("curves", "Response curves", html, note)
 
@@ -201,7 +201,7 @@ def _loops(draw: Callable[[ContactRow, bool], Chart], rows: Mapping[str, Contact
 
 def states(datasets: Datasets, charts: Charts) -> str:
     """Contact states along the curves."""
-    note = '<p class="note">Colours mix by the shares of the period. Gaps: no convergence.</p>'
+    note = '<p class="note">Colours mix by the shares of the period. Gaps mark points that did not converge.</p>'
     html = "".join(
         charts.drawn("chart-states", contact_states(dataset, MOST_SHOWN), "", label) for label, dataset in datasets.items()
     )

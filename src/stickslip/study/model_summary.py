@@ -64,8 +64,9 @@ def _loads(problem: Problem, when: str, system: UnitSystem | None) -> list[str]:
     if not loads:
         if not any(contact.normal is not None for contact in problem.contacts):
             return []
-        held = ", and does friction hold them" if any(contact.law.rubs for contact in problem.contacts) else ""
-        return [f"Normal loads at rest{when}: none found. Do the static loads press the contacts on{held}?"]
+        held = " and that friction can hold them" if any(contact.law.rubs for contact in problem.contacts) else ""
+        unknown = f"No static equilibrium was found{when}, so normal loads at rest are unknown."
+        return [f"{unknown} Check that the static loads close the contacts{held}."]
     open_ = [name for name, load in loads.items() if load == 0.0]
     factor, unit = in_system("N", system)
     closed = [f"{name} {factor * load:.4g}" for name, load in loads.items() if load > 0.0]
