@@ -61,7 +61,7 @@ def response_curves(
     Unstable parts are dashed in a response `with_stability`.
 
     Dots mark the highest peak of what is drawn: solved where the result has peaks of it, else the highest point of the curve that
-    stands above its neighbours. Crosses at the foot are points without convergence.
+    stands above its neighbours. Crosses at the bottom mark points that did not converge.
     """
     index, own = output_index(dataset, output), measure_in(dataset)
     derived, per_force = quantity_named(quantity or own.name, per_force)
