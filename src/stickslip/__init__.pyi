@@ -51,6 +51,7 @@ from .contact.stiffness import (
     static_normal_load as static_normal_load,
 )
 from .contact.tanh_coulomb import TanhCoulomb as TanhCoulomb
+from .contact.valanis import Valanis as Valanis
 
 from .analyses.hysteresis_loop import HysteresisLoop as HysteresisLoop, hysteresis_loop as hysteresis_loop
 

@@ -23,6 +23,7 @@ from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.microslip import MicroslipArray
 from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
 from stickslip.contact.tanh_coulomb import TanhCoulomb
+from stickslip.contact.valanis import Valanis
 
 
 @dataclass(frozen=True)
@@ -81,8 +82,7 @@ def every_law() -> list[type[Law]]:
 
 def samples_of(law: type[Law]) -> list[Sample]:
     """The samples of one law, be it a table of sliders or not."""
-    every = (*SAMPLES, *DISC_SAMPLES, *SPRING_SAMPLES, *DAHL_SAMPLES, *TANH_SAMPLES)
-    return [sample for sample in every if type(sample.law) is law]
+    return [sample for sample in EVERY_SAMPLE if type(sample.law) is law]
 
 
 def _array(kts: tuple[float, ...], mu: float, **others: tuple[float, ...]) -> tuple[Element, ...]:
@@ -158,6 +158,13 @@ DAHL_SAMPLES = (
 )
 """Friction that never sticks: `test_dahl` referees it; of elements the kt, L and N."""
 
+VALANIS_SAMPLES = (
+    Sample("Valanis of constant load", Valanis(2.0, 0.5, 0.6, normal_load=1.2), 1, (Element(2.0, 0.5, load=1.2),)),
+    Sample("Valanis of varying load", Valanis(2.0, 0.4, 0.9, 3.0, 1.0), 1, (Element(2.0, 0.4, 3.0, preload=1.0),)),
+    Sample("Valanis with gap, plane", Valanis(1.3, 0.7, 0.3, 2.0, 0.2, 0.1), 2, (Element(1.3, 0.7, 2.0, 0.1, 0.2),)),
+)
+"""Friction that yields later than Dahl's: `test_valanis` referees it; of elements the kt, L and N."""
+
 TANH_SAMPLES = (
     Sample("tanh of constant load", TanhCoulomb(0.5, 0.3, normal_load=1.2), 1, (Element(0.0, 0.5, load=1.2),)),
     Sample("tanh of varying load", TanhCoulomb(0.4, 0.2, 3.0, 1.0), 1, (Element(0.0, 0.4, 3.0, preload=1.0),)),
@@ -165,5 +172,10 @@ TANH_SAMPLES = (
 )
 """Friction by the velocity, without a spring: `test_tanh_coulomb` referees it; of elements the L and N."""
 
-SMOOTH_SAMPLES = (*DAHL_SAMPLES, *TANH_SAMPLES)
+SMOOTH_SAMPLES = (*DAHL_SAMPLES, *VALANIS_SAMPLES, *TANH_SAMPLES)
 """What shares the properties of sliders but for sticking and a start."""
+
+KERNEL_SAMPLES = (*DISC_SAMPLES, *SPRING_SAMPLES, *SMOOTH_SAMPLES)
+"""Laws with a step of their own."""
+
+EVERY_SAMPLE = (*SAMPLES, *KERNEL_SAMPLES)

@@ -3,13 +3,18 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from each import each
 from laws.kernel import OMEGA, answer, forces, random_motion
 from laws.samples import every_law, samples_of
 
-from stickslip.contact.law import SLIDERS
+from stickslip.checks import InputError
+from stickslip.contact.dispatch import kind_of
 from stickslip.contact.period import SLIPPING
+from stickslip.contact.point import Contact, between
 from stickslip.contact.start import SliderOffset, TractionRatio
+from stickslip.contact.table import contact_table
+from stickslip.contact.valanis import Valanis
 from stickslip.harmonic.energy import cycle_work
 
 H, NT = 3, 64
@@ -93,8 +98,18 @@ def test_coupling_of_directions(law):
 
 
 def test_every_law_of_its_own_kernels_has_its_own_kind():
-    kinds = [law.kind for law in LAWS if law.kind != SLIDERS]
+    kinds = [kind_of(law) for law in LAWS if law.kernels()]
     assert len(set(kinds)) == len(kinds)
+
+
+def test_a_law_that_sticks_must_bring_its_period():
+    """A march from rest would find one of its steady forces only."""
+
+    class Sticking(Valanis):
+        sticks = True
+
+    with pytest.raises(InputError, match="Sticking must bring a kernel for its period, or declare sticks = False"):
+        contact_table([Contact("c", Sticking(1.0, 0.5, 0.3, normal_load=1.0), (between("1.x", "ground"),))])
 
 
 @each("law", LAWS, ids=lambda law: law.__name__)

@@ -18,6 +18,7 @@ from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.kernels import compiled, separate
 from stickslip.kernels.cache import FOLDERS
 from stickslip.kernels.results import Boxed
+from stickslip.kernels.separate import hold, number_of, numbered
 from stickslip.kernels.views import view, view_of
 from stickslip.rigs import single_mass
 
@@ -112,6 +113,41 @@ def test_a_kernel_that_is_not_compiled_or_called_with_other_types_says_so():
         called_before_it_is_compiled(EXAMPLE, 0.5)
     with pytest.raises(numba.TypingError, match="weighted takes"):
         called_with_other_types(EXAMPLE)
+
+
+def scaled_signature():
+    return numba.float64(numba.float64)
+
+
+@separate(scaled_signature)
+def doubled(value):
+    return 2.0 * value
+
+
+@separate(scaled_signature)
+def tripled(value):
+    return 3.0 * value
+
+
+@numbered(scaled_signature)
+def scaled(number, value):
+    raise NotImplementedError
+
+
+@numba.njit
+def by_number(number, value):
+    return scaled(number, value)
+
+
+def test_a_kernel_is_called_by_its_number():
+    """Which one a number stands for may be said after its caller was compiled; a number stands for one kernel alone."""
+    with pytest.raises(RuntimeError, match="scaled is not compiled"):
+        by_number(number_of(doubled), 5.0)
+    for kernel, expected in ((doubled, 10.0), (tripled, 15.0)):
+        hold(scaled, number_of(kernel), kernel)
+        assert by_number(number_of(kernel), 5.0) == expected
+    with pytest.raises(RuntimeError, match=r"has the number \d+ of another kernel"):
+        hold(scaled, number_of(doubled), tripled)
 
 
 def python_would_run(kind):

@@ -267,17 +267,22 @@ def test_multipliers_of_smoothed_coulomb_friction_are_those_of_integration(frequ
 
 
 @pytest.mark.nightly
+@pytest.mark.parametrize("kappa", [None, 0.6], ids=["Dahl", "Valanis"])
 @pytest.mark.parametrize(("varies", "count"), [(0.0, 6), (1.0, 2)], ids=["constant", "varying"])
-def test_multipliers_of_dahls_law_are_those_of_integration(varies, count):
-    """dT/du = kt (1 − sgn(u̇) T/L); T is a state of its own, and follows L where L falls below it: of first order in the steps."""
-    problem = spatial(ss.Dahl(1.0, 0.4, kn=1.0, preload=2.5) if varies else ss.Dahl(1.0, 0.4, normal_load=2.5))
+def test_multipliers_of_dahls_and_valanis_laws_are_those_of_integration(varies, count, kappa):
+    """dT/du = kt (1 − sgn(u̇) T/L)/(1 − κ sgn(u̇) T/L); T is a state of its own, and follows L where L falls below it: of first
+    order in the steps."""
+    load = {"kn": 1.0, "preload": 2.5} if varies else {"normal_load": 2.5}
+    problem = spatial(ss.Dahl(1.0, 0.4, **load) if kappa is None else ss.Valanis(1.0, 0.4, kappa, **load))
+    late = kappa or 0.0
     map_, (evaluation,) = solved(problem, [0.12], 1.0, 21, 1024)
     omega, point = evaluation.point.omega, evaluation.point
 
     def travel(x):
         def rate(t, x):
             normal = varies * x[2] + 2.5
-            drift, side = x[3:5] * (1.0 - np.sign(x[3:5]) * x[6:] / (0.4 * normal)), np.sign(x[6:])
+            share, side = np.sign(x[3:5]) * x[6:] / (0.4 * normal), np.sign(x[6:])
+            drift = x[3:5] * (1.0 - share) / (1.0 - late * share)
             follows = np.abs(x[6:]) >= 0.4 * normal
             drift = np.where(follows, side * np.minimum(side * drift, 0.4 * varies * x[5]), drift)
             return np.concatenate([x[3:6], loaded(omega, t, x[:3], x[3:6], x[6:], varies * normal), drift])

@@ -7,7 +7,7 @@ import numba
 import numpy as np
 import pytest
 from laws.kernel import contact_of
-from laws.samples import DAHL_SAMPLES, DISC_SAMPLES, TANH_SAMPLES
+from laws.samples import KERNEL_SAMPLES
 from scipy.linalg import block_diag, expm
 from scipy.optimize import brentq, linear_sum_assignment
 from stability.hybrid import DOWN, OPEN, STICK, UP, of_problem
@@ -24,6 +24,7 @@ from stickslip.stability.law_tangent import Tangent, landing_rates, law_tangent
 from stickslip.stability.modes import block_modes
 from stickslip.stability.multipliers import ContactPeriod, PeriodMap, _size_change
 from stickslip.stability.period_map import _block_step
+from stickslip.time.contact_law import Earlier, contact_law, no_slopes, slip_limit
 
 TURN = 2.0 * np.pi
 
@@ -212,46 +213,77 @@ def test_the_path_has_the_motion_and_the_velocity_of_its_harmonics():
     np.testing.assert_allclose(path.v[0], -np.sin(angles), atol=1e-5)
 
 
+TIME = 0.8
+"""Of a step."""
+
+
 @numba.njit
-def _moved(table, u, v, inside, y, tangent):
-    law_tangent(table, 0, u, v, inside, y, tangent)
+def _moved(table, u, v, inside, intercept, w, memory, kept, tangent):
+    law_tangent(table, 0, u, v, TIME, inside, intercept, w, memory, kept, tangent)
 
 
-def moved(table, u, v, y):
-    """Tangent of a step, and y after it."""
-    tangent, y = Tangent(*(np.zeros(table.rows) for _ in Tangent._fields)), y.copy()
-    _moved(table, u, v, float(u[table.normal_row[0]].mean()) if table.normal_row[0] >= 0 else 0.0, y, tangent)
-    return tangent, y
+def moved(table, u, v, intercept):
+    """Intercepts after a step, and their derivatives and those of y, (k + rows, columns): by intercept, motion and velocity
+    before it (zero by the velocity), then by motion and velocity after it."""
+    k, rows, intercept = table.stiffness.size, table.rows, intercept.copy()
+    tangent = Tangent(*(np.zeros(k if name.startswith("state") else rows) for name in Tangent._fields))
+    memory, w, kept = np.eye(k, k + rows), np.eye(rows, k + rows, k), np.zeros((rows, k + rows))
+    inside = float(u[table.normal_row[0]].mean()) if table.normal_row[0] >= 0 else 0.0
+    _moved(table, u, v, inside, intercept, w, memory, kept, tangent)
+    after, by_rate = np.zeros((k + rows, rows)), np.zeros((k + rows, rows))
+    sides = [("own", range(rows)), ("normal", table.loading_row), ("cross", table.partner_row)]
+    for name, of in sides:
+        for r in range(rows):
+            if of[r] >= 0:
+                after[k + r, of[r]] += getattr(tangent, name)[r]
+                by_rate[k + r, of[r]] += getattr(tangent, f"{name}_rate")[r] if name != "normal" else 0.0
+                for e in range(table.friction_first[r], table.friction_first[r + 1]):
+                    after[e, of[r]] += getattr(tangent, f"state_{name}")[e]
+    return intercept, np.hstack([np.vstack([memory, kept]), after, by_rate])
 
 
-@pytest.mark.parametrize("sample", [*DISC_SAMPLES, *DAHL_SAMPLES, *TANH_SAMPLES], ids=lambda sample: sample.name)
+@pytest.mark.parametrize("sample", KERNEL_SAMPLES, ids=lambda sample: sample.name)
 def test_the_answer_to_a_perturbation_is_that_of_differences_of_steps(sample):
-    """By motion and velocity after a step and by y and motion before it, of closed contacts within their limits."""
+    """By motion and velocity after a step and by states and motion before it, of closed contacts within their limits: of the
+    states, and of y by the steps of time integration."""
     table, rng, kinks, compared = contact_table([contact_of(sample, SliderOffset())]), np.random.default_rng(7), 0, 0
-    normal, kt = table.normal_row[0], table.stiffness[0]
+    normal, k, rows = table.normal_row[0], table.stiffness.size, table.rows
+    spring = table.stiffness
+
+    def after(intercept, u, v):
+        """Intercepts and y after a step of time integration."""
+        slopes, found, limit = uncompiled(no_slopes)(rows), intercept.copy(), np.zeros(k)
+        bounds = np.array([uncompiled(slip_limit)(table, e, u[normal, 0] if normal >= 0 else 0.0)[0] for e in range(k)])
+        contact_law(
+            table,
+            u[:, 1].copy(),
+            Earlier(intercept, u[:, 0].copy(), bounds, v[:, 1].copy(), 0.0, True, TIME),
+            found,
+            limit,
+            slopes,
+        )
+        return np.concatenate([found, slopes.target])
+
+    of = np.repeat(np.arange(rows), np.diff(table.friction_first))
     for _ in range(40):
-        u, v = rng.standard_normal((2, table.rows, 2))
+        u, v = rng.standard_normal((2, rows, 2))
         if normal >= 0:
             u[normal] = rng.uniform(0.5, 2.0, 2)
-        y = moved(table, u[:, ::-1].copy(), v, np.zeros(table.rows))[1]
-        y = 0.9 * (y + kt * u[:, 0]) - kt * u[:, 0]
-        tangent, after = moved(table, u, v, y)
-        for r in range(sample.tangential):
-            parts = [("u", "own", "own_rate", "y", r)]
-            parts += [("u_cross", "cross", "cross_rate", "y_cross", 1 - r)] if table.partner_row[r] >= 0 else []
-            parts += [("u_normal", "normal", None, None, normal)] if normal >= 0 else []
-            for *names, row in parts:
-                for k, name in enumerate(names):
-                    if name is None:
-                        continue
-                    small = 1e-6 * np.eye(table.rows)[row]
-                    change = [np.stack([small, 0.0 * small], 1), np.stack([0.0 * small, small], 1)]
-                    moves = ((change[0], 0.0, 0.0), (change[1], 0.0, 0.0), (0.0, change[1], 0.0), (0.0, 0.0, small))[k]
-                    ends = [
-                        moved(table, *(x + s * dx for x, dx in zip((u, v, y), moves, strict=True)))[1][r] for s in (1.0, -1.0)
-                    ]
-                    kinks += _same(getattr(tangent, name)[r], ends, after[r], 1e-6)
-                    compared += 1
+        intercept = after(np.zeros(k), u[:, ::-1].copy(), v)[:k]
+        intercept = 0.9 * (intercept + spring * u[of, 0]) - spring * u[of, 0]
+        moved_to, slopes = moved(table, u, v, intercept)
+        here = after(intercept, u, v)
+        np.testing.assert_allclose(moved_to, here[:k], atol=1e-12)
+        rubbing = [r for r in range(k + rows) if r < k or r - k != normal]
+        for column in range(slopes.shape[1]):
+            change = np.zeros(k + 3 * rows)
+            change[column] = 1e-6
+            parts = np.split(change, [k, k + rows, k + 2 * rows])
+            moves = parts[0], np.stack(parts[1:3], 1), np.stack([0.0 * parts[3], parts[3]], 1)
+            ends = [after(intercept + s * moves[0], u + s * moves[1], v + s * moves[2]) for s in (1.0, -1.0)]
+            for r in rubbing:
+                kinks += _same(slopes[r, column], [end[r] for end in ends], here[r], 1e-6)
+                compared += 1
     assert compared > 100
     assert kinks < 0.05 * compared
 
@@ -266,8 +298,8 @@ def _same(found, ends, here, step):
 
 
 @numba.njit
-def _rates(table, u, v, h, rates):
-    landing_rates(table, 0, u, v, h, rates)
+def _rates(table, u, v, h, rates, state_rates):
+    landing_rates(table, 0, u, v, h, rates, state_rates)
 
 
 @pytest.mark.parametrize("speed", [-0.1, 0.8])
@@ -281,5 +313,5 @@ def test_friction_of_a_contact_that_lands_builds_up_at_the_rate_of_its_law(speed
     for law, rate in exact.items():
         sides, found = (ss.between("1.x", "ground"), ss.between("1.y", "ground")), np.zeros(3)
         table = contact_table([ss.Contact("c", law, sides, ss.between("1.z", "ground"))])
-        _rates(table, np.array([0.3, -0.2, 0.0]), np.array([speed, 0.0, 0.2]), 0.1, found)
+        _rates(table, np.array([0.3, -0.2, 0.0]), np.array([speed, 0.0, 0.2]), 0.1, found, np.zeros(2))
         assert found[0] == pytest.approx(rate, rel=2e-2)

@@ -1,5 +1,5 @@
-"""Dahl's law and tanh-regularised friction: harmonic balance against time integration, at frequencies and at a peak; derivatives
-by the frequency, which forces that depend on the velocity have of their own."""
+"""Dahl's and Valanis' law and tanh-regularised friction: harmonic balance against time integration, at frequencies and at a peak;
+derivatives by the frequency, which forces that depend on the velocity have of their own."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.contact.dahl import Dahl
 from stickslip.contact.point import Contact, between
 from stickslip.contact.tanh_coulomb import TanhCoulomb
+from stickslip.contact.valanis import Valanis
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.loads import Force
 from stickslip.problem import Problem
@@ -18,8 +19,16 @@ from stickslip.solve.newton import correct, fixed
 from stickslip.structure.matrices import Structure
 from stickslip.units import radians_per_second
 
-CONSTANT = {"dahl": Dahl(kt=2.0, mu=0.5, normal_load=0.6), "tanh": TanhCoulomb(mu=0.5, v0=0.2, normal_load=0.6)}
-VARYING = {"dahl": Dahl(kt=3.0, mu=0.5, kn=4.0, preload=0.2), "tanh": TanhCoulomb(mu=0.5, v0=0.2, kn=4.0, preload=0.2)}
+CONSTANT = {
+    "dahl": Dahl(kt=2.0, mu=0.5, normal_load=0.6),
+    "valanis": Valanis(kt=2.0, mu=0.5, kappa=0.7, normal_load=0.6),
+    "tanh": TanhCoulomb(mu=0.5, v0=0.2, normal_load=0.6),
+}
+VARYING = {
+    "dahl": Dahl(kt=3.0, mu=0.5, kn=4.0, preload=0.2),
+    "valanis": Valanis(kt=3.0, mu=0.5, kappa=0.7, kn=4.0, preload=0.2),
+    "tanh": TanhCoulomb(mu=0.5, v0=0.2, kn=4.0, preload=0.2),
+}
 
 
 def resting_mass(law) -> Problem:

@@ -6,6 +6,7 @@ A kernel is compiled for the types of its first call. The smallest cases of each
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import isabstract
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -14,6 +15,7 @@ from stickslip.cli.app import guarded
 from stickslip.console import progress_bar, progress_is_seen, say
 
 if TYPE_CHECKING:
+    from stickslip.contact.law import Law
     from stickslip.problem import Problem
 
 
@@ -39,11 +41,12 @@ def compile_all() -> None:
 
 
 def small_cases() -> dict[str, Callable[[], Any]]:
-    """The analyses by name, each with a problem of a few rows, of which one holds every law with kernels of its own."""
+    """The analyses by name, each with a problem of a few rows; the laws with kernels of their own come first."""
     import numpy as np
 
     import stickslip as ss
-    from stickslip.analyses.identification.loop_law import ContactLoop, dahl_force
+    from stickslip.analyses.identification.loop_law import ContactLoop, law_force
+    from stickslip.contact.march import prepare
     from stickslip.dampers import in_phase
     from stickslip.platforms.relaxation import elements_of, relaxed_cycle
     from stickslip.rigs import laboratory_damper, single_mass
@@ -51,6 +54,7 @@ def small_cases() -> dict[str, Callable[[], Any]]:
     mass, damper, motion = single_mass(), laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)), in_phase(30e-6)
     band, laws, loop = ss.Band(0.15, 0.25), mass_with_laws(), np.sin(np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False))
     return {
+        "steps of laws": lambda: prepare(*every_law()),
         "forced response": lambda: ss.forced_response(mass, band, 1.0, harmonics=3, samples=64).with_stability().at([0.16]),
         "contact laws": lambda: ss.forced_response(laws, band, 1.0, harmonics=3, samples=64).with_stability(),
         "branch points": lambda: transposed_system(mass),
@@ -61,7 +65,7 @@ def small_cases() -> dict[str, Callable[[], Any]]:
         "damper cycle": lambda: ss.damper_cycle(damper, motion, steps=64),
         "damper cycle in time": lambda: ss.damper_cycle(damper, motion, steps=64, method=ss.Newmark(), frequency=50.0),
         "harmonic cycle": lambda: ss.harmonic_cycle(damper, motion, 50.0, 3, 64),
-        "contact law": lambda: dahl_force(ContactLoop(1e-6 * loop, 10.0 * loop, 50.0), 1e7, 0.5),
+        "contact law": lambda: law_force(ContactLoop(1e-6 * loop, 10.0 * loop, 50.0), ss.Dahl(1e7, 0.5, normal_load=1.0)),
         "bounds": lambda: ss.response_bounds(mass, [0.17], 1.0, points=2, cloud=4, starts=1, harmonics=3, samples=64),
         "identification": lambda: relaxed_cycle(elements_of(damper), 50.0, motion.samples(64)),
     }
@@ -80,8 +84,18 @@ def transposed_system(problem: Problem) -> None:
     factors.solve_transposed(np.ones((1, factors.bordered.offsets[-1] + 1)))
 
 
+def every_law() -> list[type[Law]]:
+    """The laws that study files know."""
+    from stickslip.contact.law import Law
+    from stickslip.study import contacts
+
+    members = [each for each in vars(contacts).values() if isinstance(each, type) and issubclass(each, Law)]
+    return [each for each in members if not isabstract(each)]
+
+
 def mass_with_laws() -> Problem:
-    """A mass in space on springs to ground, with a contact of each law that has kernels of its own."""
+    """A mass in space on springs to ground, with contacts of laws of each kind: coupled, with a period of its own or not, by the
+    velocity, and without friction."""
     import numpy as np
 
     import stickslip as ss
@@ -91,6 +105,7 @@ def mass_with_laws() -> Problem:
     contacts = (
         ss.Contact("disc", ss.FrictionDisc(kt=1.0, mu=0.5, kn=1.0, preload=0.5), (along, across), closing),
         ss.Contact("dahl", ss.Dahl(kt=0.5, mu=0.5, normal_load=0.2), (along,)),
+        ss.Contact("valanis", ss.Valanis(kt=0.5, mu=0.5, kappa=0.5, normal_load=0.2), (along,)),
         ss.Contact("tanh", ss.TanhCoulomb(mu=0.5, v0=1.0, normal_load=0.2), (across,)),
         ss.Contact("cubic", ss.CubicSpring(0.1), (along,)),
     )

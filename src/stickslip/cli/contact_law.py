@@ -20,7 +20,10 @@ def contact_law(
     ctx: typer.Context,
     files: Annotated[list[Path], typer.Argument(help="Records (text or .mat), of many cycles or one file a cycle.")],
     normal_load: Annotated[float | None, typer.Option(help="N; needed unless the files have a column of it.")] = None,
-    law: Annotated[list[str] | None, typer.Option(help="jenkins, iwan, dahl or array; several times. All unless given.")] = None,
+    law: Annotated[
+        list[str] | None,
+        typer.Option(help="jenkins, iwan, dahl, array or valanis; several times. All but the last unless given."),
+    ] = None,
     rig_stiffness: Annotated[
         float | None, typer.Option(help="Of what yields between displacement sensor and contact, N/um; kt is corrected for it.")
     ] = None,

@@ -22,8 +22,6 @@ from stickslip.contact.protocol import (
 )
 from stickslip.kernels import separate
 
-KIND = 2
-
 
 @dataclass(frozen=True)
 class CubicSpring(Law):
@@ -37,7 +35,6 @@ class CubicSpring(Law):
 
     k3: float
 
-    kind: ClassVar[int] = KIND
     sticks: ClassVar[bool] = False
     remembers_start: ClassVar[bool] = False
     rubs: ClassVar[bool] = False
@@ -50,9 +47,9 @@ class CubicSpring(Law):
     def has_normal(self) -> bool:
         return False
 
-    @property
-    def kernels(self) -> tuple[Callable[..., Any], ...]:
-        return period, step
+    @classmethod
+    def kernels(cls) -> tuple[Callable[..., Any], ...]:
+        return step, period
 
     def elements(self, tangential: int, normal: bool) -> Elements:
         if not tangential or normal:
@@ -82,5 +79,5 @@ def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     """k3 u³ after a step, whatever was before."""
     k3 = data.parameter[0]
     for d in range(motion.u.size):
-        forces.y[d], forces.by_u[d, d] = k3 * motion.u[d] ** 3, 3.0 * k3 * motion.u[d] ** 2
+        forces.direct[d], forces.direct_by_u[d, d] = k3 * motion.u[d] ** 3, 3.0 * k3 * motion.u[d] ** 2
     return 0.0

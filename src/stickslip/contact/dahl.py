@@ -27,8 +27,6 @@ from stickslip.contact.protocol import (
 from stickslip.contact.single_load import SingleLoad
 from stickslip.kernels import inner, separate
 
-KIND = 3
-
 STILL = 1e-12
 """Travel over a period, relative to the displacement, below which it is rounding: the contact then rests without traction."""
 
@@ -52,7 +50,9 @@ class Dahl(SingleLoad):
     normal_load: float | None = None
 
     name: ClassVar[str] = "dahl"
-    kind: ClassVar[int] = KIND
+    about: ClassVar[str] = (
+        "Friction that slips gradually from the smallest motion on; no stick, no start state. kt is the slope at a reversal."
+    )
     sticks: ClassVar[bool] = False
     remembers_start: ClassVar[bool] = False
 
@@ -60,9 +60,9 @@ class Dahl(SingleLoad):
         positive("kt", self.kt)
         self.check_load()
 
-    @property
-    def kernels(self) -> tuple[Callable[..., Any], ...]:
-        return period, step
+    @classmethod
+    def kernels(cls) -> tuple[Callable[..., Any], ...]:
+        return step, period
 
     def elements(self, tangential: int, normal: bool) -> Elements:
         return self.under_load((self.kt,) * tangential, normal)
@@ -83,6 +83,17 @@ class Dahl(SingleLoad):
 
 
 @inner
+def beyond_limit(kt: float, T0: float, T1: float, du: float, L: float, L1: float, work: float) -> tuple[float, float]:
+    """Of a step whose traction T1 follows a limit L1 that falls below it: on which side, and its friction work, of which `work`
+    is that up to T1; L: the mean limit."""
+    side = np.sign(T1)
+    # The law would count a traction above the mean limit twice, and the sum over the samples be of first order.
+    if abs(T0) > L:
+        return side, 0.5 * (T0 + side * L1) * (du - (side * L1 - T0) / kt)
+    return side, work + 0.5 * (T1 * T1 - L1 * L1) / kt
+
+
+@inner
 def dahl_step(kt: float, T0: float, du: float, L0: float, L1: float) -> tuple[float, float, float, float, float, float]:
     """One step from traction T0, the limit going from L0 to L1: T1, its derivatives by T0, du, L0, L1, and the friction work.
 
@@ -95,14 +106,10 @@ def dahl_step(kt: float, T0: float, du: float, L0: float, L1: float) -> tuple[fl
     x = kt * abs(du) / L
     kept, lost = np.exp(-x), -np.expm1(-x)
     off = T0 - s * L
-    T1 = s * L + off * kept
+    T1 = T0 * kept + s * L * lost
     work = (L * L * x + 2.0 * s * L * off * lost + 0.5 * off * off * lost * (1.0 + kept)) / kt if s != 0.0 else 0.0
     if abs(T1) > L1:
-        side = np.sign(T1)
-        work += 0.5 * (T1 * T1 - L1 * L1) / kt
-        # T²/L would count a traction above the mean limit twice, and the sum over the samples be of first order.
-        if abs(T0) > L:
-            work = 0.5 * (T0 + side * L1) * (du - (side * L1 - T0) / kt)
+        side, work = beyond_limit(kt, T0, T1, du, L, L1, work)
         return side * L1, 0.0, 0.0, 0.0, side, work
     by_limit = 0.5 * (s * lost + off * kept * x / L)
     return T1, kept, kt * kept * (1.0 - s * T0 / L), by_limit, by_limit, work
@@ -161,7 +168,7 @@ def _direction(kt: float, d: int, motion: PeriodMotion, forces: PeriodForces) ->
         traction, by_before, by_du, by_L0, by_L1, work = dahl_step(kt, traction, du, limit[before], limit[n])
         by_start *= by_before
         kept[n] = by_start
-        forces.y[d, n] = traction - kt * u[n]
+        forces.y[d, n] = forces.intercept[d, n] = traction - kt * u[n]
         forces.work[d] += work
         for j in range(columns):
             step = E[n, j] - E[before, j]
@@ -183,8 +190,8 @@ def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     """Tractions after a step from the earlier ones."""
     work = 0.0
     for d in range(data.kt.size):
-        kt, u0, u = data.kt[d], motion.u0[d], motion.u[d]
-        found = dahl_step(kt, motion.intercept[d] + kt * u0, u - u0, motion.limit0, motion.limit)
-        forces.y[d], forces.by_u[d, d], forces.by_limit[d] = found[0] - kt * u, found[2] - kt, found[4]
+        found = dahl_step(data.kt[d], motion.state[d], motion.travel[d], motion.limit0, motion.limit)
+        forces.state[d], forces.by_state[d, d], forces.by_travel[d, d] = found[0], found[1], found[2]
+        forces.by_limit0[d], forces.by_limit[d] = found[3], found[4]
         work += found[5]
     return work

@@ -1,52 +1,45 @@
-"""The one place that knows which kernels a law has: from the kind of a contact to the `period` and `step` of the law's file.
+"""The kernels of a law by the kind of its contacts: a number that follows from the name of its `step`, and stands in the tables.
 
-Plain branches: a function handed to a kernel would become part of its signature, which is compiled anew in every process.
+A law need not be listed here, nor lie in this package: `prepare` of `contact/march.py` says which kernels its number stands for.
+A function handed to a kernel would become part of its signature instead, which is compiled anew in every process.
 """
 
 from __future__ import annotations
 
-from stickslip.contact import cubic, dahl, friction_disc, tanh_coulomb
-from stickslip.contact.law import Law
-from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
-from stickslip.kernels import compiled, inlined, kernel
+from stickslip.contact.law import SLIDERS, Law
+from stickslip.contact.protocol import (
+    ContactData,
+    PeriodForces,
+    PeriodMotion,
+    StepForces,
+    StepMotion,
+    period_signature,
+    step_signature,
+)
+from stickslip.kernels import inner
+from stickslip.kernels.separate import number_of, numbered
+from stickslip.kernels.views import view
 
-NO_SUCH_LAW = -2
+
+def kind_of(law: type[Law]) -> int:
+    """`SLIDERS`, or the number of the law's own kernels, the same in every process."""
+    kernels = law.kernels()
+    return number_of(kernels[0]) if kernels else SLIDERS
 
 
-@inlined
+@numbered(period_signature)
 def law_period(kind: int, data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
     """Fill the steady period of a contact; HELD, STATIC, SLIPPING or NOT_PERIODIC."""
-    if kind == friction_disc.KIND:
-        return friction_disc.period(data, motion, forces)
-    if kind == cubic.KIND:
-        return cubic.period(data, motion, forces)
-    if kind == dahl.KIND:
-        return dahl.period(data, motion, forces)
-    if kind == tanh_coulomb.KIND:
-        return tanh_coulomb.period(data, motion, forces)
-    return NO_SUCH_LAW
+    raise NotImplementedError
 
 
-@inlined
+@numbered(step_signature)
 def law_step(kind: int, data: ContactData, motion: StepMotion, forces: StepForces) -> float:
-    """Fill the forces of a contact after a step; the friction work of the step, J."""
-    if kind == friction_disc.KIND:
-        return friction_disc.step(data, motion, forces)
-    if kind == cubic.KIND:
-        return cubic.step(data, motion, forces)
-    if kind == dahl.KIND:
-        return dahl.step(data, motion, forces)
-    if kind == tanh_coulomb.KIND:
-        return tanh_coulomb.step(data, motion, forces)
-    return 0.0
+    """Fill the states and forces of a contact after a step; the friction work of the states in the step, J. Takes views."""
+    raise NotImplementedError
 
 
-def steady_period(law: Law, data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
-    """`law_period` for calls from Python, of a law with kernels of its own."""
-    compiled(*law.kernels)
-    return _period(law.kind, data, motion, forces)
-
-
-@kernel
-def _period(kind: int, data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
-    return law_period(kind, data, motion, forces)
+@inner
+def take_step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
+    """`law_step` of tuples, which stay alive as long as it runs."""
+    return law_step(data.kind, view(data), view(motion), view(forces))

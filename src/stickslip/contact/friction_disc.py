@@ -35,8 +35,6 @@ from stickslip.contact.protocol import (
 )
 from stickslip.kernels import inner, kernel, separate
 
-KIND = 1
-
 PERIODS = 200
 """Periods after which a contact that has not become periodic is given up."""
 
@@ -67,7 +65,6 @@ class FrictionDisc(Law):
     gap: float = 0.0
     normal_load: float | None = None
 
-    kind: ClassVar[int] = KIND
     couples_directions: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -81,9 +78,9 @@ class FrictionDisc(Law):
     def has_normal(self) -> bool:
         return self.kn is not None
 
-    @property
-    def kernels(self) -> tuple[Callable[..., Any], ...]:
-        return period, step
+    @classmethod
+    def kernels(cls) -> tuple[Callable[..., Any], ...]:
+        return step, period
 
     def elements(self, tangential: int, normal: bool) -> Elements:
         if tangential != 2:
@@ -96,6 +93,7 @@ def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int
     """The steady period of both directions: slip at any sample, a start that the disc clips or gives, or neither."""
     periods, acted = _until_periodic(data, motion, forces)
     y, limit = forces.y, motion.limit
+    forces.intercept[:] = y
     for n in range(limit.size):
         slipped = np.hypot(y[0, n] - y[0, n - 1], y[1, n] - y[1, n - 1]) / data.kt[0]
         forces.work[0] += 0.5 * (limit[n] + limit[n - 1]) * slipped
@@ -109,18 +107,19 @@ def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int
 @separate(step_signature)
 def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     """Tractions after a step of both directions; the work L |Δs| of the slider, L at the middle of the step."""
-    kt, L, turn = data.kt[0], motion.limit, np.empty(6)
-    y, u0, u = motion.intercept, motion.u0, motion.u
-    tx, ty = y[0] + kt * u0[0], y[1] + kt * u0[1]
-    slips, c, s = disc_step(tx, ty, kt * (u[0] - u0[0]), kt * (u[1] - u0[1]), motion.limit0, L, turn)
+    kt, L, turn, T, travel = data.kt[0], motion.limit, np.empty(6), motion.state, motion.travel
+    slips, c, s = disc_step(T[0], T[1], kt * travel[0], kt * travel[1], motion.limit0, L, turn)
     if not slips:
-        forces.y[:] = y
+        for d in range(2):
+            forces.state[d], forces.by_state[d, d], forces.by_travel[d, d] = T[d] + kt * travel[d], 1.0, kt
         return 0.0
-    forces.y[0], forces.y[1] = L * c - kt * u[0], L * s - kt * u[1]
-    forces.by_u[0, 0], forces.by_u[0, 1] = -kt * (1.0 + s * L * turn[2]), -kt * s * L * turn[3]
-    forces.by_u[1, 0], forces.by_u[1, 1] = kt * c * L * turn[2], -kt * (1.0 - c * L * turn[3])
+    forces.state[0], forces.state[1] = L * c, L * s
+    for d in range(2):
+        forces.by_state[0, d], forces.by_state[1, d] = -s * L * turn[d], c * L * turn[d]
+        forces.by_travel[0, d], forces.by_travel[1, d] = -kt * s * L * turn[2 + d], kt * c * L * turn[2 + d]
+    forces.by_limit0[0], forces.by_limit0[1] = -s * L * turn[4], c * L * turn[4]
     forces.by_limit[0], forces.by_limit[1] = c - s * L * turn[5], s + c * L * turn[5]
-    slid = np.hypot(forces.y[0] - y[0], forces.y[1] - y[1]) / kt
+    slid = np.hypot(forces.state[0] - T[0] - kt * travel[0], forces.state[1] - T[1] - kt * travel[1]) / kt
     return float(0.5 * (L + motion.limit0) * slid)
 
 

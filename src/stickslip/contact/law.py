@@ -3,7 +3,7 @@
 Normal elements:      N_e = max(k_e z + c_e, 0), summed to the normal force N of the contact.
 Friction elements:    Jenkins, a spring kt in series with a slider of limit L = μ (sum of some N_e) + L0.
 One compiled kernel (`stickslip.contact.period`) carries every such law round a period, with its derivatives. A law that is no
-such table brings its own kernels (`stickslip.contact.protocol`) and says what it has not in common with sliders.
+such table brings its own step (`stickslip.contact.protocol`) and says what it has not in common with sliders.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ class FrictionElements:
 class Elements:
     """The whole table of a contact: one set of friction elements per tangential direction, and the normal elements.
 
-    parameters: the numbers that the law's own kernels read; none for a table of sliders.
+    parameters: the numbers that the law's own kernels read; none for a table of sliders. Elements without stiffness are places
+    for further states of such a law.
     """
 
     friction: tuple[FrictionElements, ...]
@@ -64,13 +65,12 @@ class Elements:
 
 
 SLIDERS = 0
-"""Kind of a law that is a table of springs and sliders."""
+"""Kind of a contact whose law is a table of springs and sliders."""
 
 
 class Law(ABC):
     """A contact law. A member gives its table for a contact with so many tangential directions and a normal or none.
 
-    kind: `SLIDERS`, or the number of the law's own kernels in `stickslip.contact.dispatch`.
     extensive: parameters that are shared out where one law stands for a whole surface; the others are the same at each point.
     couples_directions: the force along one tangential direction depends on the motion along the other.
     rate_independent: forces depend on the path of the motion, not on how fast it is passed.
@@ -79,7 +79,6 @@ class Law(ABC):
     rubs: it dissipates energy; a gap and a cubic spring do not.
     """
 
-    kind: ClassVar[int] = SLIDERS
     extensive: ClassVar[tuple[str, ...]] = ("kt", "kn", "preload", "normal_load")
     couples_directions: ClassVar[bool] = False
     rate_independent: ClassVar[bool] = True
@@ -92,9 +91,9 @@ class Law(ABC):
         whole = {name: getattr(self, name) for name in self.extensive if hasattr(self, name)}
         return replace(self, **{name: _times(fraction, value) for name, value in whole.items() if value is not None})  # type: ignore[type-var]
 
-    @property
-    def kernels(self) -> tuple[Callable[..., Any], ...]:
-        """The law's own kernels, `period` and `step` of its file; none of a table of sliders."""
+    @classmethod
+    def kernels(cls) -> tuple[Callable[..., Any], ...]:
+        """The law's own kernels, `step` or `step, period` of its file (`stickslip.contact.protocol`); none of sliders."""
         return ()
 
     @abstractmethod

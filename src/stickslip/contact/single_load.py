@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,14 +12,48 @@ from stickslip.checks import fault, finite, not_negative, positive
 from stickslip.contact.law import Elements, FrictionElements, Law, NormalElements
 
 
+@dataclass(frozen=True)
+class Own:
+    """A number that a law has of its own: what it is in a study file, its unit, and its range; `least` may be reached, `above`
+    and `below` may not."""
+
+    description: str
+    unit: str = "-"
+    least: float | None = None
+    above: float | None = None
+    below: float | None = None
+
+    def check(self, name: str, value: float) -> None:
+        """Refuse a value outside the range."""
+        finite(name, value)
+        if self.above is not None and value <= self.above:
+            raise fault(name, "must be positive" if self.above == 0.0 else f"must be above {self.above:g}", value)
+        if self.least is not None and value < self.least:
+            raise fault(name, f"must be at least {self.least:g}", value)
+        if self.below is not None and value >= self.below:
+            raise fault(name, f"must be below {self.below:g}", value)
+
+
+def own(description: str, unit: str = "-", **limits: float) -> Any:
+    """A field of a law for a number of its own (`Own`): its check, its key in study files and the reference follow."""
+    return field(metadata={"own": Own(description, unit, **limits)})
+
+
+def own_numbers(law: type[Law] | Law) -> dict[str, Own]:
+    """The numbers of its own that a law declares, by name."""
+    return {each.name: each.metadata["own"] for each in fields(law) if "own" in each.metadata}  # type: ignore[arg-type]
+
+
 class SingleLoad(Law):
     """A law whose friction limit is μN, with one N for all its tangential directions.
 
     With kn: N = max(kn (z − gap) + preload, 0), from the motion z of a normal direction (positive closes).
-    Without kn: N = normal_load, constant. name: of the law in messages, as study files call it.
+    Without kn: N = normal_load, constant. name: of the law in messages, as study files call it; about: what it is, for the
+    reference of study files.
     """
 
     name: ClassVar[str]
+    about: ClassVar[str]
 
     mu: float
     kn: float | None
@@ -27,7 +62,9 @@ class SingleLoad(Law):
     normal_load: float | None
 
     def check_load(self) -> None:
-        """Refuse what is no friction coefficient and no normal load."""
+        """Refuse what is no friction coefficient and no normal load, and numbers of its own outside their range."""
+        for name, number in own_numbers(self).items():
+            number.check(name, getattr(self, name))
         not_negative("mu", self.mu)
         finite("preload", self.preload)
         finite("gap", self.gap)

@@ -12,8 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
+from stickslip.contact.dispatch import kind_of
+from stickslip.contact.march import prepare
 from stickslip.contact.point import Contact
-from stickslip.kernels import compiled
+from stickslip.contact.protocol import ContactData
+from stickslip.kernels import inner
 
 
 class ContactTable(NamedTuple):
@@ -24,8 +27,8 @@ class ContactTable(NamedTuple):
     normal_first (contacts + 1), normal_stiffness, normal_constant: N_e = max(stiffness z + constant, 0).
     friction_first (rows + 1): friction elements of each row (none for a normal row); stiffness kt, friction μ,
     constant_limit; load_first, load_last: the normal elements that load it; start_kind, start_value: the start state.
-    kind (contacts): which kernels the law has (`stickslip.contact.dispatch`); parameter_first (contacts + 1), parameter: their
-    own numbers.
+    kind (contacts): the number of its law's kernels (`stickslip.contact.dispatch`); parameter_first (contacts + 1), parameter:
+    their own numbers.
     loading_row (rows): the row of the normal load of a tangential row, partner_row (rows): the other tangential row where the law
     couples both; −1 without one.
     """
@@ -54,6 +57,25 @@ class ContactTable(NamedTuple):
         return int(self.first_row[-1])
 
 
+@inner
+def contact_data(table: ContactTable, c: int) -> ContactData:
+    """Contact c of a table whose law has kernels of its own."""
+    first, last = table.first_row[c], table.first_row[c + 1]
+    if table.normal_row[c] >= 0:
+        last -= 1
+    kt, value, kind = np.zeros(last - first), np.zeros(last - first), np.zeros(last - first, dtype=np.int64)
+    a, b = table.friction_first[first], table.friction_first[last]
+    spring, direction = table.stiffness[a:b].copy(), np.zeros(b - a, dtype=np.int64)
+    for r in range(first, last):
+        for e in range(table.friction_first[r], table.friction_first[r + 1]):
+            direction[e - a] = r - first
+            kt[r - first] += table.stiffness[e]
+            if e == table.friction_first[r]:
+                kind[r - first], value[r - first] = table.start_kind[e], table.start_value[e]
+    parameter = table.parameter[table.parameter_first[c] : table.parameter_first[c + 1]]
+    return ContactData(table.kind[c], parameter, kt, kind, value, spring, direction)
+
+
 def remembering(contacts: Sequence[Contact]) -> NDArray[np.bool_]:
     """Friction elements whose law remembers its start state, (elements,)."""
     sizes = [sum(group.stiffness.size for group in contact.elements.friction) for contact in contacts]
@@ -62,7 +84,7 @@ def remembering(contacts: Sequence[Contact]) -> NDArray[np.bool_]:
 
 def contact_table(contacts: Sequence[Contact]) -> ContactTable:
     """The table of a sequence of contacts; the kernels of their laws are ready with it."""
-    compiled(*{each: None for contact in contacts for each in contact.law.kernels})
+    prepare(*{type(contact.law) for contact in contacts})
     first_row, normal_row, normal_first, friction_first = [0], [], [0], [0]
     normal: list[tuple[float, float]] = []
     friction: list[tuple[float, float, float, int, int, int, float]] = []
@@ -116,7 +138,7 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
         load_last=integers(sliders[:, 4]),
         start_kind=integers(sliders[:, 5]),
         start_value=floats(sliders[:, 6]),
-        kind=integers([contact.law.kind for contact in contacts]),
+        kind=integers([kind_of(type(contact.law)) for contact in contacts]),
         parameter_first=integers(parameter_first),
         parameter=floats(np.array(parameter)),
         loading_row=integers(loading_row),

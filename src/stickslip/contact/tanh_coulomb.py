@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stickslip.checks import Array, fault, positive
+from stickslip.checks import Array, fault
 from stickslip.contact.law import Elements
 from stickslip.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.contact.protocol import (
@@ -20,10 +20,8 @@ from stickslip.contact.protocol import (
     period_signature,
     step_signature,
 )
-from stickslip.contact.single_load import SingleLoad
+from stickslip.contact.single_load import SingleLoad, own
 from stickslip.kernels import inner, separate
-
-KIND = 4
 
 
 @dataclass(frozen=True)
@@ -38,25 +36,24 @@ class TanhCoulomb(SingleLoad):
     """
 
     mu: float
-    v0: float
+    v0: float = own("velocity that reaches 76 % of the limit", "m/s", above=0.0)
     kn: float | None = None
     preload: float = 0.0
     gap: float = 0.0
     normal_load: float | None = None
 
     name: ClassVar[str] = "tanh_coulomb"
-    kind: ClassVar[int] = KIND
+    about: ClassVar[str] = "Friction that depends on the velocity v alone, μN tanh(v/v0); it has no stiffness and no start state."
     rate_independent: ClassVar[bool] = False
     sticks: ClassVar[bool] = False
     remembers_start: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        positive("v0", self.v0)
         self.check_load()
 
-    @property
-    def kernels(self) -> tuple[Callable[..., Any], ...]:
-        return period, step
+    @classmethod
+    def kernels(cls) -> tuple[Callable[..., Any], ...]:
+        return step, period
 
     def elements(self, tangential: int, normal: bool) -> Elements:
         return self.under_load((0.0,) * tangential, normal, (self.v0,))
@@ -105,10 +102,8 @@ def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int
 @separate(step_signature)
 def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     """The force by the velocity after a step, whatever was before."""
-    work = 0.0
     for d in range(motion.u.size):
         share, slope = _share(motion.velocity[d], data.parameter[0])
-        forces.y[d], forces.by_limit[d] = motion.limit * share, share
-        forces.by_velocity[d, d] = motion.limit * slope
-        work += 0.5 * (forces.y[d] + motion.intercept[d]) * (motion.u[d] - motion.u0[d])
-    return work
+        forces.direct[d], forces.direct_by_limit[d] = motion.limit * share, share
+        forces.direct_by_velocity[d, d] = motion.limit * slope
+    return 0.0

@@ -15,8 +15,8 @@ from stickslip.checks import Array, Index
 from stickslip.contact.dispatch import law_period
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, friction_period, landing_shares
-from stickslip.contact.protocol import NOT_PERIODIC, PeriodMotion, contact_data, no_forces
-from stickslip.contact.table import ContactTable, contact_table
+from stickslip.contact.protocol import NOT_PERIODIC, PeriodMotion, no_forces
+from stickslip.contact.table import ContactTable, contact_data, contact_table
 from stickslip.harmonic.fourier import Fourier, add_product_sums, add_run, fourier
 from stickslip.harmonic.openings import add_openings
 from stickslip.kernels import compiled, inlined, inner, kernel, separate
@@ -217,7 +217,7 @@ def law_forces(
     if table.friction_first[first + 1] > table.friction_first[first]:
         element_limits(table, table.friction_first[first], table.normal_first[c], loads, slopes, limit, slope)
         landing_shares(z, limit, slope, landing)
-    found = no_forces(directions, samples, columns)
+    found = no_forces(data, samples, columns)
     whole = PeriodMotion(u, velocity, z, limit, slope, landing, omega, tables.E, tables.D)
     state = law_period(table.kind[c], data, whole, found)
     for d in range(directions):

@@ -11,8 +11,8 @@ from stickslip.checks import Array, Index
 from stickslip.contact.dispatch import law_period
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import OPEN, SLIP, STICK, friction_period, landing_shares
-from stickslip.contact.protocol import PeriodMotion, contact_data, no_forces
-from stickslip.contact.table import ContactTable
+from stickslip.contact.protocol import PeriodMotion, no_forces
+from stickslip.contact.table import ContactTable, contact_data
 from stickslip.harmonic.contact_forces import element_limits
 from stickslip.harmonic.fourier import Fourier
 from stickslip.kernels import inlined, inner, kernel
@@ -24,7 +24,7 @@ class ContactCycle:
 
     slip_work (rows,): work of friction over the period, of sliders Σ μN |Δs|, J; a friction disc has it on its first row.
     slider (elements,): where the slider of each friction element stands at the last sample, s = u − T/kt, m; mean_slider: its
-    mean over the period. Zero without a spring kt.
+    mean over the period. Zero without a spring kt. intercept (elements,): T − kt u there, N, or a further state.
     """
 
     displacement: Array
@@ -33,6 +33,7 @@ class ContactCycle:
     slip_work: Array
     slider: Array
     mean_slider: Array
+    intercept: Array
 
     def shares(self) -> Array:
         """Shares of the period in stick, slip and without contact, (3, rows). A closed normal direction counts as stick."""
@@ -45,9 +46,10 @@ def contact_cycle(table: ContactTable, tables: Fourier, w: Array, omega: float) 
     displacement = np.ascontiguousarray(w[:rows] @ tables.E.T)
     velocity = np.ascontiguousarray(omega * (w[:rows] @ tables.D.T))
     force, state = np.zeros((rows, samples)), np.zeros((rows, samples), dtype=np.int64)
-    slip_work, slider = np.zeros(rows), np.zeros((2, table.stiffness.size))
-    _fill_cycle(table, displacement, velocity, omega, np.ascontiguousarray(w[:rows, 0]), force, state, slip_work, slider)
-    return ContactCycle(displacement, force, state, slip_work, slider[0], slider[1])
+    slip_work, intercept = np.zeros(rows), np.zeros((2, table.stiffness.size))
+    _fill_cycle(table, displacement, velocity, omega, np.ascontiguousarray(w[:rows, 0]), force, state, slip_work, intercept)
+    slider = np.divide(-intercept, table.stiffness, out=np.zeros_like(intercept), where=table.stiffness > 0.0)
+    return ContactCycle(displacement, force, state, slip_work, slider[0], slider[1], intercept[0])
 
 
 def forces_of_motion(table: ContactTable, displacement: Array, omega: float) -> Array:
@@ -57,8 +59,8 @@ def forces_of_motion(table: ContactTable, displacement: Array, omega: float) -> 
     step = 2.0 * np.pi / (omega * displacement.shape[1])
     velocity = (np.roll(displacement, -1, axis=1) - np.roll(displacement, 1, axis=1)) / (2.0 * step)
     force, state = np.zeros(displacement.shape), np.zeros(displacement.shape, dtype=np.int64)
-    slip_work, slider = np.zeros(table.rows), np.zeros((2, table.stiffness.size))
-    _fill_cycle(table, displacement, velocity, omega, displacement.mean(axis=1), force, state, slip_work, slider)
+    slip_work, intercept = np.zeros(table.rows), np.zeros((2, table.stiffness.size))
+    _fill_cycle(table, displacement, velocity, omega, displacement.mean(axis=1), force, state, slip_work, intercept)
     return force
 
 
@@ -72,9 +74,9 @@ def _fill_cycle(
     force: Array,
     state: Index,
     slip_work: Array,
-    slider: Array,
+    intercept: Array,
 ) -> None:
-    """slider (2, elements): at the last sample, and the mean."""
+    """intercept (2, elements): at the last sample, and the mean."""
     samples = displacement.shape[1]
     limit, slope, landing, y = np.empty(samples), np.empty(samples), np.empty(samples), np.empty(samples)
     event, none = np.empty(samples, dtype=np.int64), np.zeros(samples)
@@ -92,7 +94,7 @@ def _fill_cycle(
                 state[row, n] = STICK if force[row, n] > 0.0 else OPEN
         z = displacement[row] if row >= 0 else none
         if table.kind[c] != SLIDERS:
-            _fill_law(table, c, displacement, velocity, z, omega, loads, slopes, force, state, slip_work, slider)
+            _fill_law(table, c, displacement, velocity, z, omega, loads, slopes, force, state, slip_work, intercept)
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
             if r == row:
@@ -107,7 +109,7 @@ def _fill_cycle(
                 friction_period(kind, value, kt, ku, limit, landing, kt * mean[r], y, event)
                 force[r] += y + ku
                 slip_work[r] += _slip_work(kt, y, limit)
-                slider[0, e], slider[1, e] = -y[-1] / kt, -np.mean(y) / kt
+                intercept[0, e], intercept[1, e] = y[-1], np.mean(y)
                 for n in range(samples):
                     if event[n] != OPEN and state[r, n] != SLIP:
                         state[r, n] = STICK if event[n] == STICK else SLIP
@@ -126,7 +128,7 @@ def _fill_law(
     force: Array,
     state: Index,
     slip_work: Array,
-    slider: Array,
+    intercept: Array,
 ) -> None:
     """The tangential rows of contact c by the kernel of its law."""
     first, samples, data = table.first_row[c], displacement.shape[1], contact_data(table, c)
@@ -136,7 +138,7 @@ def _fill_law(
     if table.friction_first[first + 1] > e:
         element_limits(table, e, table.normal_first[c], loads, slopes, limit, slope)
         landing_shares(z, limit, slope, landing)
-    found = no_forces(data.kt.size, samples, 0)
+    found = no_forces(data, samples, 0)
     motion = PeriodMotion(displacement[first:last], velocity[first:last], z, limit, slope, landing, omega, none, none)
     law_period(table.kind[c], data, motion, found)
     for d in range(data.kt.size):
@@ -145,8 +147,8 @@ def _fill_law(
             force[first + d, n] = y[n] + kt * displacement[first + d, n]
             state[first + d, n] = found.event[n]
         slip_work[first + d] = found.work[d]
-        if kt > 0.0:
-            slider[0, e + d], slider[1, e + d] = -y[-1] / kt, -np.mean(y) / kt
+    for i in range(data.spring.size):
+        intercept[0, e + i], intercept[1, e + i] = found.intercept[i, -1], np.mean(found.intercept[i])
 
 
 @inner

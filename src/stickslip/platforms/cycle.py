@@ -11,8 +11,10 @@ from enum import IntEnum
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import Array, fault
+from stickslip.contact.law import SLIDERS
 from stickslip.contact.table import ContactTable
 from stickslip.dampers.between_platforms import LEFT, RIGHT, BetweenPlatforms
 from stickslip.platforms.march import (
@@ -55,7 +57,9 @@ class SteadyCycle:
 
     def path(self, model: CycleModel) -> Record:
         """The record with the state at the end, (steps + 1, ...): along it work is done, whether the cycle closes or not."""
-        return _joined(self.record, _in_radians(model, standing(model, self.state)))
+        end, own = _in_radians(model, standing(model, self.state)), _own_rows(model.table)
+        end.force[0, own] = self.record.force[0, own]
+        return _joined(self.record, end)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +170,10 @@ def steady_cycle(
     path = Path(np.roll(drive, -1, axis=0), np.roll(speed, -1, axis=0), np.ones(steps))
     previous, record, change = new_record(steps, *shape), new_record(steps, *shape), np.inf
     for cycle in range(1, marching.cycles + 1):
-        previous, record, before = record, previous, standing(model, state)
+        before = standing(model, state)
+        if cycle > 1:
+            before.force[0] = record.force[-1]
+        previous, record = record, previous
         if carry(path, state, record) > 0:
             return SteadyCycle(_shown(model, before, record), drive, state, cycle, CycleOutcome.NOT_CONVERGED, change)
         change = float(np.max(np.abs(record.force - previous.force)) / (np.max(np.abs(record.force)) + 1e-300))
@@ -236,16 +243,22 @@ def slip_limits(table: ContactTable, normal: Array) -> Array:
 
 
 def standing(model: CycleModel, state: PlatformState) -> Record:
-    """A state as a record of one sample; nothing is solved: friction is what the sliders hold."""
+    """A state as a record of one sample; nothing is solved: friction is what the springs hold."""
     table = model.table
     w = model.B @ state.motion + state.drive
     normal = normal_forces(table, w)
-    traction = state.intercept + table.stiffness * np.repeat(w, np.diff(table.friction_first))
+    stretched = table.stiffness * np.repeat(w, np.diff(table.friction_first))
+    traction = np.where(table.stiffness > 0.0, state.intercept + stretched, 0.0)
     force = np.add.reduceat(np.append(traction, 0.0), table.friction_first[:-1])
     force[table.normal_row] = np.add.reduceat(normal, table.normal_first[:-1])
     limit = slip_limits(table, normal)
     iterations = np.zeros(1, dtype=np.int64)
     return Record(state.motion[None].copy(), w[None], force[None], state.intercept[None].copy(), limit[None], iterations)
+
+
+def _own_rows(table: ContactTable) -> NDArray[np.bool_]:
+    """The rows of contacts whose law has a step of its own."""
+    return np.asarray(np.repeat(table.kind != SLIDERS, np.diff(table.first_row)))
 
 
 def _shown(model: CycleModel, before: Record, record: Record) -> Record:

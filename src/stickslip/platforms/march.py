@@ -112,7 +112,7 @@ def _quasi_static_step(
     """One step to platform part `goal` and load factor `level`, whole or in parts; Newton's iterations, −1 when it fails."""
     q, start = np.empty_like(load), state.drive.copy()
     total, done, part = 0, 0.0, 1.0
-    before = Earlier(state.intercept, state.w, state.limit, np.zeros(state.w.size), 0.0, False)
+    before = Earlier(state.intercept, state.w, state.limit, np.zeros(state.w.size), 0.0, False, 0.0)
     while done < 1.0:
         target = min(done + part, 1.0)
         drive = start + target * (goal - start)
@@ -190,7 +190,7 @@ def carry_in_time(
     work = workspace(bodies.B.shape[0], state.intercept.size, load.size)
     q, drift = np.empty_like(load), np.empty_like(state.w)
     h, (am, af, beta, gamma) = inertia.step, inertia.method
-    before = Earlier(state.intercept, state.w, state.limit, drift, gamma / (beta * h), False)
+    before = Earlier(state.intercept, state.w, state.limit, drift, gamma / (beta * h), False, h)
     for k in range(path.drive.shape[0]):
         a = -(state.motion + h * state.velocity) / (beta * h * h) - (0.5 / beta - 1.0) * state.acceleration
         v = state.velocity + h * ((1.0 - gamma) * state.acceleration + gamma * a)

@@ -72,7 +72,7 @@ def elements_of(rig: BetweenPlatforms) -> Elements:
         table = law.elements(1, True)
         friction, springs = table.friction[0], table.normal
         paired = (
-            law.kind == SLIDERS
+            not law.kernels()
             and springs is not None
             and np.all(friction.last - friction.first == 1)
             and not np.any(friction.constant_limit)

@@ -12,8 +12,8 @@ from stickslip.checks import Array, Index
 from stickslip.contact.dispatch import law_period
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import OPEN, SLIP, STICK, friction_period, landing_shares
-from stickslip.contact.protocol import PeriodForces, PeriodMotion, contact_data, no_forces
-from stickslip.contact.table import ContactTable
+from stickslip.contact.protocol import PeriodForces, PeriodMotion, no_forces
+from stickslip.contact.table import ContactTable, contact_data
 from stickslip.kernels import boxed, inner, kernel
 from stickslip.time.contact_law import slip_limit
 
@@ -129,12 +129,12 @@ def contact_path(
     states: Index,
     start: Array,
 ) -> tuple[int, Array, Index]:
-    """Fill the changes of state of a period, in any order, and `start` (rows, Nt): y of laws with kernels of their own.
+    """Fill the changes of state of a period, in any order, and `start` (elements, Nt): intercepts of laws with own kernels.
 
     u, v (rows, Nt): motion and its rate per sample. instants: in samples. elements: which friction element changes, −1 for a
-    normal element or a law; −2 − c where contact c, of a law with kernels of its own, has y of the sample that stands in place of
-    a state. Returns how many changes; still (elements,): 1.0 where a slider, or a law with kernels of its own, sticks all the
-    time; last (elements,): states of sliders at sample Nt − 1.
+    normal element or a law; −2 − c where contact c, of a law with own kernels, has the intercepts of the sample that stands
+    in place of a state. Returns how many changes; still (elements,): 1.0 where a slider, or a law with own kernels, sticks all
+    the time; last (elements,): states of sliders at sample Nt − 1.
     """
     samples, count = u.shape[1], 0
     still, last = np.zeros(table.stiffness.size), np.zeros(table.stiffness.size, dtype=np.int64)
@@ -169,13 +169,13 @@ def contact_path(
             continue
         data, a = contact_data(table, c), table.first_row[c]
         b = a + data.kt.size
-        forces = no_forces(b - a, samples, 0)
+        forces = no_forces(data, samples, 0)
         rate = omega * samples / (2.0 * np.pi)
         if table.friction_first[a + 1] == table.friction_first[a]:
             limit[:], landing[:] = 0.0, 0.0
         motion = PeriodMotion(u[a:b], rate * v[a:b], z, limit, slope, landing, omega, none, none)
         law_period(table.kind[c], data, motion, forces)
-        start[a:b] = forces.y
+        start[table.friction_first[a] : table.friction_first[b]] = forces.intercept
         if table.friction_first[b] > table.friction_first[a]:
             if np.all(forces.event == STICK):
                 still[table.friction_first[a] : table.friction_first[b]] = 1.0

@@ -1,7 +1,7 @@
-"""How the friction of a contact whose law has kernels of its own answers a perturbation in one step.
+"""How the friction of a contact whose law has a step of its own answers a perturbation in one step.
 
-δy after the step by the motion, velocity and normal motion after it, and by δy, the motion and the normal motion before it.
-Closed forms where a law gives them; of any other law, derivatives by what was before are differences of its `step`.
+States x = f(x before, travel, limits, time) and tractions by what is there after the step: the chain rule, by the derivatives
+that the step of the law gives. What is remembered is the intercept of each state, x − kt u.
 """
 
 from __future__ import annotations
@@ -11,156 +11,125 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.contact import dahl, friction_disc
-from stickslip.contact.dahl import dahl_step
-from stickslip.contact.dispatch import law_step
-from stickslip.contact.friction_disc import disc_step
-from stickslip.contact.protocol import ContactData, StepForces, StepMotion, contact_data
-from stickslip.contact.table import ContactTable
+from stickslip.contact.dispatch import take_step
+from stickslip.contact.protocol import StepMotion, no_step, traction, traction_by_state
+from stickslip.contact.table import ContactTable, contact_data
 from stickslip.kernels import inner
 from stickslip.time.contact_law import slip_limit
-
-DIFFERENCE = 1e-6
-"""Change, relative to the forces, by which the step of a law without closed form is differentiated by what was before it."""
-
 
 SOON = 1e-3
 """Share of a step over which the rate of friction after a landing is taken."""
 
 
 class Tangent(NamedTuple):
-    """δy of each row after a step: own, normal, cross by the motion after it (of the row, of its normal load, of its partner),
-    own_rate, cross_rate by the velocity; y, y_cross, u, u_cross, u_normal by what was before. All (rows,)."""
+    """δy of each row after a step by the motion after it: own, normal, cross (of the row, of its normal load, of its partner);
+    own_rate, cross_rate by the velocity, all (rows,). state_own, state_normal, state_cross: δ of the intercept of each friction
+    element of a law with a step of its own, by the same, (elements,)."""
 
     own: Array
     normal: Array
     cross: Array
     own_rate: Array
     cross_rate: Array
-    y: Array
-    y_cross: Array
-    u: Array
-    u_cross: Array
-    u_normal: Array
-
-
-class Before(NamedTuple):
-    """Derivatives of y after a step (d, d) by y and u and (d,) by the limit before it."""
-
-    y: Array
-    u: Array
-    limit: Array
+    state_own: Array
+    state_normal: Array
+    state_cross: Array
 
 
 @inner
-def no_tangent(rows: int) -> Tangent:
+def no_tangent(rows: int, elements: int) -> Tangent:
     """Zeros to be filled."""
     n = rows
     first = (np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
-    return Tangent(*first, np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
+    return Tangent(*first, np.zeros(elements), np.zeros(elements), np.zeros(elements))
 
 
 @inner
-def law_tangent(table: ContactTable, c: int, u: Array, v: Array, inside: float, y: Array, tangent: Tangent) -> None:
-    """Fill the rows of contact c for a step with motion u and velocity v (rows, 2) before and after it, and move y (rows,).
+def law_tangent(
+    table: ContactTable,
+    c: int,
+    u: Array,
+    v: Array,
+    time: float,
+    inside: float,
+    intercept: Array,
+    w: Array,
+    memory: Array,
+    kept: Array,
+    tangent: Tangent,
+) -> None:
+    """Fill the tangent of the rows and elements of contact c for a step with motion u and velocity v (rows, 2) before and after
+    it, and move intercept (elements,).
 
-    inside: normal motion within the step, at whose ends the contact may land or lift off.
+    time: of the step [s]; inside: normal motion within it, at whose ends the contact may land or lift off. w (rows, columns):
+    perturbations of the motion before it; memory (elements, columns): of the intercepts, before it and, but for what the motion
+    after the step adds, after it; kept (rows, columns): what these leave of δy.
     """
-    a, data = table.first_row[c], contact_data(table, c)
-    size, row, e = data.kt.size, table.normal_row[c], table.friction_first[a]
+    a, data, row, e = table.first_row[c], contact_data(table, c), table.normal_row[c], table.friction_first[table.first_row[c]]
+    size, states, columns = data.kt.size, data.spring.size, w.shape[1]
     L0, L1, slope = 0.0, 0.0, 0.0
-    if table.friction_first[a + size] > e:
+    if states:
         L0 = slip_limit(table, e, u[row, 0] if row >= 0 else 0.0)[0]
         L1 = slip_limit(table, e, u[row, 1] if row >= 0 else 0.0)[0]
         slope = slip_limit(table, e, inside)[1]
-    motion = StepMotion(
-        y[a : a + size].copy(), u[a : a + size, 0].copy(), u[a : a + size, 1].copy(), v[a : a + size, 1].copy(), L0, L1
-    )
-    found = StepForces(np.zeros(size), np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
-    law_step(table.kind[c], data, motion, found)
-    before = Before(np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
-    if table.kind[c] == friction_disc.KIND:
-        _disc_before(data.kt[0], motion, before)
-    elif table.kind[c] == dahl.KIND:
-        _dahl_before(data, motion, before)
-    elif table.friction_first[a + size] > e and data.kt[0] > 0.0:
-        _differences(table.kind[c], data, motion, before)
+    b, state, before = a + size, np.empty(states), np.empty((states, columns))
+    for i in range(states):
+        r = a + data.direction[i]
+        state[i] = intercept[e + i] + data.spring[i] * u[r, 0]
+        before[i] = memory[e + i] + data.spring[i] * w[r]
+    found = no_step(states, size)
+    motion = StepMotion(state, u[a:b, 1] - u[a:b, 0], u[a:b, 1].copy(), v[a:b, 1].copy(), L0, L1, time)
+    take_step(data, motion, found)
+    for i in range(states):
+        r, after = a + data.direction[i], memory[e + i]
+        intercept[e + i] = found.state[i] - data.spring[i] * u[r, 1]
+        after[:] = 0.0
+        for j in range(states):
+            after += found.by_state[i, j] * before[j]
+        for d in range(size):
+            after -= found.by_travel[i, d] * w[a + d]
+        if row >= 0:
+            after += found.by_limit0[i] * slope * w[row]
+        tangent.state_own[e + i] = found.by_travel[i, data.direction[i]] - data.spring[i]
+        tangent.state_cross[e + i] = found.by_travel[i, size - 1 - data.direction[i]]
+        tangent.state_normal[e + i] = found.by_limit[i] * slope
     for d in range(size):
         r, o = a + d, size - 1 - d
-        tangent.own[r], tangent.own_rate[r], tangent.normal[r] = (
-            found.by_u[d, d],
-            found.by_velocity[d, d],
-            found.by_limit[d] * slope,
-        )
-        tangent.y[r], tangent.u[r], tangent.u_normal[r] = before.y[d, d], before.u[d, d], before.limit[d] * slope
+        own, cross, by_limit = found.direct_by_u[d, d] - data.kt[d], found.direct_by_u[d, o], found.direct_by_limit[d]
+        kept[r] = 0.0
+        for i in range(states):
+            weight = traction_by_state(data, found, d, i)
+            own += weight * found.by_travel[i, d]
+            cross += weight * found.by_travel[i, o]
+            by_limit += weight * found.by_limit[i]
+            kept[r] += weight * memory[e + i]
+        tangent.own[r], tangent.own_rate[r], tangent.normal[r] = own, found.direct_by_velocity[d, d], by_limit * slope
         if table.partner_row[r] >= 0:
-            tangent.cross[r], tangent.cross_rate[r] = found.by_u[d, o], found.by_velocity[d, o]
-            tangent.y_cross[r], tangent.u_cross[r] = before.y[d, o], before.u[d, o]
-        y[r] = found.y[d]
+            tangent.cross[r], tangent.cross_rate[r] = cross, found.direct_by_velocity[d, o]
 
 
 @inner
-def landing_rates(table: ContactTable, c: int, u: Array, v: Array, h: float, rates: Array) -> None:
-    """dT/dt of the rows of contact c just after it lands with motion u and velocity v (rows,); h: a short time [s]."""
+def remember_states(table: ContactTable, c: int, w: Array, memory: Array, tangent: Tangent) -> None:
+    """Add to the intercepts (elements, columns) of contact c what the motion after a step (rows, columns) does."""
+    for r in range(table.first_row[c], table.first_row[c + 1]):
+        for e in range(table.friction_first[r], table.friction_first[r + 1]):
+            memory[e] += tangent.state_own[e] * w[r]
+            if table.partner_row[r] >= 0:
+                memory[e] += tangent.state_cross[e] * w[table.partner_row[r]]
+            if table.loading_row[r] >= 0:
+                memory[e] += tangent.state_normal[e] * w[table.loading_row[r]]
+
+
+@inner
+def landing_rates(table: ContactTable, c: int, u: Array, v: Array, h: float, rates: Array, state_rates: Array) -> None:
+    """dT/dt (rows,) and the rates of the states (elements,) of contact c just after it lands with motion u and velocity v
+    (rows,); h: a short time [s]."""
     a, data, row = table.first_row[c], contact_data(table, c), table.normal_row[c]
-    size, e, now = data.kt.size, table.friction_first[a], h * SOON
-    limit, moved = slip_limit(table, e, u[row] + now * v[row])[0], np.empty(size)
-    y, u0, speed = np.empty(size), u[a : a + size].copy(), v[a : a + size].copy()
+    size, states, e, now = data.kt.size, data.spring.size, table.friction_first[a], h * SOON
+    limit, found, b = slip_limit(table, e, u[row] + now * v[row])[0], no_step(states, size), a + size
+    motion = StepMotion(np.zeros(states), now * v[a:b], u[a:b] + now * v[a:b], v[a:b].copy(), 0.0, limit, now)
+    take_step(data, motion, found)
     for d in range(size):
-        y[d], moved[d] = -data.kt[d] * u0[d], u0[d] + now * speed[d]
-    found = StepForces(np.zeros(size), np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
-    law_step(table.kind[c], data, StepMotion(y, u0, moved, speed, 0.0, limit), found)
-    for d in range(size):
-        rates[a + d] = (found.y[d] + data.kt[d] * moved[d]) / now
-
-
-@inner
-def _disc_before(kt: float, motion: StepMotion, before: Before) -> None:
-    """Of a friction disc: T1 = L1 (c, s), its angle by T0 = y0 + kt u0, by kt Δu and by L0."""
-    y, u0, u, turn = motion.intercept, motion.u0, motion.u, np.empty(6)
-    slips, c, s = disc_step(
-        y[0] + kt * u0[0], y[1] + kt * u0[1], kt * (u[0] - u0[0]), kt * (u[1] - u0[1]), motion.limit0, motion.limit, turn
-    )
-    if not slips:
-        before.y[0, 0], before.y[1, 1] = 1.0, 1.0
-        return
-    for d in range(2):
-        before.y[0, d], before.y[1, d] = -s * motion.limit * turn[d], c * motion.limit * turn[d]
-        along = motion.limit * kt * (turn[d] - turn[2 + d])
-        before.u[0, d], before.u[1, d] = -s * along, c * along
-    before.limit[0], before.limit[1] = -s * motion.limit * turn[4], c * motion.limit * turn[4]
-
-
-@inner
-def _dahl_before(data: ContactData, motion: StepMotion, before: Before) -> None:
-    """Of Dahl's law: T1 by T0 = y0 + kt u0, by Δu and by L0."""
-    for d in range(data.kt.size):
-        kt, u0 = data.kt[d], motion.u0[d]
-        moved = dahl_step(kt, motion.intercept[d] + kt * u0, motion.u[d] - u0, motion.limit0, motion.limit)
-        before.y[d, d], before.u[d, d], before.limit[d] = moved[1], kt * moved[1] - moved[2], moved[3]
-
-
-@inner
-def _differences(kind: int, data: ContactData, motion: StepMotion, before: Before) -> None:
-    """Of any other law with a spring kt, by central differences."""
-    size, kt = data.kt.size, data.kt[0]
-    small = DIFFERENCE * max(np.max(np.abs(motion.intercept)) + kt * np.max(np.abs(motion.u0)), motion.limit0, motion.limit)
-    for sign in (-1.0, 1.0):
-        for d in range(size):
-            moved = np.zeros(size)
-            moved[d] = sign * small
-            before.y[:, d] += sign * _after(kind, data, motion, moved, 0.0 * moved, 0.0) / (2.0 * small)
-            before.u[:, d] += sign * kt * _after(kind, data, motion, 0.0 * moved, moved / kt, 0.0) / (2.0 * small)
-        if motion.limit0 > small:
-            nothing = np.zeros(size)
-            before.limit[:] += sign * _after(kind, data, motion, nothing, nothing, sign * small) / (2.0 * small)
-
-
-@inner
-def _after(kind: int, data: ContactData, motion: StepMotion, y: Array, u: Array, limit: float) -> Array:
-    """y after a step from another y, u and limit."""
-    size = motion.u.size
-    found = StepForces(np.zeros(size), np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
-    other = StepMotion(motion.intercept + y, motion.u0 + u, motion.u, motion.velocity, motion.limit0 + limit, motion.limit)
-    law_step(kind, data, other, found)
-    return found.y
+        rates[a + d] = traction(data, found, d) / now
+    for i in range(states):
+        state_rates[e + i] = found.state[i] / now

@@ -204,9 +204,9 @@ class ContactPeriod:
         self.v = np.ascontiguousarray(w @ tables.D.T) * (2.0 * np.pi / self.samples)
         most = 4 * self.samples * (table.stiffness.size + table.normal_stiffness.size + balance.rows)
         instants, elements, new = np.empty(most), np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
-        self.y = np.zeros((balance.rows, self.samples))
+        self.intercept = np.zeros((table.stiffness.size, self.samples))
         count, still, self.last = contact_path(
-            table, self.u, self.v, np.ascontiguousarray(w[:, 0]), evaluation.point.omega, instants, elements, new, self.y
+            table, self.u, self.v, np.ascontiguousarray(w[:, 0]), evaluation.point.omega, instants, elements, new, self.intercept
         )
         order = np.argsort(instants[:count] % self.samples, kind="stable")
         self.instants, self.elements, self.new = instants[order] % self.samples, elements[order], new[order]
@@ -254,9 +254,9 @@ class ContactPeriod:
             self.used,
         )
         rows = np.repeat(np.arange(table.friction_first.size - 1), np.diff(table.friction_first))
-        sliders = np.flatnonzero(~self.laws[rows] & (self.moving == 1) & (state[0] == STICK))
+        remembering = np.flatnonzero((self.moving == 1) & (self.laws[rows] | (state[0] == STICK)))
         stuck = np.isin(np.arange(self.laws.size), rows[self.moving == 0])
-        return path, np.concatenate([sliders, table.stiffness.size + np.flatnonzero(self.laws & ~stuck)]).astype(np.int64)
+        return path, np.concatenate([remembering, table.stiffness.size + np.flatnonzero(self.laws & ~stuck)]).astype(np.int64)
 
     def _reversals(self, steps: int) -> Array:
         """Instants around the reversals of laws whose force the velocity takes from one limit to the other within few steps."""
@@ -295,13 +295,13 @@ class ContactPeriod:
         return np.ascontiguousarray(u0 + x * (v0 + x * (c2 + x * c3))), np.ascontiguousarray(v0 + x * (2.0 * c2 + 3.0 * x * c3))
 
     def _known(self, shifted: Array, grid: Array) -> Array:
-        """y of laws with kernels of their own (K, rows) where it is known, else NaN."""
-        known = np.full((grid.size - 1, self.u.shape[0]), np.nan)
-        known[0] = self.y[:, int(self.start) % self.samples]
+        """Intercepts of laws with kernels of their own (K, elements) where they are known, else NaN."""
+        known = np.full((grid.size - 1, self.table.stiffness.size), np.nan)
+        known[0] = self.intercept[:, int(self.start) % self.samples]
         for k in np.flatnonzero(self.elements <= -2):
-            a, b = self.table.first_row[[-2 - self.elements[k], -1 - self.elements[k]]]
+            a, b = self.table.friction_first[self.table.first_row[[-2 - self.elements[k], -1 - self.elements[k]]]]
             place = min(np.searchsorted(grid, shifted[k] - MERGED * self.samples), grid.size - 2)
-            known[place, a:b] = self.y[a:b, self.new[k]]
+            known[place, a:b] = self.intercept[a:b, self.new[k]]
         return known
 
 

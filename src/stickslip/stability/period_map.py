@@ -18,7 +18,7 @@ from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import OPEN, STICK
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import boxed, inner, kernel
-from stickslip.stability.law_tangent import Tangent, landing_rates, law_tangent, no_tangent
+from stickslip.stability.law_tangent import Tangent, landing_rates, law_tangent, no_tangent, remember_states
 from stickslip.stability.modes import BlockModes
 from stickslip.time.contact_law import slip_limit
 
@@ -32,8 +32,8 @@ class Path(NamedTuple):
     """The contacts along a period, on instants t_0 .. t_K = t_0 + T, s.
 
     u, v (rows, K+1): motion and velocity [m/s]; state (K, elements): of every slider in each interval; moving (elements,): which
-    of them ever leave the stuck state; y (K, rows): of laws with kernels of their own at t_0 and where else it is known, or NaN.
-    used: the rows whose δλ is ever other than zero.
+    of them ever leave the stuck state; intercept (K, elements): of laws with kernels of their own at t_0 and where else it is
+    known, or NaN. used: the rows whose δλ is ever other than zero.
     """
 
     instants: Array
@@ -41,7 +41,7 @@ class Path(NamedTuple):
     v: Array
     state: Index
     moving: Index
-    y: Array
+    intercept: Array
     used: Index
 
 
@@ -180,8 +180,8 @@ def _balance(
 def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Index) -> Array:
     """The map of a perturbation over one period, square.
 
-    Its states are those of the modes, then what `columns` name: δy of friction element e, or, from the number of elements on, of
-    the rows of laws with kernels of their own.
+    Its states are those of the modes, then what `columns` name: δ of the intercept of friction element e, or, from the number of
+    elements on, δy of the rows of laws with kernels of their own.
     """
     elements, rows, size = table.stiffness.size, modes.motion.shape[0], modes.force.shape[0]
     width = size + columns.size
@@ -197,8 +197,8 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
         pushed[:, i] = modes.force[:, used[i]]
     by_rate, free_rate, rated = np.zeros((rows, rows)), np.zeros((rows, width)), np.any(table.kind != SLIDERS)
     w, nothing = np.dot(modes.motion, x), np.zeros((rows, rows))
-    tangent = no_tangent(rows)
-    y = path.y[0].copy()
+    tangent = no_tangent(rows, elements)
+    intercept = path.intercept[0].copy()
     for k in range(path.instants.size - 1):
         h = path.instants[k + 1] - path.instants[k]
         if k == 0 or _changed(table, path, k):
@@ -208,14 +208,15 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
             _remember(table, path, k, w, memory)
         for c in range(table.kind.size):
             if table.kind[c] != SLIDERS:
-                for r in range(table.first_row[c], table.first_row[c + 1]):
-                    if path.y[k, r] == path.y[k, r]:
-                        y[r] = path.y[k, r]
+                first, last = _elements_of(table, c)
+                for e in range(first, last):
+                    if path.intercept[k, e] == path.intercept[k, e]:
+                        intercept[e] = path.intercept[k, e]
                 inside = _inside(path, table.normal_row[c], k) if table.normal_row[c] >= 0 else 0.0
-                law_tangent(table, c, path.u[:, k : k + 2], path.v[:, k : k + 2], inside, y, tangent)
+                u, v = path.u[:, k : k + 2], path.v[:, k : k + 2]
+                law_tangent(table, c, u, v, h, inside, intercept, w, memory, kept, tangent)
         _advance(modes.blocks, pushed, h, x, begin, end)
         x -= np.dot(begin, _rows_of(forces, used))
-        _keep(table, path, k, w, memory, tangent, kept)
         free, part = np.dot(modes.motion, x), np.dot(modes.motion, end)
         whole[:] = modes.static
         for i in range(used.size):
@@ -230,6 +231,7 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
         _remember(table, path, k, w, memory)
         for c in range(table.kind.size):
             if table.kind[c] != SLIDERS:
+                remember_states(table, c, w, memory, tangent)
                 for r in range(table.first_row[c], table.first_row[c + 1]):
                     if r != table.normal_row[c]:
                         memory[elements + r] = forces[r]
@@ -238,6 +240,12 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
     for i in range(columns.size):
         result[size + i] = memory[columns[i]]
     return boxed(result)
+
+
+@inner
+def _elements_of(table: ContactTable, c: int) -> tuple[int, int]:
+    """The first friction element of contact c, and that after its last."""
+    return table.friction_first[table.first_row[c]], table.friction_first[table.first_row[c + 1]]
 
 
 @inner
@@ -301,9 +309,9 @@ def _enter(table: ContactTable, path: Path, k: int, w: Array, memory: Array, tan
 
 @inner
 def _meet(table: ContactTable, path: Path, c: int, k: int, w: Array, memory: Array) -> None:
-    """δy of contact c, of a law with kernels of its own, where it lands or lifts off at the beginning of interval k.
+    """δy and intercepts of contact c, of a law with its own kernels, where it lands or lifts off at the beginning of interval k.
 
-    Open, T = 0 and δy = −kt δu. Landing, T = s (t − t*) with δt* = −δz/ż, so that δy = s δz/ż − kt δu.
+    Open, T = 0 and δy = −kt δu. Landing, T = s (t − t*) with δt* = −δz/ż, so that δy = s δz/ż − kt δu. States likewise.
     """
     row, a, elements = table.normal_row[c], table.first_row[c], table.stiffness.size
     e = table.friction_first[a]
@@ -312,31 +320,17 @@ def _meet(table: ContactTable, path: Path, c: int, k: int, w: Array, memory: Arr
     before, after = slip_limit(table, e, _inside(path, row, k - 1))[0], slip_limit(table, e, _inside(path, row, k))[0]
     if (before > 0.0) == (after > 0.0):
         return
-    rates, speed = np.zeros(path.u.shape[0]), path.v[row, k]
+    rates, state_rates, speed = np.zeros(path.u.shape[0]), np.zeros(elements), path.v[row, k]
     if after > 0.0 and speed != 0.0:
-        landing_rates(table, c, path.u[:, k], path.v[:, k], path.instants[k + 1] - path.instants[k], rates)
+        h = path.instants[k + 1] - path.instants[k]
+        landing_rates(table, c, path.u[:, k], path.v[:, k], h, rates, state_rates)
     for r in range(a, row):
-        memory[elements + r] = -table.stiffness[table.friction_first[r]] * w[r]
-        if rates[r] != 0.0:
-            memory[elements + r] += rates[r] / speed * w[row]
-
-
-@inner
-def _keep(table: ContactTable, path: Path, k: int, w: Array, memory: Array, tangent: Tangent, kept: Array) -> None:
-    """What does not depend on the end of interval k: stuck sliders, and laws by what was before."""
-    elements = table.stiffness.size
-    for c in range(table.kind.size):
-        if table.kind[c] == SLIDERS:
-            continue
-        for r in range(table.first_row[c], table.first_row[c + 1]):
-            if r == table.normal_row[c]:
-                continue
-            kept[r] = tangent.y[r] * memory[elements + r] + tangent.u[r] * w[r]
-            if table.partner_row[r] >= 0:
-                o = table.partner_row[r]
-                kept[r] += tangent.y_cross[r] * memory[elements + o] + tangent.u_cross[r] * w[o]
-            if table.loading_row[r] >= 0:
-                kept[r] += tangent.u_normal[r] * w[table.loading_row[r]]
+        memory[elements + r] = rates[r] / speed * w[row] if rates[r] != 0.0 else 0.0 * w[row]
+        for e in range(table.friction_first[r], table.friction_first[r + 1]):
+            memory[e] = -table.stiffness[e] * w[r]
+            memory[elements + r] -= table.stiffness[e] * w[r]
+            if state_rates[e] != 0.0:
+                memory[e] += state_rates[e] / speed * w[row]
 
 
 @inner

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, create_model
 
 from stickslip.checks import fault, nearest
 from stickslip.contact.cubic import CubicSpring
@@ -16,8 +16,10 @@ from stickslip.contact.iwan import Iwan
 from stickslip.contact.law import Law
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.microslip import MicroslipArray
+from stickslip.contact.single_load import Own, SingleLoad, own_numbers
 from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
 from stickslip.contact.tanh_coulomb import TanhCoulomb
+from stickslip.contact.valanis import Valanis
 from stickslip.study.fields import (
     Direction,
     Directions,
@@ -33,7 +35,7 @@ from stickslip.study.fields import (
     Vector,
 )
 from stickslip.study.starts import Starts
-from stickslip.study.units import CUBIC_STIFFNESS, FORCE, LENGTH, PRESSURE, STIFFNESS, VELOCITY, Units, in_si
+from stickslip.study.units import BY_SYMBOL, CUBIC_STIFFNESS, DIMENSIONLESS, FORCE, LENGTH, PRESSURE, STIFFNESS, Units, in_si
 
 
 class ContactTable(Table):
@@ -156,23 +158,25 @@ class FrictionDiscTable(SliderTable):
         return FrictionDisc(**{key: values[key] for key in SLIDER})
 
 
-class DahlTable(SliderTable):
-    """Friction that slips gradually from the smallest motion on; no stick, no start state. kt is the slope at a reversal."""
+def load_table(law: type[SingleLoad]) -> type[ContactTable]:
+    """The table of a law that declares its name, what it is about and the numbers of its own."""
+    base = SliderTable if "kt" in law.__annotations__ else LoadTable
+    keys = [key for key in SLIDER if key in base.model_fields]
+    own = {name: (_own_type(number), ...) for name, number in own_numbers(law).items()}
 
-    law: Annotated[Literal["dahl"], Field(description="the contact law")]
+    class OfLaw(base):  # type: ignore[misc, valid-type]
+        def law_in_si(self, values: dict[str, Any]) -> Law:
+            return law(**{key: values[key] for key in (*keys, *own)})
 
-    def law_in_si(self, values: dict[str, Any]) -> Law:
-        return Dahl(**{key: values[key] for key in SLIDER})
+    named = (Annotated[Literal[law.name], Field(description="the contact law")], ...)
+    return create_model(f"{law.__name__}Table", __base__=OfLaw, __doc__=law.about, law=named, **own)  # type: ignore[call-overload, no-any-return]
 
 
-class TanhCoulombTable(LoadTable):
-    """Friction that depends on the velocity v alone, μN tanh(v/v0); it has no stiffness and no start state."""
-
-    law: Annotated[Literal["tanh_coulomb"], Field(description="the contact law")]
-    v0: Annotated[Positive, VELOCITY, Field(description="velocity that reaches 76 % of the limit")]
-
-    def law_in_si(self, values: dict[str, Any]) -> Law:
-        return TanhCoulomb(**{key: values[key] for key in (*LOAD, "v0")})
+def _own_type(number: Own) -> Any:
+    """Type of a key: a number in its range, with its dimension."""
+    dimensions = [] if number.unit == DIMENSIONLESS.symbol else [BY_SYMBOL[number.unit]]
+    field = Field(ge=number.least, gt=number.above, lt=number.below, description=number.description)
+    return Annotated[Number, *dimensions, field]
 
 
 class MicroslipArrayTable(FrictionTable):
@@ -292,8 +296,7 @@ LAWS: dict[str, type[ContactTable]] = {
     "friction_disc": FrictionDiscTable,
     "microslip_array": MicroslipArrayTable,
     "iwan": IwanTable,
-    "dahl": DahlTable,
-    "tanh_coulomb": TanhCoulombTable,
+    **{law.name: load_table(law) for law in (Dahl, Valanis, TanhCoulomb)},
     "gap": GapTable,
     "cubic_spring": CubicSpringTable,
 }

@@ -44,6 +44,10 @@ DENSITY = Dimension("kg/m3", mass=1, length=-3)
 RATE = Dimension("1/s", time=-1)
 FREQUENCY = Dimension("Hz", frequency=1)
 DIMENSIONLESS = Dimension("-")
+PACE = Dimension("s/m", length=-1, time=1)
+
+BY_SYMBOL = {each.symbol: each for each in (STIFFNESS, VISCOSITY, VELOCITY, FORCE, LENGTH, TIME, PACE)}
+"""The dimensions that numbers of contact laws have, by their SI unit."""
 
 
 class Units(Table):

@@ -11,16 +11,16 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.contact.dispatch import law_step
+from stickslip.contact.dispatch import take_step
 from stickslip.contact.law import SLIDERS
-from stickslip.contact.protocol import StepForces, StepMotion, contact_data
-from stickslip.contact.table import ContactTable
+from stickslip.contact.protocol import StepMotion, no_step, traction, traction_by_state
+from stickslip.contact.table import ContactTable, contact_data
 from stickslip.kernels import inlined, inner, kernel
 
 
 class ContactState(NamedTuple):
     """Contacts at one instant, changed in place. w, λ (rows,): motion and forces beyond the stuck springs; y, limit (elements,)
-    of the friction elements: intercept T − kt u and slip limit L, N."""
+    of the friction elements: intercept T − kt u, of laws with a step of their own state − kt u, and slip limit L, N."""
 
     w: Array
     forces: Array
@@ -31,7 +31,8 @@ class ContactState(NamedTuple):
 class Earlier(NamedTuple):
     """What contacts remember of the instant before, intercepts (elements,), motion w (rows,) and limits (elements,), and how the
     velocity follows from the motion of the new instant: drift + rate w, drift (rows,) [m/s], rate [1/s]. lands: whether a slider
-    that lands begins where it lands, within the step; dampers alone land at the end of a step, by either of their methods."""
+    that lands begins where it lands, within the step; dampers alone land at the end of a step, by either of their methods.
+    time: of the step [s], 0 without inertia."""
 
     intercept: Array
     w: Array
@@ -39,6 +40,7 @@ class Earlier(NamedTuple):
     drift: Array
     rate: float
     lands: bool
+    time: float
 
 
 class Slopes(NamedTuple):
@@ -150,55 +152,43 @@ def _friction_row(
     slopes.target[r], slopes.own[r], slopes.coupling[r] = total, own, coupling
 
 
-@inner
-def _move_start(kt: Array, landing: float, moved: Array, closed: float, slope: float, found: StepForces) -> None:
-    """Derivatives of a step that begins at a landing, which moves with the motion u (d,) and the normal motion z after the step.
-
-    moved, closed: what u and z change in the whole step; slope: dL/dz, by which the derivative by L stands for that by z.
-    """
-    for d in range(moved.size):
-        by_z = 0.0
-        for o in range(moved.size):
-            spring = found.by_u[d, o] + (kt[d] if o == d else 0.0)
-            by_z += spring * moved[o]
-            found.by_u[d, o] -= landing * spring
-        found.by_limit[d] += landing * by_z / (closed * slope)
-
-
 @inlined
 def _law_rows(
     table: ContactTable, c: int, w: Array, z: float, before: Earlier, intercept: Array, limit: Array, slopes: Slopes
 ) -> None:
-    """T − K_c u of the tangential rows of contact c by the kernel of its law."""
-    first, data = table.first_row[c], contact_data(table, c)
-    size, e = data.kt.size, table.friction_first[first]
-    last, elements = first + size, table.friction_first[first + size] - e
-    y0, L0, L, slope = np.zeros(size), 0.0, 0.0, 0.0
-    if elements:
-        L, slope = slip_limit(table, e, z)
-        L0 = before.limit[e]
-        y0[:] = before.intercept[e : e + size]
-    velocity = np.empty(size)
+    """T − K_c u of the tangential rows of contact c by the step of its law, and the intercepts of its states. A contact that
+    lands within the step begins there, at a share of it, which moves with the motion after the step."""
+    a, data, e = table.first_row[c], contact_data(table, c), table.friction_first[table.first_row[c]]
+    size, states, normal = data.kt.size, data.spring.size, table.normal_row[c]
+    L0, L, slope, share = 0.0, 0.0, 0.0, 0.0
+    if states:
+        L0, (L, slope) = before.limit[e], slip_limit(table, e, z)
+    if before.lands and states and normal >= 0 and L0 <= 0.0:
+        share = _landing(table, e, before.w[normal], z)
+    state, moved, travel, velocity = np.zeros(states), np.empty(size), np.empty(size), np.empty(size)
     for d in range(size):
-        velocity[d] = before.drift[first + d] + before.rate * w[first + d]
-    start, landing, row = before.w[first:last].copy(), 0.0, table.normal_row[c]
-    if before.lands and elements and row >= 0 and L0 <= 0.0:
-        landing = _landing(table, e, before.w[row], z)
-        if landing > 0.0:
-            start += landing * (w[first:last] - start)
-            y0[:] = -data.kt * start
-            L0 = 0.0
-    motion = StepMotion(y0, start, w[first:last], velocity, L0, L)
-    found = StepForces(np.zeros(size), np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
-    slopes.work[first] = law_step(table.kind[c], data, motion, found)
-    if landing > 0.0:
-        _move_start(data.kt, landing, w[first:last] - before.w[first:last], z - before.w[table.normal_row[c]], slope, found)
+        moved[d] = w[a + d] - before.w[a + d]
+        travel[d] = (1.0 - share) * moved[d]
+        velocity[d] = before.drift[a + d] + before.rate * w[a + d]
+    for i in range(states if share == 0.0 else 0):
+        state[i] = before.intercept[e + i] + data.spring[i] * before.w[a + data.direction[i]]
+    found, time = no_step(states, size), (1.0 - share) * before.time
+    motion = StepMotion(state, travel, w[a : a + size], velocity, L0 if share == 0.0 else 0.0, L, time)
+    slopes.work[a] = take_step(data, motion, found)
+    for i in range(states):
+        intercept[e + i], limit[e + i] = found.state[i] - data.spring[i] * w[a + data.direction[i]], L
     for d in range(size):
-        row, other = first + d, size - 1 - d
-        slopes.target[row] = found.y[d]
-        slopes.own[row] = found.by_u[d, d] + before.rate * found.by_velocity[d, d]
-        slopes.coupling[row] = found.by_limit[d] * slope
-        if table.partner_row[row] >= 0:
-            slopes.cross[row] = found.by_u[d, other] + before.rate * found.by_velocity[d, other]
-        if elements:
-            intercept[e + d], limit[e + d] = found.y[d], L
+        r, o = a + d, size - 1 - d
+        slopes.target[r] = traction(data, found, d) - data.kt[d] * w[r]
+        slopes.own[r] = found.direct_by_u[d, d] - data.kt[d] + before.rate * found.direct_by_velocity[d, d]
+        slopes.cross[r] = found.direct_by_u[d, o] + before.rate * found.direct_by_velocity[d, o]
+        slopes.coupling[r] = found.direct_by_limit[d] * slope
+        for i in range(states):
+            weight, passed = traction_by_state(data, found, d, i), found.by_time[i] * before.time
+            slopes.own[r] += weight * (1.0 - share) * found.by_travel[i, d]
+            slopes.cross[r] += weight * (1.0 - share) * found.by_travel[i, o]
+            slopes.coupling[r] += weight * found.by_limit[i] * slope
+            for k in range(size if share > 0.0 else 0):
+                passed += found.by_travel[i, k] * moved[k]
+            if share > 0.0:
+                slopes.coupling[r] += weight * passed * share / (z - before.w[normal])

@@ -73,7 +73,7 @@ def settle(table: ContactTable, matrices: StepMatrices, loads: Loads, state: Sta
     slopes = uncompiled(no_slopes)(contacts.w.size)
     contacts.w[:] = matrices.shape @ state.motion
     drift = matrices.shape @ state.velocity
-    before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, 0.0, True)
+    before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, 0.0, True, 0.0)
     contact_law(table, contacts.w, before, contacts.intercept, contacts.limit, slopes)
     contacts.forces[:] = slopes.target
     state.forces_before[:] = slopes.target
@@ -103,7 +103,7 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
         right += force_weight * rest - mass_weight * matrices.mass * state.acceleration
         free = matrices.shape @ (predicted + _times(matrices.inverse, right))
         drift = matrices.shape @ (drifted - rate * predicted)
-        before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, rate, True)
+        before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, rate, True, step)
         guess = 2.0 * contacts.forces - state.forces_before
         state.forces_before[:] = contacts.forces
         used = -1
@@ -133,7 +133,8 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
 def _record(
     table: ContactTable, matrices: StepMatrices, state: State, before: Earlier, slopes: Slopes, column: int, history: History
 ) -> None:
-    """Fill a column of the histories and add the friction work of the step, of sliders L |Δs|, s = −y/kt, L at its middle."""
+    """Fill a column of the histories and add the friction work of the step, of sliders L |Δs|, s = −y/kt, L at its middle; of a
+    law of its own that of its states and, by the trapezoidal rule, of what no spring carries."""
     contacts = state.contacts
     history.outputs[:, column] = matrices.outputs @ state.motion
     history.contact_motion[:, column] = contacts.w
@@ -141,6 +142,13 @@ def _record(
     for c in range(table.kind.size):
         if table.kind[c] != SLIDERS:
             history.friction_work[table.first_row[c]] += slopes.work[table.first_row[c]]
+            for r in range(table.first_row[c], table.first_row[c + 1]):
+                if table.friction_first[r + 1] > table.friction_first[r]:
+                    direct = state.forces_before[r] + contacts.forces[r]
+                    for e in range(table.friction_first[r], table.friction_first[r + 1]):
+                        if table.stiffness[e] > 0.0:
+                            direct -= before.intercept[e] + contacts.intercept[e]
+                    history.friction_work[r] += 0.5 * direct * (contacts.w[r] - before.w[r])
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
             for e in range(table.friction_first[r], table.friction_first[r + 1]):

@@ -32,7 +32,7 @@ def from_rest(problem: Problem) -> TimeStart:
     table = contact_table(problem.contacts)
     rest = contact_cycle(table, fourier(1, 6), np.zeros((table.rows, 3)), 0.0)
     nothing = np.zeros(problem.structure.size)
-    return TimeStart(nothing, nothing.copy(), -table.stiffness * rest.slider)
+    return TimeStart(nothing, nothing.copy(), rest.intercept)
 
 
 def from_harmonics(balance: HarmonicBalance, forces: Array, omega: float, level: float) -> TimeStart:
@@ -43,5 +43,4 @@ def from_harmonics(balance: HarmonicBalance, forces: Array, omega: float, level:
     q = balance.linear.whole_motion(forces, omega, level)
     order = np.arange(1, balance.highest + 1)
     cycle = contact_cycle(balance.table, balance.tables, balance.problem.B @ q, omega)
-    intercepts = -balance.table.stiffness * cycle.slider
-    return TimeStart(q[:, 0] + q[:, 1::2].sum(axis=1), omega * (q[:, 2::2] @ order), intercepts)
+    return TimeStart(q[:, 0] + q[:, 1::2].sum(axis=1), omega * (q[:, 2::2] @ order), cycle.intercept)

@@ -11,6 +11,7 @@ from stickslip.analyses.damper_alone.harmonic_cycle import harmonic_cycle
 from stickslip.checks import InputError
 from stickslip.contact.dahl import Dahl
 from stickslip.contact.tanh_coulomb import TanhCoulomb
+from stickslip.contact.valanis import Valanis
 from stickslip.dampers.platform_motion import in_phase, out_of_phase
 from stickslip.platforms.relaxation import elements_of
 from stickslip.rigs.laboratory_damper import laboratory_damper
@@ -27,6 +28,10 @@ def rig_of(make):
 
 def dahl_rig():
     return rig_of(lambda law: Dahl(law.kt, law.mu, law.kn))
+
+
+def valanis_rig(kappa=0.8):
+    return rig_of(lambda law: Valanis(law.kt, law.mu, kappa, law.kn))
 
 
 def tanh_rig():
@@ -55,6 +60,25 @@ def test_a_cycle_takes_the_steps_of_the_law(motion, options):
         np.testing.assert_allclose(T[:, c], expected, atol=1e-5)
     assert data.loop_energy > 0.0
     assert data.energy_error < 1e-3
+
+
+def test_a_cycle_of_valanis_law_lies_between_those_of_its_ends():
+    """Without κ the cycle of Dahl's law, step by step; with κ near one that of sliders; the loop energy lies between theirs, and
+    energies balance."""
+    motion = out_of_phase(10e-6)
+    dahl, same, between, near, sliders = (
+        damper_cycle(rig, motion, steps=400, tolerance=1e-8).dataset
+        for rig in (dahl_rig(), valanis_rig(0.0), valanis_rig(0.8), valanis_rig(0.999), SLIDING)
+    )
+    np.testing.assert_allclose(same.friction_force, dahl.friction_force, atol=1e-7)
+    assert float(near.loop_energy) == pytest.approx(float(sliders.loop_energy), rel=5e-3)
+    for data in (same, between, near):
+        assert data.attrs["outcome"] == "steady", data.attrs["message"]
+        assert np.all(np.abs(data.friction_force) <= data.slip_limit + 1e-9)
+        assert data.energy_error < 1e-3
+    low, middle, high = sorted(float(data.loop_energy) for data in (dahl, between, near))
+    assert middle == float(between.loop_energy)
+    assert high - low > 1e-3 * high
 
 
 @pytest.mark.nightly

@@ -126,6 +126,25 @@ def test_a_contact_that_yields_from_the_first_motion_on_is_recognised():
     assert choice.fits["dahl"].mu == pytest.approx(0.4, rel=0.03)
 
 
+def test_the_shape_of_valanis_law_is_found():
+    """From loops by small steps of dT = kt (1 − s T/L)/(1 − κ s T/L) du at four amplitudes, with the errors of `loops`."""
+    generator, measured, kt, limit, kappa = np.random.default_rng(5), [], 20e6, 0.4 * 100.0, 0.8
+    for amplitude in (2e-6, 4e-6, 8e-6, 16e-6):
+        u, traction, f = amplitude * np.sin(2.0 * np.pi * np.arange(400) / 400), 0.0, np.empty(400)
+        for n in np.tile(np.arange(400), 4):
+            for _ in range(10):
+                share = np.sign(u[n] - u[n - 1]) * traction / limit
+                traction += 0.1 * kt * (1.0 - share) / (1.0 - kappa * share) * (u[n] - u[n - 1])
+            f[n] = traction
+        u = u + 0.08e-6 / np.sqrt(20.0) * generator.standard_normal(u.size)
+        measured.append(ContactLoop(u, f + 0.05 * generator.standard_normal(u.size) + 0.8 * generator.standard_normal(), 100.0))
+    choice = contact_law(measured, laws=["dahl", "valanis"])
+    assert choice.best == "valanis"
+    fit = choice.fits["valanis"]
+    assert (fit.kt, fit.mu) == pytest.approx((kt, 0.4), rel=0.05)
+    assert fit.shape[0] == pytest.approx(kappa, abs=0.1)
+
+
 def test_too_little_motion_is_said():
     choice = contact_law(loops("iwan", 2, (1e-6, 2e-6)))
     assert any("mu is a lower bound" in sentence for sentence in choice.warnings)

@@ -169,12 +169,16 @@ def forces_on_platforms(model: CycleModel, march: SteadyCycle) -> tuple[Array, A
 
 
 def slip_work(model: CycleModel, march: SteadyCycle) -> Array:
-    """Friction work of each contact over the cycle, Σ T δ(slip) over its elements, trapezoidal, (contacts,) [J]."""
-    path, table = march.path(model), model.table
+    """Friction work of each contact over the cycle, Σ T δ(slip) over its elements and Σ T δu of what no spring carries, both
+    trapezoidal, (contacts,) [J]."""
+    path, table, rows = march.path(model), model.table, _rows(model)[0]
     traction = _tractions(model, path)
-    slid = np.where(table.stiffness > 0.0, _sprung(-np.diff(path.intercept, axis=0), table.stiffness), _travel(model, path))
+    slid = _sprung(-np.diff(path.intercept, axis=0), table.stiffness)
     work = np.sum(0.5 * (traction[1:] + traction[:-1]) * slid, axis=0)
-    return np.array([work[elements].sum() for elements in _elements(model)])
+    elements = _elements(model)
+    direct = path.force[:, rows] - np.stack([traction[:, own].sum(axis=1) for own in elements], axis=1)
+    further = np.sum(0.5 * (direct[1:] + direct[:-1]) * np.diff(path.w[:, rows], axis=0), axis=0)
+    return np.asarray(further + np.array([work[own].sum() for own in elements]))
 
 
 def stored_energy(model: CycleModel, path: Record) -> Array:
@@ -196,7 +200,7 @@ def contact_states(model: CycleModel, march: SteadyCycle) -> Index:
     force, slid = path.force[1:], -np.diff(path.intercept, axis=0)
     found = np.full((slid.shape[0], table.normal_row.size), STICK)
     for c, (normal, elements) in enumerate(zip(table.normal_row, _elements(model), strict=True)):
-        moved = np.any(slid[:, elements] != 0.0, axis=1)
+        moved = np.any((slid[:, elements] != 0.0) | (table.stiffness[elements] == 0.0), axis=1)
         row = next(row for row in range(table.first_row[c], table.first_row[c + 1]) if row != normal)
         found[moved, c] = np.where(force[moved, row] >= 0.0, SLIP_UP, SLIP_DOWN)
         found[force[:, normal] <= 0.0, c] = OPEN
@@ -208,15 +212,11 @@ def _sprung(values: Array, stiffness: Array) -> Array:
     return np.divide(values, stiffness, out=np.zeros_like(values), where=stiffness > 0.0)
 
 
-def _travel(model: CycleModel, path: Record) -> Array:
-    """Change of the displacement of each element from sample to sample, (samples − 1, elements) [m]."""
-    return np.repeat(np.diff(path.w, axis=0), np.diff(model.table.friction_first), axis=1)
-
-
 def _tractions(model: CycleModel, path: Record) -> Array:
-    """Friction force of each element, (samples, elements) [N]."""
+    """Force of the spring of each friction element, 0 without one, (samples, elements) [N]."""
     table = model.table
-    return np.asarray(path.intercept + table.stiffness * np.repeat(path.w, np.diff(table.friction_first), axis=1))
+    stretched = table.stiffness * np.repeat(path.w, np.diff(table.friction_first), axis=1)
+    return np.where(table.stiffness > 0.0, path.intercept + stretched, 0.0)
 
 
 def _elements(model: CycleModel) -> list[slice]:

@@ -17,6 +17,7 @@ from stickslip.analyses.identification.force_lag import LONGEST, advanced
 from stickslip.analyses.identification.loop_law import (
     CLOSE,
     EXACT,
+    FITTED,
     LAWS,
     ContactLoop,
     LawFit,
@@ -94,7 +95,7 @@ def contact_law(
     loops: Source | Sequence[Source],
     normal_load: float | None = None,
     *,
-    laws: Sequence[str] = tuple(LAWS),
+    laws: Sequence[str] = FITTED,
     rig_stiffness: float | None = None,
     errors: LoopErrors | None = None,
     harmonics: int | None = None,
@@ -108,8 +109,9 @@ def contact_law(
     (`contact_cycles`), or single loops that are steady already. Many cycles are averaged to a few loops of equal amplitude and
     smoothed to `harmonics`, by default as many as the displacement needs, since its noise makes kt too low and mu too high.
 
-    laws: of jenkins (one slider), iwan (the half ellipse of a cylinder on a flat), dahl and array (five sliders); each is fitted
-    to all loops, and to all but one to predict that one. The simplest law is chosen whose error on loops held out is within
+    laws: of jenkins (one slider), iwan (the half ellipse of a cylinder on a flat), dahl and array (five sliders), which are the
+    default, and valanis (between dahl and jenkins, by a shape of its own); each is fitted to all loops, and to all but one to
+    predict that one. The simplest law is chosen whose error on loops held out is within
     10 % of the smallest. That needs two loops or cycles; a single law is fitted to one, with a held-out error of NaN.
 
     rig_stiffness: N/m, of what lies between the displacement sensor and the contact, in series with it. The displacement of the
@@ -155,7 +157,7 @@ class ContactLawWork:
         loops: Source | Sequence[Source],
         *,
         normal_load: float | None = None,
-        laws: Sequence[str] = tuple(LAWS),
+        laws: Sequence[str] = FITTED,
         rig_stiffness: float | None = None,
         errors: LoopErrors | None = None,
         harmonics: int | None = None,
@@ -403,7 +405,7 @@ def _without_rig(loop: ContactLoop, rig_stiffness: float) -> ContactLoop:
     return replace(loop, displacement=np.asarray(loop.displacement) - (force - force.mean()) / rig_stiffness)
 
 
-def identify_law(loops: Sequence[ContactLoop], laws: Sequence[str] = tuple(LAWS)) -> ContactLaw:
+def identify_law(loops: Sequence[ContactLoop], laws: Sequence[str] = FITTED) -> ContactLaw:
     """Old name of `contact_law`."""
     warnings.warn("`identify_law` is now `contact_law`.", DeprecationWarning, stacklevel=2)
     return contact_law(loops, laws=laws)

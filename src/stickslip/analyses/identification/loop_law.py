@@ -6,6 +6,7 @@ Every law is a set of parallel sliders of equal stiffness kt/n with limits μ N(
     iwan      w ~ √(1 − ξ²): the half ellipse of a cylinder on a flat (Li, Xu, Gola and Botto 2020, equation 1)
 and beside them
     dahl      the smooth law of `stickslip.contact.dahl`, with the same kt and μ as jenkins
+    valanis   that of `stickslip.contact.valanis`, whose shape κ goes from dahl to jenkins
 """
 
 from __future__ import annotations
@@ -20,16 +21,19 @@ from scipy.optimize import least_squares
 
 from stickslip.checks import Array, fault, not_negative
 from stickslip.contact.dahl import Dahl
-from stickslip.contact.dispatch import steady_period
+from stickslip.contact.dispatch import kind_of
+from stickslip.contact.march import steady_period
 from stickslip.contact.period import OFFSET, friction_period
 from stickslip.contact.protocol import ContactData, PeriodMotion, no_forces
+from stickslip.contact.single_load import SingleLoad
+from stickslip.contact.valanis import Valanis
 from stickslip.kernels import uncompiled
 from stickslip.measurement.contact_record import check_ratio, clipped
 
 IWAN_ELEMENTS = 24
 ARRAY_ELEMENTS = 5
 SMOOTHED = 30
-"""Harmonics of the displacement that Dahl's law is led along: it yields to every reversal, and noise would make many."""
+"""Harmonics of the displacement that smooth laws are led along: they yield to every reversal, and noise would make many."""
 
 UNKNOWN = 300.0
 """Logarithm of the factor from which on an interval says nothing more."""
@@ -122,17 +126,19 @@ def steady_force(loop: ContactLoop, kt: float, mu: float, weights: Array) -> Arr
     return total
 
 
-def dahl_force(loop: ContactLoop, kt: float, mu: float) -> Array:
-    """The steady force (n,) of Dahl's law, along the displacement smoothed to its first harmonics."""
+def law_force(loop: ContactLoop, law: SingleLoad) -> Array:
+    """The steady force (n,) of a law with a step of its own under the load of the loop, along the displacement smoothed to its
+    first harmonics."""
     spectrum = np.fft.rfft(np.asarray(loop.displacement))
     spectrum[SMOOTHED + 1 :] = 0.0
-    u, limit = np.fft.irfft(spectrum, np.size(loop.displacement))[None], mu * np.asarray(loop.normal)
-    zero, none = np.zeros(u.size), np.zeros((u.size, 0))
-    data = ContactData(np.zeros(0), np.array([kt]), np.zeros(1, dtype=np.int64), np.zeros(1))
-    found = uncompiled(no_forces)(1, u.size, 0)
-    law = Dahl(kt, mu, normal_load=float(np.mean(np.asarray(loop.normal))))
+    u, limit = np.fft.irfft(spectrum, np.size(loop.displacement))[None], law.mu * np.asarray(loop.normal)
+    zero, none, first = np.zeros(u.size), np.zeros((u.size, 0)), np.zeros(1, dtype=np.int64)
+    elements = law.elements(1, False)
+    kt = elements.friction[0].stiffness
+    data = ContactData(kind_of(type(law)), np.array(elements.parameters, dtype=float), kt, first, np.zeros(1), kt, first)
+    found = uncompiled(no_forces)(data, u.size, 0)
     steady_period(law, data, PeriodMotion(u, 0.0 * u, zero, limit, zero, zero, 0.0, none, none), found)
-    return np.asarray(found.y[0] + kt * u[0])
+    return np.asarray(found.y[0] + kt[0] * u[0])
 
 
 def _sliders(weights: Callable[[Array], Array]) -> LoopForce:
@@ -145,10 +151,14 @@ LoopForce = Callable[[ContactLoop, float, float, Array], Array]
 LAWS: dict[str, tuple[LoopForce, int]] = {
     "jenkins": (_sliders(jenkins_weights), 0),
     "iwan": (_sliders(iwan_weights), 0),
-    "dahl": (lambda loop, kt, mu, shape: dahl_force(loop, kt, mu), 0),
+    "dahl": (lambda loop, kt, mu, shape: law_force(loop, Dahl(kt, mu, normal_load=1.0)), 0),
     "array": (_sliders(array_weights), 1),
+    "valanis": (lambda loop, kt, mu, shape: law_force(loop, Valanis(kt, mu, shape[0], normal_load=1.0)), 1),
 }
 """Of each law, the simplest first: its force, and how many shape parameters it has."""
+
+FITTED = ("jenkins", "iwan", "dahl", "array")
+"""The laws that are compared unless others are named."""
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from stickslip.study.units import FORCE, STIFFNESS, Units, in_si
 if TYPE_CHECKING:
     import xarray as xr
 
-LawName = Literal["jenkins", "iwan", "dahl", "array"]
-EVERY: list[LawName] = ["jenkins", "iwan", "dahl", "array"]
+LawName = Literal["jenkins", "iwan", "dahl", "array", "valanis"]
+DEFAULT: list[LawName] = ["jenkins", "iwan", "dahl", "array"]
 ColumnName = Literal["displacement", "force", "normal", "time"]
 
 
@@ -40,7 +40,7 @@ class ContactLawTable(Table):
     normal_load: Annotated[Positive | None, FORCE, Field(description="in place of a column of it in the files")] = None
     laws: Annotated[
         list[LawName], Field(min_length=1, description="to fit; of several the simplest that loops held out confirm")
-    ] = Field(default_factory=lambda: list(EVERY))
+    ] = Field(default_factory=lambda: list(DEFAULT))
     rig_stiffness: Annotated[
         Positive | None, STIFFNESS, Field(description="of what yields between displacement sensor and contact, in series with it")
     ] = None
