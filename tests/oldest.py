@@ -17,7 +17,8 @@ def lower_bounds() -> list[str]:
     """Every dependency at the lowest version that it may have."""
     project = tomllib.loads(PROJECT.read_text())
     tools = [need for need in project["dependency-groups"]["dev"] if re.match(r"[\w-]+", need)[0] in TESTING]
-    return [need.replace(">=", "==") for need in (*project["project"]["dependencies"], *tools)]
+    fast = project["project"]["optional-dependencies"]["mkl"]
+    return [need.replace(">=", "==") for need in (*project["project"]["dependencies"], *fast, *tools)]
 
 
 if __name__ == "__main__":

@@ -179,3 +179,15 @@ def test_the_memory_of_a_factor_is_said_before_it_is_made(free, monkeypatch):
     monkeypatch.setattr(machine, "memory", lambda: 1000)
     with pytest.raises(ss.InputError, match=r"must fit into .* the machine's memory, but is .* coarser mesh"):
         Factor(held)
+
+
+def test_a_large_matrix_without_mkl_names_the_extra(monkeypatch):
+    said = []
+    monkeypatch.setattr(pardiso, "PACKAGE", "no_such_package")
+    monkeypatch.setattr(pardiso.sys, "platform", "linux")
+    monkeypatch.setattr(pardiso.platform, "machine", lambda: "x86_64")
+    superlu.SuperLU(sparse.csc_array(sparse.eye_array(superlu.LARGE)), said.append)
+    superlu.SuperLU(sparse.csc_array(np.eye(2)), said.append)
+    assert ["stickslip[mkl]" in words for words in said] == [True, False]
+    monkeypatch.setattr(pardiso.platform, "machine", lambda: "arm64")
+    assert pardiso.advice() == ""

@@ -1,6 +1,6 @@
 """Factorisation of a sparse symmetric matrix: solutions, inertia and memory.
 
-MKL PARDISO does it for large matrices, where wheels of it exist; SciPy's SuperLU for small ones and elsewhere.
+MKL PARDISO does it for large matrices, where it is installed; SciPy's SuperLU for small ones and elsewhere.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Sparse factors by MKL PARDISO, faster and smaller than SciPy's; installed where wheels of MKL exist.
+"""Sparse factors by MKL PARDISO, faster and smaller than SciPy's: the extra `mkl`, where wheels of MKL exist.
 
 PARDISO keeps one triangle, A = L D Lᵀ with blocks of 1 and 2 in D, and counts the signs of their eigenvalues: by Sylvester's
 law these are the signs of the eigenvalues of A.
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import logging
 import os
+import platform
+import sys
 import weakref
 from contextlib import suppress
 from functools import cache
@@ -35,6 +37,12 @@ NEGATIVE, RAISED, KEPT_KIB, FACTOR_KIB, OUT_OF_MEMORY = 23, 14, 16, 17, -2
 ANALYSIS, FACTORISATION, SOLUTION = 11, 22, 33
 """Phases by the numbers of MKL's manual."""
 REMEDY = "Take a coarser mesh, let the finite-element program reduce the model, or take a machine with more memory."
+
+
+def advice() -> str:
+    """How to install MKL where it is missing and has wheels; empty elsewhere."""
+    has_wheels = sys.platform in ("linux", "win32") and platform.machine() in ("x86_64", "AMD64")
+    return ' (MKL is several times faster: pip install "stickslip[mkl]")' if has_wheels and not util.find_spec(PACKAGE) else ""
 
 
 @cache

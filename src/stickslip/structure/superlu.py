@@ -10,6 +10,7 @@ from scipy.sparse import linalg
 
 from stickslip.checks import Array, Index
 from stickslip.structure.ordering import nested_dissection
+from stickslip.structure.pardiso import advice
 from stickslip.structure.sparse import Report, Sparse
 
 LARGE = 3000
@@ -29,8 +30,9 @@ class SuperLU:
     name = "SuperLU"
 
     def __init__(self, matrix: Sparse, report: Report = lambda text: None) -> None:
-        report(f"factorising the stiffness of {matrix.shape[0]} rows by {self.name}")
-        self._order = nested_dissection(matrix) if matrix.shape[0] >= LARGE else None
+        large = matrix.shape[0] >= LARGE
+        report(f"factorising the stiffness of {matrix.shape[0]} rows by {self.name}{advice() if large else ''}")
+        self._order = nested_dissection(matrix) if large else None
         try:
             self._lu = _factor(matrix) if self._order is None else _factor(_ordered(matrix, self._order), "NATURAL")
         except RuntimeError as error:
