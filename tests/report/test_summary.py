@@ -17,6 +17,7 @@ from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import warnings_of
 from stickslip.report.nonlinear_modes import PRESENTATION
 from stickslip.report.numbers import number
+from stickslip.report.page import common_title
 from stickslip.report.plain import _sentence
 from stickslip.report.presentation import presentation_of
 from stickslip.results.result import Result
@@ -209,3 +210,16 @@ def test_that_no_stability_was_judged_is_said_once(response):
         assert sum(NOT_JUDGED in line for line in lines) == once
         assert sum(", stability undecided" in line for line in lines) == on_lines
         assert (NOT_JUDGED in headline(data)) == bool(once)
+
+
+@pytest.mark.parametrize(
+    ("titles", "title"),
+    [
+        (["One blade"], "One blade"),
+        (["One blade, 2.6 kg", "One blade, 4.6 kg"], "One blade: 2.6 kg, 4.6 kg"),
+        (["One blade", "A disk"], "One blade · A disk"),
+        (["One blade", "One blade with a wedge"], "One blade · One blade with a wedge"),
+    ],
+)
+def test_a_report_of_several_results_has_one_title(titles, title):
+    assert common_title(titles) == title

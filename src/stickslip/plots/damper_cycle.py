@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, Rule
 from stickslip.plots.chart import closed as with_first
-from stickslip.plots.look import Dash, Style, colour, contact, level, rgb
+from stickslip.plots.look import Dash, Style, colour, contact, rgb
 from stickslip.renderers import FIGURES
 from stickslip.units import um
 
@@ -43,7 +43,7 @@ def _hysteresis(dataset: xr.Dataset) -> Panel:
     for axis, name in enumerate(("horizontal", "vertical")):
         motion, force = (dataset[key].values[:, axis] for key in ("platform_motion", "force_on_right"))
         if np.ptp(motion) > 0.0:
-            layers.append(Line(closed(motion) / um, closed(force), level(axis, 2), name))
+            layers.append(Line(closed(motion) / um, closed(force), Style("ink", ("solid", "dash")[axis]), name))
     axes = Axis("relative motion", "µm"), Axis("force on the right platform", "N")
     return Panel(*axes, layers, "Platform to platform", HEIGHT)
 

@@ -35,11 +35,11 @@ def cycle_names(dataset: xr.Dataset) -> list[str]:
     """What distinguishes the cycles: how many starts lead to each, or its friction."""
     if "starts" in dataset:
         return [counted(int(count), "start") for count in dataset.starts.values]
-    return [", ".join(f"{mu:g}" for mu in dict.fromkeys(row)) for row in dataset.friction.values]
+    return [f"µ = {', '.join(f'{mu:g}' for mu in dict.fromkeys(row))}" for row in dataset.friction.values]
 
 
 def _numbered(dataset: xr.Dataset) -> list[str]:
-    """The number of each cycle and what distinguishes it: the same names as below the bars."""
+    """The number of each cycle, which stands below its bars, and what distinguishes it."""
     return [f"{number}: {name}" for number, name in zip(dataset.cycle.values, cycle_names(dataset), strict=True)]
 
 
@@ -56,6 +56,6 @@ def _loops(dataset: xr.Dataset) -> Panel:
 
 
 def _bars(dataset: xr.Dataset, values: Array, axis: Axis) -> Panel:
-    names = _numbered(dataset)
-    across = Axis("cycle", names={float(place): names[place] for place in spread(len(names), MOST_NAMES)})
-    return Panel(across, axis, [Bars(np.arange(len(names)), values, Style("stick"))], height=HEIGHT)
+    numbers = dataset.cycle.values
+    across = Axis("cycle", names={float(place): str(numbers[place]) for place in spread(numbers.size, MOST_NAMES)})
+    return Panel(across, axis, [Bars(np.arange(numbers.size), values, Style("stick"))], height=HEIGHT)

@@ -63,13 +63,13 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     cycles = pd.DataFrame(
         {
             "cycle": dataset.cycle.values,
-            "starts" if "starts" in dataset else "friction": cycle_names(dataset),
+            "starts" if "starts" in dataset else "friction": [name.removeprefix("µ = ") for name in cycle_names(dataset)],
             "energy [µJ]": microjoules(dataset, dataset.loop_energy.values),
             "friction work [µJ]": microjoules(dataset, dataset.friction_work.sum("contact").values),
             "stored [µJ]": microjoules(dataset, dataset.stored_energy.values),
             "rotation [mrad]": 1e3 * dataset.rotation.values,
             "largest N [N]": dataset.normal_force.max(["sample", "contact"]).values,
-            "outcome": dataset.outcome.values,
+            "outcome": [str(outcome).replace("_", " ") for outcome in dataset.outcome.values],
         }
     )
     return {"cycles": cycles, "contacts": _contacts(dataset)}

@@ -99,7 +99,7 @@ def _of_responses(datasets: Mapping[str, xr.Dataset]) -> bool:
 
 def page(datasets: Mapping[str, xr.Dataset]) -> str:
     """The whole page as a string."""
-    title = " · ".join(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items()))
+    title = common_title(list(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items())))
     kinds = [kind for d in datasets.values() if (kind := presentation_of(d).title) != title]
     about = f"{' and '.join(dict.fromkeys(kinds))}, computed with stickslip" if kinds else "Computed with stickslip"
     charts, shown = Charts(list(datasets), system_of(*datasets.values())), sections_of(datasets)
@@ -118,6 +118,16 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
         + "\n".join(f"<script>{script}</script>" for script in scripts)
         + "</body></html>\n"
     )
+
+
+def common_title(titles: Sequence[str]) -> str:
+    """One title of several results: the words that all begin with, then what distinguishes each; else all titles."""
+    words = [title.split() for title in titles]
+    common = next((k for k, at in enumerate(zip(*words, strict=False)) if len(set(at)) > 1), min(map(len, words)))
+    if len(titles) == 1 or common == 0 or common == min(map(len, words)):
+        return " · ".join(titles)
+    rest = ", ".join(" ".join(own[common:]) for own in words)
+    return f"{' '.join(words[0][:common]).rstrip(',:;')}: {rest}"
 
 
 def _navigation(datasets: Mapping[str, xr.Dataset], shown: Sequence[Section]) -> str:
