@@ -11,6 +11,7 @@ from structure.cantilever import LENGTH, THICKNESS, cantilever, static_stress
 
 import stickslip as ss
 from stickslip.analyses.fatigue import margins
+from stickslip.analyses.stress import own_recovery
 from stickslip.disks.tuned import TunedDisk
 from stickslip.models.read import read_model
 from stickslip.models.sector import Faces, sector_of_model
@@ -20,7 +21,7 @@ from stickslip.structure.cyclic_reduction import sector_of
 from stickslip.structure.mesh_surface import HEXAHEDRON_OF_SKFEM
 from stickslip.structure.nodal_stress import BRICK, BRICK_EDGES, nodal_stress
 from stickslip.structure.solid import STEEL, Material, box_mesh, solid
-from stickslip.structure.stress import COMPONENTS, von_mises
+from stickslip.structure.stress import COMPONENTS, joined, von_mises
 from stickslip.study import job
 
 NODES = BRICK[np.array([*((k, k) for k in range(8)), *BRICK_EDGES])].mean(axis=1)
@@ -154,6 +155,58 @@ def disk_deck(tmp_path_factory):
     deck = write(tmp_path_factory.mktemp("disk"), sector).with_suffix(".inp")
     deck.write_text(deck.read_text() + elements(COARSE.mesh(), sector.solid.points))
     return deck
+
+
+@pytest.fixture(scope="module")
+def small_disk(disk_deck):
+    place = {"root": int(read_model(disk_deck).sets["RIGHT"][0])}
+    disk = ss.read_sector(disk_deck, sectors=6, faces=("LOW", "HIGH"), keep={"tip": "TIP"}, modes=8, stress=place)
+    damped = disk.with_damping(ss.ModalDamping(0.01))
+    return TunedDisk(damped, (), (ss.Force("tip.x", 1.0),), ("tip.x",), engine_order=2)
+
+
+def test_stress_in_all_sectors_under_a_load_on_one_is_that_of_the_unreduced_waves(disk_deck, small_disk):
+    """u_j = Σ_n K_n⁻¹ p exp(−i n 2π j/N)/N of the unreduced sector, of a static load on sector 1."""
+    full = small_disk.full()
+    recovery = own_recovery(full)
+    load = np.zeros(full.structure.size)
+    load[full.structure.index("1/tip.x")] = 1.0
+    found = recovery.rows @ np.linalg.solve(full.structure.K, load)
+    model = read_model(disk_deck)
+    read = sector_of_model(model, Faces(6, "LOW", "HIGH"))
+    place = {"root": int(model.sets["RIGHT"][0])}
+    rows = stress_rows_of(model, place).rows[:, np.flatnonzero(read.rows >= 0)]
+    own = np.zeros(read.sector.solid.size)
+    own[read.rows[model.rows[f"{model.sets['TIP'][0]}.x"]]] = 1.0
+    waves = []
+    for n in range(6):
+        T = read.sector.constraint(n)
+        waves.append(rows @ (T @ sparse_linalg.spsolve((T.conj().T @ read.sector.solid.K @ T).tocsc(), T.conj().T @ own)))
+    expected = np.fft.fft(waves, axis=0).real / 6.0
+    assert recovery.places == tuple(f"{j}/root" for j in range(1, 7))
+    np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(expected).max())
+    np.testing.assert_allclose(own_recovery(full).rows[2:4], joined(full.stresses).of_whole_disk([3, 4]).rows, atol=0.0)
+
+
+def test_stress_of_mistuned_blades_is_that_of_their_disk(small_disk):
+    """Of each blade at its own largest amplitude, against the stress along the response of the whole disk."""
+    lowest = float(small_disk.frequencies(stuck=True)[0])
+    at = [0.99 * lowest, lowest, 1.01 * lowest]
+    tuned = ss.mistuned_response(small_disk, at, ss.Mistuning(), harmonics=1, samples=96)
+    stress = tuned.dataset["stress_von_mises"].values[0, :, 0]
+    np.testing.assert_allclose(stress, float(tuned.dataset["tuned_stress_von_mises"][0]), rtol=1e-9)
+    mistuning = ss.Mistuning(blade=[0.02, -0.01, 0.0, 0.01, -0.02, 0.015])
+    population = ss.mistuned_response(small_disk, at, mistuning, harmonics=1, samples=96)
+    found = population.dataset
+    response = ss.forced_response(ss.mistuned_disk(small_disk, mistuning), at, harmonics=1, samples=96).with_stress().dataset
+    points = response["amplitude"].values[0].argmax(axis=0)
+    for name in ("stress_von_mises", "stress_alternating"):
+        expected = [response[name].sel(place=f"{j + 1}/root").values[0, point] for j, point in enumerate(points)]
+        np.testing.assert_allclose(found[name].values[0, :, 0], expected, rtol=1e-9)
+    assert np.ptp(found["stress_von_mises"].values) > 0.005 * found["stress_von_mises"].values.max()
+    largest, ratio = 1e-6 * float(found["stress_von_mises"].max()), 1e-6 * float(found["tuned_stress_von_mises"].max())
+    assert f"largest von Mises stress {largest:.4g} MPa" in str(population).replace("\xa0", " ")
+    assert f"of the tuned disk {ratio:.4g} MPa" in str(population).replace("\xa0", " ")
 
 
 @pytest.mark.parametrize("engine_order", [1, 2, 5])

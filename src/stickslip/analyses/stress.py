@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,9 @@ import numpy as np
 
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.checks import Array, fault
+from stickslip.disks.full import FullDisk
 from stickslip.disks.tuned import TunedDisk
+from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
 from stickslip.harmonic.linear_response import without_contacts
 from stickslip.outcome import Outcome
@@ -152,8 +155,29 @@ def stress_harmonics(problem: Problem, recovery: StressRecovery, q: Array) -> Ar
 
 
 def own_recovery(problem: Problem) -> StressRecovery | None:
-    """The recovery at the places that the models of a problem name; None without any."""
+    """The recovery at the places that the models of a problem name, of a full disk "SECTOR/PLACE"; None without any."""
+    if isinstance(problem, FullDisk):
+        return joined(problem.stresses).of_whole_disk() if problem.stresses else None
     return joined(problem.structure.stresses) if problem.structure.stresses else None
+
+
+def sector_stresses(balance: HarmonicBalance, points: Sequence[Point]) -> tuple[tuple[str, ...], Array]:
+    """The places of a sector, and the largest von Mises stress over the period there, with the mean and without, at one point of
+    each sector, (sectors, places, 2) [Pa]; of a tuned disk of its first sector."""
+    problem = balance.problem
+    given = problem.stresses if isinstance(problem, FullDisk) else problem.structure.stresses
+    if not given:
+        return (), np.zeros((len(points), 0, 2))
+    recovery, found = joined(given), []
+    for sector, point in enumerate(points, start=1):
+        own = recovery.of_whole_disk([sector]) if isinstance(problem, FullDisk) else recovery
+        y = balance.linear.whole_motion(point.forces, point.omega, point.level)
+        motion = problem.structure.motion(y)[degrees_of_freedom(problem, own)]
+        harmonics = stress_harmonics(problem, own, motion)
+        over_time = np.einsum("pch,nh->pnc", harmonics, balance.tables.E)
+        sizes = von_mises(over_time), von_mises(over_time - harmonics[:, None, :, 0])
+        found.append(np.stack([size.max(axis=1) for size in sizes], axis=-1))
+    return recovery.places, np.array(found)
 
 
 def has_gauges(dataset: xr.Dataset) -> bool:

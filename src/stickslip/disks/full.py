@@ -15,6 +15,7 @@ from stickslip.structure.aerodynamics import WaveStiffness
 from stickslip.structure.cyclic import CyclicStructure, circulant, sector_name
 from stickslip.structure.matrices import Structure
 from stickslip.structure.sector_surface import SectorSurface
+from stickslip.structure.stress import StressRecovery
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -22,13 +23,14 @@ class FullDisk(Problem):
     """A disk with all its sectors, tuned or mistuned: a `Problem` that knows how many there are and what excites them.
 
     aerodynamics: gas forces that go with the motion, by wave; mistuning leaves them as they are. surface: of a meshed sector, for
-    pictures.
+    pictures. stresses: at places of one sector, from the motion of its waves.
     """
 
     sectors: int = 1
     engine_order: int = 0
     aerodynamics: tuple[WaveStiffness, ...] = ()
     surface: SectorSurface | None = None
+    stresses: tuple[StressRecovery, ...] = ()
 
     def __repr__(self) -> str:
         return f"{super().__repr__()}; {self.sectors} sectors, engine order {self.engine_order}"
@@ -56,4 +58,5 @@ def full_structure(disk: CyclicStructure, dampings: NDArray[np.complex128] | Non
     assert disk.stiffnesses is not None
     M, K = (circulant(waves, disk.sectors) for waves in (disk.masses, disk.stiffnesses))
     C = None if dampings is None or not dampings.any() else circulant(dampings, disk.sectors)
-    return Structure(M, K, tuple(sector_name(j, dof) for j in range(1, disk.sectors + 1) for dof in disk.dofs), C)
+    names = tuple(sector_name(j, dof) for j in range(1, disk.sectors + 1) for dof in disk.dofs)
+    return Structure(M, K, names, C)

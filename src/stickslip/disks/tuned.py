@@ -232,6 +232,7 @@ class TunedDisk(Problem):
             self.engine_order,
             self.wave_stiffnesses,
             self.surface,
+            self.disk.stresses,
             speed=self._full_speed(),
         )
 

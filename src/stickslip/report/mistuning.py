@@ -12,6 +12,7 @@ from stickslip.checks import Array, counted
 from stickslip.plots.files import Figures
 from stickslip.plots.mistuning import all_blades, amplification, busiest_damper, worst_blade
 from stickslip.report.presentation import Presentation, presents
+from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import energy_text, size_text
 
 if TYPE_CHECKING:
@@ -34,6 +35,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     place = float(top["blade_peak_frequency"].sel(blade=blade))
     where = f"blade {blade} at {place:.5g} Hz{_edge(top['frequency'].values, place)}"
     lines = [f"highest amplification {float(ratio.max()):.4g}: {where}{_busiest(top)}", disk]
+    if "stress_von_mises" in dataset:
+        lines.append(_stress(solved))
     if ratio.size > 1:
         middle, high = np.percentile(ratio, [50, 95])
         lines.append(f"{ratio.size} samples: median {middle:.4g}, 95 % stay below {high:.4g}, mean {ratio.mean():.4g}")
@@ -50,6 +53,17 @@ def _edge(frequencies: Array, place: float) -> str:
     known = frequencies[np.isfinite(frequencies)]
     at_end = np.unique(known).size > 1 and bool(np.isclose(place, [known.min(), known.max()], rtol=1e-12, atol=0.0).any())
     return " (the edge of the band: a peak may lie beyond)" if at_end else ""
+
+
+def _stress(dataset: xr.Dataset) -> str:
+    """The largest stress of all blades and samples, each blade at its largest amplitude, and that of the tuned disk."""
+    stress, (factor, unit) = dataset["stress_von_mises"], in_system("MPa", system_of(dataset))
+    sample, blade, place = np.unravel_index(int(np.nanargmax(stress.values)), stress.shape)
+    here = f"blade {dataset['blade'].values[blade]}, {dataset['place'].values[place]}"
+    sizes = [
+        factor * 1e-6 * float(size) for size in (stress.values[sample, blade, place], dataset["tuned_stress_von_mises"].max())
+    ]
+    return f"largest von Mises stress {sizes[0]:.4g} {unit}: {here}; of the tuned disk {sizes[1]:.4g} {unit}"
 
 
 def _busiest(sample: xr.Dataset) -> str:
@@ -89,11 +103,15 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             "dampers missing": dataset["damper_missing"].sum("blade").values,
         }
     )
+    if "stress_von_mises" in dataset:
+        samples["largest stress [Pa]"] = dataset["stress_von_mises"].max(["blade", "place"]).values
     found = {"samples": samples}
     if np.isfinite(dataset["amplification"].values).any():
         top = dataset.isel(sample=int(np.nanargmax(dataset["amplification"].values)))
         columns = {"blade": top["blade"], f"largest amplitude [{units}]": top["blade_peak"], "at Hz": top["blade_peak_frequency"]}
         columns["work of the damper after it [J]"] = top["damper_work"]
+        if "stress_von_mises" in top:
+            columns["largest stress [Pa]"] = top["stress_von_mises"].max("place")
         columns |= {name.replace("_", " "): top[name] for name in map(str, top) if name.endswith("_deviation")}
         found["blades of the worst sample"] = pd.DataFrame({name: each.values for name, each in columns.items()})
     return found

@@ -145,17 +145,20 @@ def with_bodies(disk: CyclicStructure, bodies: Mapping[str, Structure]) -> Cycli
 
 
 def circulant(waves: Waves, sectors: int) -> Array:
-    """The matrix of the whole disk, (N m, N m) real: block (j, k) is Σ_n A_n exp(−i n 2π (j − k)/N)/N over n = 0..N−1."""
+    """The symmetric matrix of the whole disk, (N m, N m), of Hermitian matrices for nodal diameters 0..N//2; `of_all_sectors`."""
+    matrix = of_all_sectors(waves, sectors)
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def of_all_sectors(waves: Waves, sectors: int, chosen: Sequence[int] | None = None) -> Array:
+    """A linear map of the whole disk, real (N r, N m), of those for nodal diameters 0..N//2, (N//2 + 1, r, m): block (j, k) is
+    Σ_n A_n exp(−i n 2π (j − k)/N)/N over n = 0..N−1. chosen: sectors, from 0, whose rows it has; all unless given."""
     half = waves.shape[0]
     every = np.concatenate([waves, waves[1 : sectors - half + 1][::-1].conj()])
     blocks = np.fft.fft(every, axis=0).real / sectors
-    size = waves.shape[1]
-    whole = np.empty((sectors, size, sectors, size))
-    for j in range(sectors):
-        for k in range(sectors):
-            whole[j, :, k] = blocks[(j - k) % sectors]
-    matrix = whole.reshape(sectors * size, sectors * size)
-    return np.asarray(0.5 * (matrix + matrix.T))
+    rows = range(sectors) if chosen is None else chosen
+    whole = np.array([blocks[(j - np.arange(sectors)) % sectors] for j in rows])  # (chosen, N, r, m)
+    return whole.swapaxes(1, 2).reshape(len(rows) * waves.shape[1], sectors * waves.shape[2])
 
 
 def sector_name(sector: int, dof: str) -> str:

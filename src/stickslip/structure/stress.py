@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
-from stickslip.checks import Array, counted, fault, vector
+from stickslip.checks import Array, InputError, counted, fault, vector
 from stickslip.structure.craig_bampton import Reduction
+from stickslip.structure.cyclic import of_all_sectors, sector_name
 from stickslip.structure.matrices import freedoms
 from stickslip.structure.solid import STEEL, Material, Solid
 
@@ -52,6 +53,20 @@ class StressRecovery:
             return self.rows
         n = nodal_diameter % self.sectors
         return np.asarray(self.waves[self.sectors - n].conj() if 2 * n > self.sectors else self.waves[n])
+
+    def of_whole_disk(self, chosen: Sequence[int] | None = None) -> StressRecovery:
+        """Of one sector, that of all sectors of its disk, or of some, from 1: all names are "SECTOR/..."."""
+        if self.waves is None:
+            raise InputError("The stress recovery of a disk must be of one of its sectors, with rows for each nodal diameter.")
+        every = range(1, self.sectors + 1)
+        here = every if chosen is None else chosen
+        waves = self.waves.reshape(len(self.waves), -1, len(self.dofs))
+        places, gauges = (tuple(sector_name(j, name) for j in here for name in names) for names in (self.places, self.gauges))
+        dofs = tuple(sector_name(j, name) for j in every for name in self.dofs)
+        rows = of_all_sectors(waves, self.sectors, [j - 1 for j in here]).reshape(len(places), len(COMPONENTS), len(dofs))
+        strains = dict(zip(gauges, [*self.gauges.values()] * len(here), strict=True))
+        rotation = None if self.rotation is None else np.tile(self.rotation, (len(here), 1))
+        return StressRecovery(places, rows, dofs, gauges=strains, rotation=rotation)
 
     def prefixed(self, body: str) -> StressRecovery:
         """The same within an assembly, where places and degrees of freedom are named "BODY/..."."""

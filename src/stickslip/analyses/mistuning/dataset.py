@@ -38,7 +38,10 @@ def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Da
     words = work.sweep.measure.words
     data = _samples(samples, units, words) | _tuned(tuned, units) | _amplification(samples, tuned) | _deviations(work)
     N = work.disk.sectors
-    coords = {"blade": ("blade", np.arange(1, N + 1), _named("1", "blade, or sector, from 1"))}
+    coords: dict[str, Any] = {"blade": ("blade", np.arange(1, N + 1), _named("1", "blade, or sector, from 1"))}
+    if work.places:
+        data |= _stresses(samples, tuned)
+        coords["place"] = ("place", list(work.places), _named("1", "place of stress of a sector"))
     attrs: dict[str, Any] = {"title": work.disk.heading, "study": "", "analysis": "mistuned_population"}
     attrs |= {"sectors": N, "engine_order": work.disk.engine_order, "seed": work.seed, "force_level": work.sweep.levels[0]}
     attrs |= {"harmonics": attribute(work.sweep.harmonics), "samples": work.sweep.samples, "whitehead": 0.5 * (1.0 + np.sqrt(N))}
@@ -78,6 +81,20 @@ def _samples(samples: Sequence[Arrays], units: str, words: str) -> dict[str, Any
         "sample_outcome": ("sample", outcome, _named("1", f"{int(Outcome.CONVERGED)} where the sample was solved")),
         "sample_message": ("sample", [str(a["message"]) for a in samples], _named("1", "outcome of the sample")),
         "cpu_time": ("sample", [float(a["cpu_seconds"]) for a in samples], _named("s", "processor time of the sample")),
+    }
+
+
+def _stresses(samples: Sequence[Arrays], tuned: Arrays) -> dict[str, Any]:
+    """Of each blade at its largest amplitude, and of the tuned disk."""
+    found = np.array([arrays["stress"] for arrays in samples])
+    words = {"von_mises": "largest von Mises stress over the period, with the mean", "alternating": "that of the vibration"}
+    return {
+        f"{prefix}stress_{name}": (dims, values[..., k], _named("Pa", f"{text}, {where}"))
+        for prefix, dims, values, where in (
+            ("", ("sample", "blade", "place"), found, "of each blade at its largest amplitude"),
+            ("tuned_", ("place",), tuned["stress"][0], "of the tuned disk at its largest amplitude"),
+        )
+        for k, (name, text) in enumerate(words.items())
     }
 
 

@@ -16,6 +16,7 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
 from stickslip.analyses.mistuning.run_in import run_in_by
 from stickslip.analyses.settings import Setting, Settings, Whole
+from stickslip.analyses.stress import own_recovery, sector_stresses
 from stickslip.analyses.work_parts import Measured
 from stickslip.checks import Array, InputError, between, fault, of_kind
 from stickslip.curves.curve import solve_curve
@@ -118,6 +119,12 @@ class PopulationWork(Measured, Settings):
         return of_kind("disk", self.sweep.problem, TunedDisk)
 
     @cached_property
+    def places(self) -> tuple[str, ...]:
+        """Places of stress of a sector."""
+        recovery = own_recovery(self.disk)
+        return () if recovery is None else recovery.places
+
+    @cached_property
     def started(self) -> TunedDisk:
         """The tuned disk with the start states of all samples."""
         return run_in_by(self.sweep, self.tuned) if self.run_in else self.tuned
@@ -148,7 +155,7 @@ class PopulationWork(Measured, Settings):
             problem = self.started if case == 0 else mistuned_disk(self.started, self.deviations(case - 1), self.blade_dofs)
             arrays = self._solved(problem, report)
         except (LostCurveError, LinAlgError, InputError) as reason:
-            arrays = _failed(1 if case == 0 else self.disk.sectors, str(reason))
+            arrays = _failed(1 if case == 0 else self.disk.sectors, len(self.places), str(reason))
         return {**arrays, "cpu_seconds": np.array(time.process_time() - started)}
 
     def _solved(self, problem: Problem, report: Report) -> Arrays:
@@ -166,7 +173,7 @@ class PopulationWork(Measured, Settings):
 
 
 def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: PeakSearch | None, measure: Measure) -> Arrays:
-    """Sizes of all blades at the points (points, blades), the maximum of each and where it is."""
+    """Sizes of all blades at the points (points, blades), the maximum of each and where it is, and the stress of each there."""
     amplitude = np.array([_sizes(balance, point, measure) for point in points])
     frequency = np.array([point.point.omega for point in points]) / (2.0 * np.pi)
     peak, highest = amplitude.max(axis=0), [points[k] for k in amplitude.argmax(axis=0)]
@@ -178,8 +185,10 @@ def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: Peak
                 peak[blade], highest[blade] = size, found
     place = np.array([point.point.omega for point in highest]) / (2.0 * np.pi)
     work = damper_work(balance, highest[int(peak.argmax())])
+    _, stress = sector_stresses(balance, [found.point for found in highest])
     status = {"outcome": np.array(int(Outcome.CONVERGED)), "message": np.array(Outcome.CONVERGED.sentence)}
-    return {"frequency": frequency, "amplitude": amplitude, "peak": peak, "peak_frequency": place, "damper_work": work, **status}
+    found_arrays = {"frequency": frequency, "amplitude": amplitude, "peak": peak, "peak_frequency": place}
+    return {**found_arrays, "stress": stress, "damper_work": work, **status}
 
 
 def damper_work(balance: HarmonicBalance, point: CurvePoint) -> Array:
@@ -201,7 +210,7 @@ def _sizes(balance: HarmonicBalance, point: CurvePoint, measure: Measure) -> Arr
     return np.array([measure.size(row, omega) for row in point.evaluation.w[balance.rows :]]) / measure.per(level)
 
 
-def _failed(blades: int, reason: str) -> Arrays:
-    nothing = {"frequency": np.empty(0), "amplitude": np.empty((0, blades))}
+def _failed(blades: int, places: int, reason: str) -> Arrays:
+    nothing = {"frequency": np.empty(0), "amplitude": np.empty((0, blades)), "stress": np.full((blades, places, 2), np.nan)}
     unknown = {name: np.full(blades, np.nan) for name in ("peak", "peak_frequency", "damper_work")}
     return {**nothing, **unknown, "outcome": np.array(int(Outcome.NOT_CONVERGED)), "message": np.array(reason)}
