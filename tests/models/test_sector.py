@@ -9,9 +9,9 @@ from scipy import linalg, sparse
 
 import stickslip as ss
 from stickslip.models.read import read_model
-from stickslip.models.sector import Faces, prestress_note, sector_of_model
+from stickslip.models.sector import Faces, sector_of_model
 from stickslip.models.sector_faces import _weights
-from stickslip.models.spin_softening import spin_softening
+from stickslip.models.spin_softening import prestress_note, spin_softening
 from stickslip.rigs.blisk_sector import BliskSector
 from stickslip.structure.cyclic_reduction import cyclic_frequencies, rotation
 from stickslip.structure.reduced_waves import lowest_frequencies

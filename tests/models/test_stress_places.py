@@ -13,13 +13,16 @@ import stickslip as ss
 from stickslip.analyses.fatigue import margins
 from stickslip.analyses.stress import own_recovery
 from stickslip.disks.tuned import TunedDisk
+from stickslip.models.deck import OWN_AXES
 from stickslip.models.read import read_model
+from stickslip.models.rotation_stress import rotation_stress_of_body
 from stickslip.models.sector import Faces, sector_of_model
 from stickslip.models.stress_places import MOST_PLACES, StrainGauge, stress_rows_of
 from stickslip.report.stress import strain_table
 from stickslip.structure.cyclic_reduction import sector_of
 from stickslip.structure.mesh_surface import HEXAHEDRON_OF_SKFEM
 from stickslip.structure.nodal_stress import BRICK, BRICK_EDGES, nodal_stress
+from stickslip.structure.rotation_axis import RotationAxis
 from stickslip.structure.solid import STEEL, Material, box_mesh, solid
 from stickslip.structure.stress import COMPONENTS, joined, von_mises
 from stickslip.study import job
@@ -87,6 +90,40 @@ def test_bending_stress_of_a_cantilever(beam):
     pushed = np.zeros(blade.size)
     pushed[blade.index("tip.x")] = 100.0
     np.testing.assert_allclose(recovery.rows @ np.linalg.solve(blade.K, pushed), whole, atol=1e-7 * np.abs(whole).max())
+
+
+def centrifugal(y):
+    """σ_yy = ρ Ω² (R (L − y) + (L² − y²)/2) of a rod from 0 to L that turns with 6000 rev/min, its foot at R = 0.3 m."""
+    return STEEL.density * (200.0 * np.pi) ** 2 * (0.3 * (LENGTH - y) + 0.5 * (LENGTH**2 - y**2))
+
+
+def test_a_rotating_blade_has_the_stress_of_a_rod(beam):
+    deck, _, _ = beam
+    said = []
+    where = {"middle": (0.0, 0.5 * LENGTH, 0.0)}
+    options = {"keep": {"tip": "TIP"}, "modes": 4, "stress": where, "axis": ((0.0, -0.3, 0.0), (0.0, 0.0, 2.0))}
+    blade = ss.read_structure(deck, speed=6000.0, progress=lambda share, text: said.append(text), **options)
+    found = blade.stresses[0].rotation[0]
+    assert found[1] == pytest.approx(centrifugal(0.5 * LENGTH), rel=0.01)
+    assert np.abs(np.delete(found, 1)).max() < 0.02 * found[1]
+    assert any("contains the stress due to rotation at 6000 rev/min" in text for text in said)
+    rig = ss.Problem(blade.with_damping(ss.ModalDamping(0.01)), (), (ss.Force("tip.x", 1.0),), ("tip.x",))
+    mean = ss.forced_response(rig, [10.0], harmonics=1).with_stress().dataset["stress_mean"].values[0, 0, 0]
+    np.testing.assert_allclose(mean, found, rtol=1e-9)
+    assert ss.read_structure(deck, **options).stresses[0].rotation is None
+    with pytest.raises(ss.InputError, match="must go with places of stress"):
+        ss.read_structure(deck, keep={"tip": "TIP"}, modes=4, speed=6000.0)
+
+
+def test_what_has_no_stress_due_to_rotation_is_refused(beam):
+    model = read_model(beam[0])
+    rows = stress_rows_of(model, {"middle": MIDDLE}).rows
+    with pytest.raises(ss.InputError, match="must have rows along x, y and z"):
+        rotation_stress_of_body(replace(model, notes=(f"nodes with {OWN_AXES}",)), rows, RotationAxis(), 100.0)
+    with pytest.raises(ss.InputError, match="must have coordinates"):
+        rotation_stress_of_body(replace(model, nodes={}), rows, RotationAxis(), 100.0)
+    with pytest.raises(ss.InputError, match="must be held by its supports"):
+        rotation_stress_of_body(replace(model, K=0.0 * model.K + model.M * 0.0), rows, RotationAxis(), 100.0)
 
 
 def test_constant_strain_gives_its_stress_at_every_node_of_a_set(beam):
@@ -358,8 +395,28 @@ def test_a_study_names_places_of_stress(beam):
         job(gauge.replace(", direction = [0.0, 1.0, 0.0]", ""), beam[0].parent, "beam")
     with pytest.raises(ss.InputError, match="stress must go with a model"):
         job(STUDY.replace('model = "disk.inp"\nkeep = { tip = "TIP" }\nmodes = 4', 'rig = "single_mass"'), beam[0].parent, "beam")
-    with pytest.raises(ss.InputError, match='stress must go with analysis = "forced_response", but the analysis is'):
+    with pytest.raises(
+        ss.InputError, match="stress must go with analysis = forced_response or mistuned_population, but the analysis"
+    ):
         job(STUDY.replace('"forced_response"', '"nonlinear_modes"'), beam[0].parent, "beam")
+
+
+def test_a_study_of_a_rotating_blade(beam):
+    """About an axis below its foot; a sector has its own speed."""
+    speed = "modes = 4\nspeed = 6000.0\naxis = { point = [0.0, -0.3, 0.0] }"
+    made = job(STUDY.replace("modes = 4", speed), beam[0].parent, "beam")
+    assert made.plan.recovery.rotation[0, 1] == pytest.approx(centrifugal(0.5 * LENGTH), rel=0.01)
+    with pytest.raises(ss.InputError, match="axis must go with speed"):
+        job(STUDY.replace("modes = 4", speed.replace("speed = 6000.0\n", "")), beam[0].parent, "beam")
+
+
+def test_a_study_of_mistuned_disks_has_the_stress_of_each_blade(ring):
+    deck, node = ring
+    sector = '[structure.sector]\nsectors = 12\nlow = "LOW"\nhigh = "HIGH"\n[excitation]\nengine_order = 3\n[damping]'
+    text = STUDY.replace("[damping]", sector).replace("middle = [0.01, 0.1, 0.0]", f"inner = {node}")
+    text = text.replace('"forced_response"', '"mistuned_population"') + "[mistuned_population]\nblade_scatter = 0.01\n"
+    (work,) = job(text, deck.parent, "ring").plan.works.values()
+    assert work.places == ("inner",)
 
 
 def test_a_study_of_a_sector_at_speed_does_not_count_the_rotation_twice(ring):
@@ -373,5 +430,7 @@ def test_a_study_of_a_sector_at_speed_does_not_count_the_rotation_twice(ring):
     assert made.plan.recovery.rotation[0, 1] == pytest.approx(STEEL.density * (100.0 * np.pi * 0.1) ** 2, rel=0.015)
     limit = "[fatigue]\nfatigue_strength = 4e8\nultimate_strength = 9e8\n"
     job(text + limit, deck.parent, "ring")
-    with pytest.raises(ss.InputError, match=r"\[fatigue\]: mean must not be given beside \[structure.sector\] speed"):
+    with pytest.raises(ss.InputError, match=r"speed must stand in \[structure.sector\] for a sector"):
+        job(text.replace("modes = 4", "modes = 4\nspeed = 3000.0"), deck.parent, "ring")
+    with pytest.raises(ss.InputError, match=r"\[fatigue\]: mean must not be given beside the speed"):
         job(f"{text}{limit}mean = {{ inner = 1e8 }}\n", deck.parent, "ring")

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import InputError, fault, several, similar_file, truth
+from stickslip.checks import InputError, fault, finite, several, similar_file, truth
 from stickslip.models import (
     abaqus,
     ansys,
@@ -37,6 +37,7 @@ from stickslip.models.reduction import Progress, quiet, structure_of
 from stickslip.models.stress_places import StrainGauge, stress_rows_of
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
+from stickslip.structure.rotation_axis import AxisLike, RotationAxis
 from stickslip.structure.sparse import square_sparse
 from stickslip.units import UnitSystem, unit_system
 
@@ -85,6 +86,8 @@ def read_structure(
     variables: Mapping[str, str] | None = None,
     own_damping: bool = True,
     stress: Mapping[str, Where | StrainGauge] | None = None,
+    speed: float | None = None,
+    axis: AxisLike = "z",
     progress: Progress = quiet,
 ) -> Structure:
     """A finite-element model of another program as a `Structure`, in SI.
@@ -95,7 +98,8 @@ def read_structure(
     with names of rows, coordinates and sets; dofs: the names themselves; variables: {"K": "KELAST"} where the matrices have
     unusual names; damping: a rule where the file has no C, or own_damping=False leaves that out;
     stress: places {name: node, set, coordinates or `StrainGauge`} whose stress `ForcedResponse.with_stress()` gives, from the
-    elements of a deck;
+    elements of a deck; speed: rotor speed in rev/min, whose stress the mean stress then contains, about axis, "x", "y" or "z"
+    through the origin or (point, direction) in the units of the model;
     progress(share, text) is called during long work, and with the places found.
     """
     system = unit_system(units)
@@ -106,7 +110,8 @@ def read_structure(
     recovered = None if stress is None else stress_rows_of(model, stress, system.metres)
     for note in recovered.notes if recovered else ():
         progress(0.0, note)
-    return structure_of(model, places, modes, damping, progress, recovered)
+    rotation = None if speed is None else (finite("speed", speed), RotationAxis.of(axis).scaled(system.metres))
+    return structure_of(model, places, modes, damping, progress, recovered, rotation)
 
 
 def read_model(

@@ -22,12 +22,15 @@ from stickslip.models.describe import indefinite_mass
 from stickslip.models.limits import within_memory
 from stickslip.models.model import Model
 from stickslip.models.places import Place
+from stickslip.models.rotation_stress import rotation_note, rotation_stress_of_body
+from stickslip.models.spin_softening import prestress_note
 from stickslip.models.stress_places import StressRows
 from stickslip.structure.craig_bampton import craig_bampton
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Point, Structure
 from stickslip.structure.mesh_surface import MeshSurface, recovery_rows, selection
 from stickslip.structure.rigid_motions import rigid_motions, without_resistance
+from stickslip.structure.rotation_axis import RotationAxis
 
 Progress = Callable[[float, str], None]
 """Called with the share that is done and what is being done."""
@@ -168,12 +171,24 @@ def structure_of(
     damping: Damping | None,
     progress: Progress = quiet,
     stress: StressRows | None = None,
+    rotation: tuple[float, RotationAxis] | None = None,
 ) -> Structure:
-    """The model whole, or by its places; with the stress where it is asked for."""
+    """The model whole, or by its places; with the stress where it is asked for, and the part of it due to rotation at a speed in
+    rev/min about an axis."""
     if damping is not None and model.C is not None:
         where = f"{model.file} has" if model.file else "the structure has"
         remedy = "Leave [damping] out (in Python: damping), or write own_damping = false, so that C counts for nothing."
         raise InputError(f"Damping must be given once, but {where} a matrix C beside the damping rule. {remedy}")
     if places is None and modes is not None:
         raise InputError("modes must go with keep or a contact surface, the places that are not reduced, but stands alone.")
-    return whole(model, damping, stress) if places is None else reduced(model, places, modes, damping, progress, stress)
+    made = whole(model, damping, stress) if places is None else reduced(model, places, modes, damping, progress, stress)
+    if rotation is None:
+        return made
+    if stress is None:
+        raise InputError("The speed of a model must go with places of stress, whose mean it changes, but there are none.")
+    speed, axis = rotation
+    mean = rotation_stress_of_body(model, stress.rows, axis, speed)
+    for note in filter(None, (rotation_note(stress, mean, speed), prestress_note(model, axis, speed))):
+        progress(1.0, note)
+    (recovery,) = made.stresses
+    return replace(made, stresses=(replace(recovery, rotation=mean.reshape(len(recovery.places), -1)),))

@@ -22,9 +22,9 @@ from stickslip.models.model import Model
 from stickslip.models.places import Keep, Place, Where, places_of
 from stickslip.models.read import Paths, read_model
 from stickslip.models.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, quiet, to_cache
-from stickslip.models.rotation_stress import rotation_note, rotation_stress
+from stickslip.models.rotation_stress import refuse_own_axes, rotation_note, rotation_stress
 from stickslip.models.sector_faces import interpolation_error, paired
-from stickslip.models.spin_softening import spin_softening
+from stickslip.models.spin_softening import prestress_note
 from stickslip.models.stress_places import StrainGauge, StressRows, stress_rows_of
 from stickslip.structure.cyclic import MOST_SECTORS, CyclicStructure, Waves, cyclic
 from stickslip.structure.cyclic_reduction import Sector, hermitian, mode_names
@@ -37,8 +37,6 @@ from stickslip.units import UnitSystem, unit_system
 
 MODES = 30
 """Fixed-interface modes of each nodal diameter, unless given."""
-SAME_SPEED = 0.01
-"""Relative difference up to which two speeds are one."""
 SAME_MASS = 1e-6
 """Difference of two mass matrices, relative to their largest entry, that is rounding of printed numbers."""
 OTHER_SUPPORT = 100.0
@@ -172,6 +170,8 @@ def disks_of(
         raise fault("Kept degrees of freedom", "must not be fixed by their partner on the other face", held)
     number = MODES if modes is None else modes
     speed = speeds[0] if speeds and stress is not None else 0.0
+    if speed:
+        refuse_own_axes(model)
     file = cache_folder() / f"{_key(models, faces, kept, number, stress, speed)}.npz"
     arrays = from_cache(file, ("M", "K", "error", "stress", "rotation"))
     if arrays is None:
@@ -279,26 +279,6 @@ def _refuse_other_supports(model: Model, other: Model) -> None:
         names = first_of([model.dofs[k] for k in np.flatnonzero(differs).tolist()], 4)
         sizes = " and ".join(f"{value:.3g} N/m in {each.file}" for value, each in ((own[row], model), (theirs[row], other)))
         raise fault(AT_SPEEDS, "must be held at the same nodes", f"{names} with {sizes} on the diagonal of K", SAME_SUPPORTS)
-
-
-def prestress_note(model: Model, axis: RotationAxis, speed: float | None) -> str:
-    """What K holds of the rotation, and whether that fits the speed in rev/min; "" where none is given or found."""
-    found = 60.0 / (2.0 * np.pi) * spin_softening(model, axis)
-    if speed is not None and found and abs(found - speed) > SAME_SPEED * max(found, speed):
-        raise fault(
-            "The speed of a model",
-            f"must be that whose spin softening its K contains, {found:.6g} rev/min",
-            speed,
-            f"Write {found:.6g}, or take the matrices of another step.",
-        )
-    if found:
-        return f"K contains the spin softening of {found:.6g} rev/min, and is taken to hold its stress stiffening too"
-    if speed:
-        return (
-            f"K is taken to hold at {speed:g} rev/min, but contains no spin softening: is it written after a step with CENTRIF? "
-            "Programs that leave spin softening out give too high frequencies"
-        )
-    return "K contains no spin softening: it is that of the disk at rest" if speed is not None else ""
 
 
 def sector_of_model(model: Model, faces: Faces) -> ReadSector:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.checks import Array
+from stickslip.checks import Array, fault
 from stickslip.models.model import Model
 from stickslip.structure.rotation_axis import RotationAxis
 
 UNRESISTED = 1e-9
 """Resistance of a row to a translation along the axis, relative to the sum of the sizes of what acts on it, that is rounding."""
+SAME_SPEED = 0.01
+"""Relative difference up to which two speeds are one."""
 UNEXPLAINED = 0.05
 """Share of the resistance to a translation across the axis that may be something else than spin softening."""
 
@@ -46,3 +48,23 @@ def _translation(model: Model, direction: Array) -> Array:
     return np.array(
         [direction["xyz".index(axis)] if axis in "xyz" else 0.0 for _, _, axis in (dof.rpartition(".") for dof in model.dofs)]
     )
+
+
+def prestress_note(model: Model, axis: RotationAxis, speed: float | None) -> str:
+    """What K holds of the rotation, and whether that fits the speed in rev/min; "" where none is given or found."""
+    found = 60.0 / (2.0 * np.pi) * spin_softening(model, axis)
+    if speed is not None and found and abs(found - speed) > SAME_SPEED * max(found, speed):
+        raise fault(
+            "The speed of a model",
+            f"must be that whose spin softening its K contains, {found:.6g} rev/min",
+            speed,
+            f"Write {found:.6g}, or take the matrices of another step.",
+        )
+    if found:
+        return f"K contains the spin softening of {found:.6g} rev/min, and is taken to hold its stress stiffening too"
+    if speed:
+        return (
+            f"K is taken to hold at {speed:g} rev/min, but contains no spin softening: is it written after a step with CENTRIF? "
+            "Programs that leave spin softening out give too high frequencies"
+        )
+    return "K contains no spin softening: it is that of the disk at rest" if speed is not None else ""

@@ -59,6 +59,8 @@ Stated = tuple[Problem, Mapping[float, CyclicStructure]]
 LARGEST = 1 << 24
 """Bytes of the largest study file."""
 
+WITH_STRESS = ("forced_response", "mistuned_population")
+"""Analyses that compute the stress at places of models."""
 DEFAULT = KINDS["forced_response"]
 """By what a file is checked when its analysis is unknown."""
 
@@ -353,8 +355,8 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     units = tables.units
     _check_disk(tables, document, found)
     asks_for_stress = any(table is not None and table.stress is not None for table in tables.structures)
-    if asks_for_stress and tables.study is not None and tables.study.analysis != "forced_response":
-        rule = f'must go with analysis = "forced_response", but the analysis is {tables.study.analysis!r}'
+    if asks_for_stress and tables.study is not None and tables.study.analysis not in WITH_STRESS:
+        rule = f"must go with analysis = {' or '.join(WITH_STRESS)}, but the analysis is {tables.study.analysis!r}"
         found.messages.append(f"[structure]: stress {rule}. Leave it out.")
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)

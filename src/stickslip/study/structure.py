@@ -23,12 +23,12 @@ from stickslip.structure.cyclic import CyclicStructure
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
 from stickslip.structure.rotation_axis import RotationAxis
-from stickslip.study.tables import FilesTable, GaugeTable, MatricesTable, SectorTable, StructureTable
+from stickslip.study.tables import AxisTable, FilesTable, GaugeTable, MatricesTable, SectorTable, StructureTable
 from stickslip.study.units import SYSTEMS, Units
 
-OF_A_COPY = ("name", "keep", "modes", "shift", "stress")
+OF_A_COPY = ("name", "keep", "modes", "shift", "stress", "speed", "axis")
 """What structures of one and the same model may differ in."""
-ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift", "sector", "stress")
+ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift", "sector", "stress", "speed", "axis")
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +68,17 @@ def structure(
     reduced = table.keep is not None or (table.modes is not None and besides)
     places = places_of(model, keep, own.system.metres, besides) if reduced else None
     notes = (*map(str, places or ()), *(stress.notes if stress else ()), *model.notes, *implausible(model))
-    made = structure_of(model, places, table.modes, damping, progress, stress)
+    rotation = None if table.speed is None else (table.speed, _axis(table.axis or AxisTable(), own))
+    if rotation is None and table.axis is not None:
+        raise fault("axis", "must go with speed", "without one")
+    made = structure_of(model, places, table.modes, damping, progress, stress, rotation)
     made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
     return Built(made, notes, {}, tuple(model.sets))
+
+
+def _axis(table: AxisTable, units: Units) -> RotationAxis:
+    """The axis of a table, whose point is in the unit of length of the model."""
+    return RotationAxis.of((table.point, table.direction)).scaled(units.system.metres)
 
 
 def _stress_places(asked: Mapping[str, Any]) -> dict[str, Any]:
@@ -93,6 +101,9 @@ def _disk(
     """The disk of which a model is one sector; its damping follows, with the bodies."""
     if table.shift is not None:
         raise fault("shift", "must go with a whole structure", "beside [structure.sector]", "Leave it out.")
+    given = [key for key in ("speed", "axis") if getattr(table, key) is not None]
+    if given:
+        raise fault(" and ".join(given), "must stand in [structure.sector] for a sector", "in [structure]")
     keep = {} if table.keep is None else table.keep
     places = places_of(model, keep, units.system.metres, [name for name in surfaces if name in model.sets and name not in keep])
     if not places:
@@ -104,8 +115,7 @@ def _disk(
     if len(set(speeds)) < len(speeds):
         raise fault("sector: at_speeds", "must be of different speeds, and not of that of the model itself", speeds)
     others = [_model(table.model_copy(update={"model": each.model}), folder, units) for each in sector.at_speeds]
-    axis = RotationAxis.of((sector.axis.point, sector.axis.direction)).scaled(units.system.metres)
-    faces = Faces(sector.sectors, sector.low, sector.high, axis, sector.faces == "interpolated")
+    faces = Faces(sector.sectors, sector.low, sector.high, _axis(sector.axis, units), sector.faces == "interpolated")
     disks, notes = disks_of([model, *others], faces, places, table.modes, None, progress, speeds, stress)
     by_speed = dict(zip(speeds, disks, strict=bool(speeds)))
     return Built(disks[0], (*notes, *model.notes, *implausible(model)), by_speed, tuple(model.sets))

@@ -102,7 +102,7 @@ Matrices = Annotated[Annotated[str, Tag("<single>")] | Annotated[MatricesTable, 
 
 
 class AxisTable(Table):
-    """The axis of rotation of a disk: the following sector comes counter-clockwise about it."""
+    """An axis of rotation; the following sector of a disk comes counter-clockwise about it."""
 
     point: Annotated[Vector, Field(description="a point of it, in the unit of length of the model")] = Field(
         default_factory=lambda: [0.0, 0.0, 0.0]
@@ -213,6 +213,15 @@ class StructureTable(Table):
     shift: Annotated[
         Vector | None,
         Field(description="of all nodes, in the unit of length of the model: the same blade again, beside itself"),
+    ] = None
+    speed: Annotated[
+        NotNegative | None,
+        Field(description="rotor speed in rev/min of a model that is no sector: its mean stress contains that due to rotation"),
+    ] = None
+    axis: Annotated[
+        AxisTable | None,
+        Field(description="of this rotation, in the coordinates of the model; z through the origin unless given"),
+        Words("table"),
     ] = None
     sector: Annotated[
         SectorTable | None, Field(description="[structure.sector]: the model is one sector of a bladed disk"), Words("table")

@@ -17,7 +17,7 @@ from stickslip.analyses.speed.speed_sweep import SpeedSweepWork, samples_for
 from stickslip.checks import Array, InputError, counted, fault, positive, unique
 from stickslip.disks.tuned import TunedDisk
 from stickslip.models.read import read_content
-from stickslip.models.sector import SAME_SPEED
+from stickslip.models.spin_softening import SAME_SPEED
 from stickslip.problem import Problem
 from stickslip.runs.work import Arrays, Work
 from stickslip.structure.cyclic import CyclicStructure
