@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import socket
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,8 @@ HOST = "127.0.0.1"
 NAMES = (HOST, "localhost")
 """What the address of the page may say: another name means that a page of another site asks."""
 TOKEN_BYTES = 16
+UPDATE = "/_dash-update-component"
+"""The path of the requests by which the page asks for new figures."""
 
 
 def explore(path: Path, port: int = 0, open_browser: bool = True) -> None:
@@ -56,6 +59,7 @@ def prepared(path: Path, token: str) -> tuple[Solver, Any]:
     solver = Solver.of(path)
     found = application(solver, token)
     found.server.before_request(_refuse_other_names)
+    found.server.before_request(partial(_refuse_malformed, found))
     return solver, found
 
 
@@ -65,6 +69,38 @@ def _refuse_other_names() -> Any:
 
     if request.host.rpartition(":")[0] not in NAMES:
         abort(403)
+
+
+def _refuse_malformed(application: Any) -> Any:
+    """A request that the page itself never sends is answered by 400 and one line, not by an error of the server."""
+    from flask import Response, request
+
+    if request.method != "POST" or not request.path.endswith(UPDATE):
+        return None
+    said = request.get_json(silent=True)
+    if not isinstance(said, dict):
+        return Response("The request must be a JSON object.\n", 400, mimetype="text/plain")
+    known = application.callback_map.get(str(said.get("output")))
+    if known is None:
+        return Response("The request must name an output of the page.\n", 400, mimetype="text/plain")
+    if not isinstance(said.get("outputs"), dict | list):
+        return Response("The request must list its outputs.\n", 400, mimetype="text/plain")
+    for part in ("inputs", "state"):
+        given = said.get(part, [])
+        if not isinstance(given, list) or len(given) != len(known[part]) or not all(map(_is_named, given, known[part])):
+            return Response(f"The {part} of the request must be those of its output.\n", 400, mimetype="text/plain")
+    return None
+
+
+def _is_named(given: Any, expected: dict[str, Any]) -> bool:
+    """Whether an entry of a request is the component that a callback takes; of a pattern, a list of components or one of them."""
+    if not expected["id"].startswith("{"):
+        return isinstance(given, dict) and (given.get("id"), given.get("property")) == (expected["id"], expected["property"])
+    entries = given if isinstance(given, list) else [given]
+    return all(
+        isinstance(entry, dict) and isinstance(entry.get("id"), dict) and entry.get("property") == expected["property"]
+        for entry in entries
+    )
 
 
 def _free(port: int) -> int:
