@@ -274,7 +274,8 @@ def test_the_second_tab_shows_the_performance_curve_with_the_present_point(addre
             f"[...{figure}.data, ...({figure}.layout.shapes || [])].map(t => t.x ? Array.from(t.x) : [t.x0, t.x1])"
         )
         assert any(line and all(x == pytest.approx(6.0) for x in line) for line in lines)
-        assert page.value("document.getElementById('performance-message').textContent") == ""
+        message = page.value("document.getElementById('performance-message').textContent")
+        assert message.startswith("Coarse settings for blade.mode: 3 harmonics, 64 samples")
 
 
 def test_a_disk_is_explored_and_its_wave_runs_round_the_wheel(tmp_path):
