@@ -40,6 +40,7 @@ from .contact.dahl import Dahl as Dahl
 from .contact.friction_disc import FrictionDisc as FrictionDisc
 from .contact.gap import Gap as Gap
 from .contact.iwan import Iwan as Iwan, mindlin_sphere as mindlin_sphere
+from .contact.lugre import LuGre as LuGre
 from .contact.macroslip import Macroslip as Macroslip
 from .contact.microslip import MicroslipArray as MicroslipArray
 from .contact.point import Contact as Contact, between as between

@@ -19,6 +19,7 @@ from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.gap import Gap
 from stickslip.contact.iwan import Iwan
 from stickslip.contact.law import Law
+from stickslip.contact.lugre import LuGre
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.microslip import MicroslipArray
 from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
@@ -165,6 +166,15 @@ VALANIS_SAMPLES = (
 )
 """Friction that yields later than Dahl's: `test_valanis` referees it; of elements the kt, L and N."""
 
+LUGRE_SAMPLES = (
+    Sample("LuGre of constant load", LuGre(2.0, 0.5, 0.7, 0.3, 0.1, 0.05, normal_load=1.2), 1, (Element(2.0, 0.5, load=1.2),)),
+    Sample(
+        "LuGre of varying load", LuGre(2.0, 0.4, 0.5, 0.4, 0.2, kn=3.0, preload=1.0), 1, (Element(2.0, 0.4, 3.0, preload=1.0),)
+    ),
+    Sample("LuGre with gap, plane", LuGre(1.3, 0.7, 0.9, 0.5, 0.1, 0.1, 2.0, 0.2, 0.1), 2, (Element(1.3, 0.7, 2.0, 0.1, 0.2),)),
+)
+"""Friction by the path and the velocity, which may exceed μN: `test_lugre` referees it; of elements the kt, L and N."""
+
 TANH_SAMPLES = (
     Sample("tanh of constant load", TanhCoulomb(0.5, 0.3, normal_load=1.2), 1, (Element(0.0, 0.5, load=1.2),)),
     Sample("tanh of varying load", TanhCoulomb(0.4, 0.2, 3.0, 1.0), 1, (Element(0.0, 0.4, 3.0, preload=1.0),)),
@@ -172,7 +182,7 @@ TANH_SAMPLES = (
 )
 """Friction by the velocity, without a spring: `test_tanh_coulomb` referees it; of elements the L and N."""
 
-SMOOTH_SAMPLES = (*DAHL_SAMPLES, *VALANIS_SAMPLES, *TANH_SAMPLES)
+SMOOTH_SAMPLES = (*DAHL_SAMPLES, *VALANIS_SAMPLES, *LUGRE_SAMPLES, *TANH_SAMPLES)
 """What shares the properties of sliders but for sticking and a start."""
 
 KERNEL_SAMPLES = (*DISC_SAMPLES, *SPRING_SAMPLES, *SMOOTH_SAMPLES)

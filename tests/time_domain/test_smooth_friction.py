@@ -8,6 +8,7 @@ from time_domain.systems import rubbing_mass
 import stickslip as ss
 from stickslip.analyses.forced_response import forced_response
 from stickslip.contact.dahl import Dahl
+from stickslip.contact.lugre import LuGre
 from stickslip.contact.point import Contact, between
 from stickslip.contact.tanh_coulomb import TanhCoulomb
 from stickslip.contact.valanis import Valanis
@@ -22,11 +23,13 @@ from stickslip.units import radians_per_second
 CONSTANT = {
     "dahl": Dahl(kt=2.0, mu=0.5, normal_load=0.6),
     "valanis": Valanis(kt=2.0, mu=0.5, kappa=0.7, normal_load=0.6),
+    "lugre": LuGre(kt=2.0, mu=0.4, mu_static=0.5, stribeck=0.3, damping=0.1, viscosity=0.05, normal_load=0.6),
     "tanh": TanhCoulomb(mu=0.5, v0=0.2, normal_load=0.6),
 }
 VARYING = {
     "dahl": Dahl(kt=3.0, mu=0.5, kn=4.0, preload=0.2),
     "valanis": Valanis(kt=3.0, mu=0.5, kappa=0.7, kn=4.0, preload=0.2),
+    "lugre": LuGre(kt=3.0, mu=0.4, mu_static=0.5, stribeck=0.3, damping=0.1, viscosity=0.05, kn=4.0, preload=0.2),
     "tanh": TanhCoulomb(mu=0.5, v0=0.2, kn=4.0, preload=0.2),
 }
 

@@ -94,25 +94,33 @@ def beyond_limit(kt: float, T0: float, T1: float, du: float, L: float, L1: float
 
 
 @inner
+def dahl_travel(kt: float, T0: float, du: float, L: float) -> tuple[float, float, float, float, float]:
+    """Along a travel from traction T0 at one limit L > 0: T1, its derivatives by T0, du and L, and the friction work.
+
+    With x = kt |du|/L: T1 = s L + (T0 − s L) exp(−x), and the work ∫ T²/L |du|.
+    """
+    s, x = np.sign(du), kt * abs(du) / L
+    kept, lost = np.exp(-x), -np.expm1(-x)
+    off = T0 - s * L
+    work = (L * L * x + 2.0 * s * L * off * lost + 0.5 * off * off * lost * (1.0 + kept)) / kt if s != 0.0 else 0.0
+    return T0 * kept + s * L * lost, kept, kt * kept * (1.0 - s * T0 / L), s * lost + off * kept * x / L, work
+
+
+@inner
 def dahl_step(kt: float, T0: float, du: float, L0: float, L1: float) -> tuple[float, float, float, float, float, float]:
     """One step from traction T0, the limit going from L0 to L1: T1, its derivatives by T0, du, L0, L1, and the friction work.
 
-    With the mean limit L and x = kt |du|/L: T1 = s L + (T0 − s L) exp(−x), and the work ∫ T²/L |du|. What a falling limit
-    takes from the traction goes from the spring into friction; where it leads all along the step, the work is T Δ(u − T/kt).
+    A travel at the mean limit. What a falling limit takes from the traction goes from the spring into friction; where it leads
+    along the step, the work is T Δ(u − T/kt).
     """
     if L1 <= 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.5 * T0 * T0 / kt
-    L, s = 0.5 * (L0 + L1), np.sign(du)
-    x = kt * abs(du) / L
-    kept, lost = np.exp(-x), -np.expm1(-x)
-    off = T0 - s * L
-    T1 = T0 * kept + s * L * lost
-    work = (L * L * x + 2.0 * s * L * off * lost + 0.5 * off * off * lost * (1.0 + kept)) / kt if s != 0.0 else 0.0
+    L = 0.5 * (L0 + L1)
+    T1, by_T0, by_du, by_limit, work = dahl_travel(kt, T0, du, L)
     if abs(T1) > L1:
         side, work = beyond_limit(kt, T0, T1, du, L, L1, work)
         return side * L1, 0.0, 0.0, 0.0, side, work
-    by_limit = 0.5 * (s * lost + off * kept * x / L)
-    return T1, kept, kt * kept * (1.0 - s * T0 / L), by_limit, by_limit, work
+    return T1, by_T0, by_du, 0.5 * by_limit, 0.5 * by_limit, work
 
 
 @inner

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -34,9 +34,9 @@ class Own:
             raise fault(name, f"must be below {self.below:g}", value)
 
 
-def own(description: str, unit: str = "-", **limits: float) -> Any:
+def own(description: str, unit: str = "-", *, default: Any = MISSING, **limits: float) -> Any:
     """A field of a law for a number of its own (`Own`): its check, its key in study files and the reference follow."""
-    return field(metadata={"own": Own(description, unit, **limits)})
+    return field(default=default, metadata={"own": Own(description, unit, **limits)})
 
 
 def own_numbers(law: type[Law] | Law) -> dict[str, Own]:

@@ -14,6 +14,7 @@ from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.gap import Gap
 from stickslip.contact.iwan import Iwan
 from stickslip.contact.law import Law
+from stickslip.contact.lugre import LuGre
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.microslip import MicroslipArray
 from stickslip.contact.single_load import Own, SingleLoad, own_numbers
@@ -162,7 +163,7 @@ def load_table(law: type[SingleLoad]) -> type[ContactTable]:
     """The table of a law that declares its name, what it is about and the numbers of its own."""
     base = SliderTable if "kt" in law.__annotations__ else LoadTable
     keys = [key for key in SLIDER if key in base.model_fields]
-    own = {name: (_own_type(number), ...) for name, number in own_numbers(law).items()}
+    own = {name: (_own_type(number), getattr(law, name, ...)) for name, number in own_numbers(law).items()}
 
     class OfLaw(base):  # type: ignore[misc, valid-type]
         def law_in_si(self, values: dict[str, Any]) -> Law:
@@ -296,7 +297,7 @@ LAWS: dict[str, type[ContactTable]] = {
     "friction_disc": FrictionDiscTable,
     "microslip_array": MicroslipArrayTable,
     "iwan": IwanTable,
-    **{law.name: load_table(law) for law in (Dahl, Valanis, TanhCoulomb)},
+    **{law.name: load_table(law) for law in (Dahl, Valanis, LuGre, TanhCoulomb)},
     "gap": GapTable,
     "cubic_spring": CubicSpringTable,
 }
