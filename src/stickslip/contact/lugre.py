@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.checks import Array, fault, positive
-from stickslip.contact.dahl import dahl_travel
+from stickslip.contact.dahl import beyond_limit, dahl_travel
 from stickslip.contact.law import Elements
 from stickslip.contact.protocol import ContactData, StepForces, StepMotion, step_signature
 from stickslip.contact.single_load import SingleLoad, own
@@ -30,7 +30,7 @@ class LuGre(SingleLoad):
     viscosity σ2 [s/m]: of the bristles and of the film, per normal load. kn, preload, gap, normal_load: the load N, as of
     `Macroslip`. Every motion dissipates, and forgets the start state. The force depends on the velocity, so a quasi-static damper
     cycle, which has none, is refused.
-    Accuracy: second order in the samples; where N varies, z follows with it: nothing clips kt z to N g.
+    Where N falls, kt z follows μs N, beyond which it never comes under a constant N. Accuracy: second order in the samples.
     Source: Canudas de Wit, Olsson, Åström and Lischinsky, IEEE Transactions on Automatic Control 40 (1995) 419-425.
     """
 
@@ -90,7 +90,12 @@ def limit_at(parameter: Array, velocity: float) -> tuple[float, float]:
 @separate(step_signature)
 def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     """The bristles by the mean speed and the mean load of the step, and the viscous parts by the velocity after it."""
-    mu, damping, viscosity = data.parameter[0], data.parameter[3], data.parameter[4]
+    mu, damping, viscosity, static = (
+        data.parameter[0],
+        data.parameter[3],
+        data.parameter[4],
+        data.parameter[1] / data.parameter[0],
+    )
     work, L, L1 = 0.0, 0.5 * (motion.limit0 + motion.limit), motion.limit
     for d in range(data.kt.size):
         kt, T0, travel, v = data.kt[d], motion.state[d], motion.travel[d], motion.velocity[d]
@@ -100,12 +105,18 @@ def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
         speed = travel / motion.time if motion.time > 0.0 else 0.0
         high, slope = limit_at(data.parameter, speed)
         T1, by_T0, by_travel, by_limit, more = dahl_travel(kt, T0, travel, L * high)
-        by_speed, work = by_limit * L * slope, work + more
-        forces.state[d], forces.by_state[d, d], forces.by_travel[d, d] = T1, by_T0, by_travel
-        forces.by_limit0[d] = forces.by_limit[d] = 0.5 * by_limit * high
-        if motion.time > 0.0:
-            forces.by_travel[d, d] += by_speed / motion.time
-            forces.by_time[d] = -by_speed * speed / motion.time
+        if abs(T1) > L1 * static:
+            side, more = beyond_limit(kt, T0, T1, travel, L * static, L1 * static, more)
+            T1 = forces.state[d] = side * L1 * static
+            forces.by_limit[d] = side * static
+        else:
+            forces.state[d], forces.by_state[d, d], forces.by_travel[d, d] = T1, by_T0, by_travel
+            forces.by_limit0[d] = forces.by_limit[d] = 0.5 * by_limit * high
+            if motion.time > 0.0:
+                by_speed = by_limit * L * slope
+                forces.by_travel[d, d] += by_speed / motion.time
+                forces.by_time[d] = -by_speed * speed / motion.time
+        work += more
         now, falls = limit_at(data.parameter, v)
         forces.direct[d] = (damping * (L1 * v - abs(v) * T1 / now) + viscosity * L1 * v) / mu
         forces.direct_by_state[d, d] = -damping * abs(v) / (now * mu)

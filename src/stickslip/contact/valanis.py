@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stickslip.checks import Array, positive
 from stickslip.contact.dahl import beyond_limit
@@ -19,6 +18,9 @@ from stickslip.contact.law import Elements
 from stickslip.contact.protocol import ContactData, StepForces, StepMotion, step_signature
 from stickslip.contact.single_load import SingleLoad, own
 from stickslip.kernels import inner, separate, uncompiled
+
+HALVINGS = 100
+"""In which the search for the largest traction of a loop ends at the last digit."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,11 @@ class Valanis(SingleLoad):
         def left(angle: float) -> float:
             return self.kappa * float(np.tanh(angle)) + (1.0 - self.kappa) * angle - reach
 
-        share = float(np.tanh(brentq(left, 0.0, reach / (1.0 - self.kappa), xtol=1e-15, rtol=1e-14)))
+        low, high = 0.0, reach / (1.0 - self.kappa)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if left(middle) < 0.0 else (low, middle)
+        share = float(np.tanh(high))
         return 4.0 * limit * (amplitude - share * limit / self.kt)
 
     def virgin_curve(self, u: float, z: float = 0.0) -> float:

@@ -79,6 +79,30 @@ def test_derivatives_by_start_states():
     assert np.abs(exact[:count, 1:]).max() > 0.0
 
 
+SMOOTH = {
+    "valanis": (lambda kt, own: ss.Valanis(kt, 0.5, own, normal_load=2.0), 0.7, (0.4, 0.0, 0.95)),
+    "lugre": (lambda kt, own: ss.LuGre(kt, 0.5, 0.6, 0.3, 0.05, own, normal_load=2.0), 0.04, (0.02, 0.0, 0.2)),
+}
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_numbers_of_a_law_with_a_step_are_found(name):
+    """kt and a number of the law's own from exact responses at two force levels."""
+    make, truth, free = SMOOTH[name]
+
+    def problem(kt, own):
+        return ss.rigs.single_mass(damping=0.02).with_contacts(lambda contact: contact.with_law(make(kt, own)))
+
+    tests, frequencies = [], FREQUENCIES[2::3]
+    for force in (0.5, 2.0):
+        data = ss.forced_response(problem(0.5, truth), frequencies.tolist(), force, harmonics=3, samples=64).dataset
+        X = data["response"].values[0, :, 0, 1] @ np.array([1.0, 1j])
+        tests.append(ss.MeasuredResponse(frequencies, np.abs(X), force, np.angle(X), "displacement", name=f"{force:g}"))
+    found = ss.identify_response(problem, {"kt": (0.4, 0.1, 2.0), "own": free}, tests, tries=0, harmonics=3, samples=64).values
+    assert found["kt"] == pytest.approx(0.5, rel=1e-4)
+    assert found["own"] == pytest.approx(truth, rel=1e-3)
+
+
 def test_the_truth_lies_in_the_intervals():
     """Three force levels, 1 % noise, with phases; verify/ has the statistics of twenty seeds."""
     found = ss.identify_response(one_mass, FREE, [measured(force, 3) for force in (0.3, 1.0, 2.0)], samples=128)
