@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 POINTS = 300
 """Solutions of a curve and of its peaks as dear as those that are tried; the templates take 100 to 1900."""
 
-TRIED, LONGEST = 15, 1.0
-"""Points that are traced to see how long one takes, and CPU seconds after which it is enough."""
+FEWEST, TRIED, LONGEST = 4, 15, 1.0
+"""Points that are traced to see how long one takes, at least and at most, and CPU seconds after which it is enough."""
 
 AUTOMATIC = 7
 """Harmonics that stand for those which an analysis other than the forced response chooses during the run."""
@@ -107,6 +107,6 @@ def _seconds_a_point(sweep: Sweep, band: Band) -> float | None:
     with suppress(LostCurveError):
         for _ in trace(balance, first, "omega", 2.0 * np.pi * band.low):
             times.append(process_time())
-            if len(times) >= TRIED or times[-1] - times[0] > LONGEST:
+            if len(times) >= TRIED or (len(times) >= FEWEST and times[-1] - times[0] > LONGEST):
                 break
-    return (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else None  # the first one loads the kernels
+    return float(np.median(np.diff(times))) if len(times) > 1 else None  # the first ones load the kernels
