@@ -4,6 +4,7 @@
 # make test-all   the slow and the nightly tests too               make nightly   everything: test-all, all roundings, verify, robustness, mutants
 # make test-times   the tests of make test with their processor time; one that takes more than five seconds fails
 # make mutants   breaks formulas on purpose; the quick tests named in tests/mutants.toml must notice
+# make wheel    a wheel with compiled kernels into dist/, for this system and this version of Python
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
 # make test-oldest   a part of the tests with every dependency at its lower bound
 # make test-rounding   the tests with the rounding of other processors: all of them for two, the numerical ones for the rest
@@ -42,7 +43,7 @@ test-oldest:
 	$(OLDEST)/bin/python -m pip install --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/kernels $(OLDEST)/bin/python -m pytest -W default -m "not verify and not system" $(OLDEST_TESTS)
 
-.PHONY: $(TESTING) kernels test-oldest paper screenshots gallery tutorials setup bench demo check format reference docs lock clean robustness measures verify-system verify
+.PHONY: $(TESTING) kernels test-oldest paper screenshots gallery tutorials setup bench wheel demo check format reference docs lock clean robustness measures verify-system verify
 
 setup: $(STAMP)
 
@@ -113,6 +114,9 @@ format: setup
 
 reference: setup
 	$(BIN)/python -m stickslip.study.reference docs/study_reference.md
+
+wheel: setup
+	$(BIN)/python -m tools.wheel
 
 docs: setup
 	$(BIN)/sphinx-build -b html docs docs/_build/html

@@ -45,6 +45,11 @@ class CompilationNotice:
         """Whether a kernel is being compiled."""
         return self._depth > 0
 
+    @property
+    def compiled(self) -> int:
+        """How many kernels this process has compiled."""
+        return self._done
+
     def begin(self) -> None:
         """A kernel is being compiled."""
         self._depth += 1

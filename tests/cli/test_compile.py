@@ -6,10 +6,10 @@ import sys
 import pytest
 
 LEFT = """
-import importlib, numba, pkgutil, stickslip
-from pathlib import Path
+import importlib, pkgutil, stickslip
 from numba.core.dispatcher import Dispatcher
 from stickslip.cli.compile_kernels import compile_all
+from stickslip.kernels.cache import FOLDER
 
 compile_all()
 names = [each.name for each in pkgutil.walk_packages(stickslip.__path__, "stickslip.") if "__main__" not in each.name]
@@ -17,9 +17,9 @@ found = {each for name in names for each in vars(importlib.import_module(name)).
 chosen = [each for each in found if "no_cpython_wrapper" not in each.targetoptions]
 called = [each for each in chosen if each.targetoptions.get("inline") != "always"]
 # Of kernels that others call alone, a process with a full cache reads none: what lies in the cache is compiled.
-kept = {path.name.partition("-")[0] for path in Path(numba.config.CACHE_DIR).rglob("*.nbi")}
-left = [each.py_func for each in called if not each.signatures]
-print(len(called), *(each.__name__ for each in left if f"{each.__module__.rpartition('.')[2]}.{each.__name__}" not in kept))
+kept = {path.name.partition("-")[0] for path in FOLDER.glob("*.kernel")}
+left = {f"{each.__module__.removeprefix('stickslip.')}.{each.__name__}" for each in called if not each.signatures}
+print(len(called), *(name.rpartition(".")[2] for name in left - kept))
 """
 
 ONLY_TESTS_CALL = {"_pulled", "add_product_sums", "add_run", "start_intercept"}

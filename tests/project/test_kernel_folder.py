@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.kernels.cache import _cache_folder, _temporary_folder
+from stickslip.kernels.cache import _folder, _temporary_folder
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders have no such owners on Windows")
 
@@ -85,11 +85,11 @@ def test_kernels_of_a_user_without_a_home_go_there(own, monkeypatch):
     """Neither beside the package nor, as a relative path, into the working folder."""
     (own.parent / "package").write_text("")
     monkeypatch.setattr("stickslip.kernels.cache._PACKAGE", own.parent / "package")
-    monkeypatch.setattr("stickslip.kernels.cache._digest", lambda: "digest")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", "relative")
     (own.parent / "model").mkdir()
     monkeypatch.chdir(own.parent / "model")
-    assert _cache_folder() == own / "kernels-digest"
+    assert _folder() == own / "kernels"
     assert not Path("relative").exists()
 
 
@@ -102,19 +102,21 @@ def test_the_working_folder_is_not_used(own, monkeypatch):
 
 CHANGE_OF_FOLDER = """
 import os, sys, numba
-from stickslip.kernels import kernel
-kept = numba.config.CACHE_DIR
+from stickslip.kernels.cache import FOLDER
 os.chdir(sys.argv[1])
 numba.njit(lambda x: x)(1.0)
-import stickslip.harmonic.fourier
-print(numba.config.CACHE_DIR == kept)
+import numpy as np
+from stickslip.solve.curve_points import moving_sizes
+moving_sizes(np.ones((2, 3)), 1)
+print(any(FOLDER.glob("solve.curve_points.moving_sizes-*")), os.listdir())
 """
 
 
-def test_numba_is_not_led_elsewhere_by_a_file_of_the_working_folder(tmp_path):
+def test_kernels_are_not_led_elsewhere_by_a_file_of_the_working_folder(tmp_path):
+    """numba takes its settings from such a file whenever it compiles."""
     pytest.importorskip("yaml")
     (tmp_path / ".numba_config.yaml").write_text("cache_dir: elsewhere\n")
     command = [sys.executable, "-P", "-c", CHANGE_OF_FOLDER, str(tmp_path)]
     environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
     printed = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
-    assert printed == "True\n"
+    assert printed == "True ['.numba_config.yaml']\n"

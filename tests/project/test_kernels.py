@@ -15,10 +15,13 @@ import pytest
 import stickslip
 from stickslip import forced_response, nonlinear_modes, radians_per_second
 from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.kernels import compiled, separate
-from stickslip.kernels.cache import FOLDERS
+from stickslip.kernels import compiled, separate, sources
 from stickslip.kernels.results import Boxed
+<<<<<<< HEAD
 from stickslip.kernels.separate import hold, number_of, numbered
+=======
+from stickslip.kernels.sources import FOLDERS
+>>>>>>> 6623c678 (Compiled kernels are kept one by one under digests of what they depend on, and a wheel carries them; stickslip compile uses two processes)
 from stickslip.kernels.views import view, view_of
 from stickslip.rigs import single_mass
 
@@ -53,11 +56,49 @@ def test_kernels_of_another_processor_stand_beside_those_of_this_one(tmp_path):
 
 
 def test_a_change_of_any_kernel_compiles_anew():
-    """The digest that names the cache covers every folder with kernels: numba does not notice a change in another file."""
+    """Digests cover every folder with kernels, and the constants that kernels take come from there too."""
     package = Path(stickslip.__file__).parent
     made = re.compile(r"^@(kernel|inner|inlined|separate)\b", re.MULTILINE)
     folders = {path.parent.relative_to(package).as_posix() for path in package.rglob("*.py") if made.search(path.read_text())}
     assert folders == set(FOLDERS)
+    for folder in FOLDERS:
+        for source in [text for path in (package / folder).glob("*.py") if made.search(text := path.read_text())]:
+            for module, names in re.findall(r"^from stickslip\.([\w.]+) import (\([^)]*\)|.*)$", source, re.MULTILINE):
+                if module.partition(".")[0] not in FOLDERS:
+                    assert not re.search(r"\b[A-Z][A-Z_]+\b", names), f"a constant of {module}"
+
+
+def changed_by(monkeypatch, module, old, new):
+    """Modules whose kernels compile anew after a change of one file."""
+    before, files = digests(), sources._files()
+    assert old in files[module]
+    monkeypatch.setattr(sources, "_files", lambda: files | {module: files[module].replace(old, new)})
+    sources.digest_of.cache_clear()
+    after = digests()
+    monkeypatch.undo()
+    sources.digest_of.cache_clear()
+    return {name for name in before if before[name] != after[name]}
+
+
+def digests():
+    package = Path(stickslip.__file__).parent
+    paths = {module: package.parent / f"{module.replace('.', '/')}.py" for module in sources._files()}
+    return {module.removeprefix("stickslip."): sources.digest_of(path) for module, path in paths.items()}
+
+
+def test_a_change_compiles_what_holds_it_and_nothing_else(monkeypatch):
+    """A law goes into the periods and steps of contacts; neither into Newton's method, which calls those through an address."""
+    law = changed_by(monkeypatch, "stickslip.contact.cubic", "def step(", "def step (")
+    assert {"contact.cubic", "contact.dispatch", "harmonic.contact_forces", "harmonic.cycle", "time.contact_law"} <= law
+    assert not {"contact.dahl", "harmonic.iteration", "solve.newton", "solve.step", "harmonic.receptance"} & law
+    newton = changed_by(monkeypatch, "stickslip.solve.newton", "halvings + 1", "halvings + 2")
+    assert newton == {"solve.newton", "solve.step"}
+    types = changed_by(monkeypatch, "stickslip.harmonic.system", "class State", "class  State")
+    assert {"harmonic.system", "harmonic.iteration", "solve.newton", "stability.period_map"} & types >= {"solve.newton"}
+    constant = changed_by(monkeypatch, "stickslip.contact.law", "SLIDERS", "SLIDERS ")
+    assert "harmonic.contact_forces" in constant
+    maker = changed_by(monkeypatch, "stickslip.kernels.arrays", "def ", "def  ")
+    assert "solve.newton" in maker
 
 
 class Inner(NamedTuple):

@@ -70,4 +70,4 @@ def test_the_demo_runs_from_the_wheel(built, tmp_path):
     assert found.returncode == 0, found.stderr
     assert "force 80" in found.stdout
     assert (tmp_path / "demo" / "report.html").is_file()
-    assert list((tmp_path / "cache" / "stickslip").glob("kernels-*/**/*.nbc"))
+    assert list((tmp_path / "cache" / "stickslip").glob("kernels/*.kernel"))

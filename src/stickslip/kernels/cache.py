@@ -1,9 +1,12 @@
-"""Where compiled kernels are kept on disk.
+"""Where compiled kernels are kept on disk, and those that came with the package.
 
-numba's cache of a kernel does not notice when a kernel that it calls, in another file, has changed. The cache folder therefore
-carries a digest of all kernel sources: a change anywhere compiles anew, and an old result is never used with new code.
+Each compiled kernel is one file, whose name holds the digest of all sources that it depends on (`sources`), the types that it
+takes, the processor and the version of numba: a change anywhere compiles what depends on it, and nothing else; an old result is
+never used with new code; processes that compile at the same time do not disturb one another.
 
-numba unpickles what it finds there, and so runs it: a folder that others can write to is not used.
+A wheel carries kernels compiled for a common processor, `COMMON`. They serve where nothing was compiled on the machine itself.
+
+What is found is unpickled, and so run: a folder that others can write to is not used.
 """
 
 from __future__ import annotations
@@ -11,51 +14,128 @@ from __future__ import annotations
 import atexit
 import hashlib
 import os
+import pickle
+import platform
 import shutil
 import stat
+import sys
 import tempfile
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
+import llvmlite.binding as llvm  # type: ignore[import-untyped]
 import numba
+from numba.core import caching, serialize
+from numba.core.compiler import CompileResult
+
+from stickslip.kernels.sources import digest_of
 
 _PACKAGE = Path(__file__).parent.parent
-FOLDERS = ("contact", "harmonic", "kernels", "platforms", "solve", "stability", "time")
+
+PACKED = _PACKAGE / "compiled_kernels"
+"""The kernels in a wheel."""
+
+COMMON = {"x86_64": "x86-64-v3", "AMD64": "x86-64-v3"}.get(platform.machine(), "generic")
+"""The processor of the kernels in a wheel, by its name in LLVM: of its instructions the newer ones change the speed by some
+percent. Others than those of x86-64 take the basis of their kind."""
+
+_COMMON_NEEDS = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 
 UNUSED_SECONDS = 3 * 86400.0
-"""Age from which a folder of other sources is removed; younger ones may belong to a process that still runs."""
+"""Age from which kernels of other sources are removed; younger ones may belong to a process that still runs."""
 
 
-def _digest() -> str:
-    """Digest of the sources of all kernels: every file with a compiled function, and what makes kernels of them."""
-    digest = hashlib.sha256()
-    for path in sorted(path for folder in FOLDERS for path in (_PACKAGE / folder).glob("*.py")):
-        source = path.read_bytes()
-        if path.parent.name == "kernels" or any(mark in source for mark in (b"@kernel", b"@inner", b"@inlined", b"@separate")):
-            digest.update(path.name.encode() + source)
-    return digest.hexdigest()[:16]
+class KernelCache(caching._Cache):
+    """What numba asks for a compiled kernel before it compiles one, and gives it to afterwards."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+        path = Path(function.__code__.co_filename)
+        self._name, self._sources = f"{path.parent.name}.{path.stem}.{function.__qualname__}", digest_of(path)
+
+    @property
+    def cache_path(self) -> str:
+        return str(FOLDER)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled kernel for a signature, of this processor or else from the wheel; None where it is to be compiled."""
+        target_context.refresh()
+        triple, *processor = target_context.codegen().magic_tuple()
+        places = [(FOLDER, (triple, *processor))] + [(PACKED, (triple, COMMON, ""))] * _takes_packed()
+        for folder, target in places:
+            with suppress(OSError):
+                kept = (folder / self._file(sig, target)).read_bytes()
+                return CompileResult._rebuild(target_context, *pickle.loads(kept))  # noqa: S301
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a compiled kernel; those of older sources go."""
+        if data.library.has_dynamic_globals:
+            raise TypeError(f"{self._name} holds an address of this process, and cannot be kept.")
+        path = FOLDER / self._file(sig, data.codegen.magic_tuple())
+        with suppress(OSError):
+            FOLDER.mkdir(parents=True, exist_ok=True)
+            with tempfile.NamedTemporaryFile(dir=FOLDER, delete=False) as file:
+                file.write(serialize.dumps(data._reduce()))
+            os.replace(file.name, path)
+            for old in FOLDER.glob(f"{self._name}-*"):
+                if self._sources[:16] not in old.name and time.time() - old.stat().st_mtime > UNUSED_SECONDS:
+                    old.unlink()
+
+    def _file(self, sig: Any, target: tuple[Any, ...]) -> str:
+        code = self._function.__code__.co_code
+        given = repr((str(sig), target, numba.__version__, sys.version_info[:2], hashlib.sha256(code).hexdigest()))
+        return f"{self._name}-{self._sources[:16]}-{hashlib.sha256(given.encode()).hexdigest()[:16]}.kernel"
+
+    def enable(self) -> None:
+        """It is always in use."""
+
+    def disable(self) -> None:
+        """It is always in use."""
+
+    def flush(self) -> None:
+        """Each change of the sources does so."""
 
 
-def _cache_folder() -> Path:
-    """A writable folder for this digest: beside the package, else the user's cache, else a temporary one of the user alone;
-    folders unused for days are removed."""
-    name = f"kernels-{_digest()}"
+def kept(dispatcher: Any) -> Any:
+    """A function of numba whose compiled code is kept for later processes."""
+    dispatcher._cache = KernelCache(dispatcher.py_func)
+    return dispatcher
+
+
+def nothing_is_kept() -> bool:
+    """Whether a first problem has all its kernels to compile."""
+    return not any(any(folder.glob("*.kernel")) for folder in (FOLDER, PACKED))
+
+
+def _takes_packed() -> bool:
+    """Whether this processor runs the kernels of the wheel, and nobody asked for another's (numba's setting)."""
+    features = llvm.get_host_cpu_features()
+    runs = COMMON == "generic" or all(features.get(each, False) for each in _COMMON_NEEDS)
+    return runs and numba.config.CPU_NAME is None and not OWN_ONLY  # type: ignore[attr-defined]
+
+
+OWN_ONLY = False
+"""True: kernels are compiled for this processor although the wheel has others that run on it."""
+
+
+def _folder() -> Path:
+    """The one that NUMBA_CACHE_DIR names, or a writable one: beside the package, else the user's cache, else a temporary one of
+    the user alone."""
+    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(chosen).absolute() / "stickslip"
     home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "stickslip")
     for parent in (_PACKAGE / "__pycache__", home):
         if not parent.is_absolute():
             continue  # a user without a home; the working folder may be that of a model
-        try:
-            (parent / name).mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=parent / name):
-                pass
-        except OSError:
-            continue
-        for old in parent.glob("kernels-*"):
-            if old.name != name and time.time() - old.stat().st_mtime > UNUSED_SECONDS:
-                shutil.rmtree(old, ignore_errors=True)
-        return parent / name
-    return _temporary_folder() / name
+        with suppress(OSError):
+            (parent / "kernels").mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=parent / "kernels"):
+                return parent / "kernels"
+    return _temporary_folder() / "kernels"
 
 
 def _temporary_folder() -> Path:
@@ -82,16 +162,5 @@ def _is_mine_alone(folder: Path) -> bool:
     return shut and bool(stays) and above.st_uid in (0, me)
 
 
-_CHOSEN = None if "NUMBA_CACHE_DIR" in os.environ else str(_cache_folder())
-
-
-def keep_kernels_here() -> None:
-    """Have numba keep what it is given next in the chosen folder, unless the user named one by NUMBA_CACHE_DIR.
-
-    Whenever numba compiles it may take another from a file `.numba_config.yaml` of the working folder.
-    """
-    if _CHOSEN is not None:
-        numba.config.CACHE_DIR = _CHOSEN  # type: ignore[attr-defined]
-
-
-keep_kernels_here()
+FOLDER = _folder()
+"""Where this process keeps kernels."""

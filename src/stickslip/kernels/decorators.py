@@ -7,21 +7,19 @@ from typing import Any, TypeVar
 
 import numba
 
-from stickslip.kernels.cache import keep_kernels_here
+from stickslip.kernels.cache import kept
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def kernel(function: _Function) -> _Function:
     """A compiled function that Python calls, without holding Python's lock; what is compiled is kept for later processes."""
-    keep_kernels_here()
-    return numba.njit(cache=True, no_cfunc_wrapper=True, nogil=True)(function)  # type: ignore[call-overload, no-any-return]
+    return kept(numba.njit(no_cfunc_wrapper=True, nogil=True)(function))  # type: ignore[call-overload, no-any-return]
 
 
 def inner(function: _Function) -> _Function:
     """A compiled function that other kernels call; without what Python would need to call it, which is a fifth of the work."""
-    keep_kernels_here()
-    return numba.njit(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)  # type: ignore[call-overload, no-any-return]
+    return kept(numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)(function))  # type: ignore[call-overload, no-any-return]
 
 
 def inlined(function: _Function) -> _Function:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 from time import process_time
 from typing import TYPE_CHECKING
 
-import numba
 import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.checks import counted
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.kernels.cache import nothing_is_kept
 from stickslip.problem.truncation import on_few_coordinates
 from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import LostCurveError
@@ -51,7 +50,7 @@ WORTH_SAYING = 30.0
 
 def run_time(job: Job, seconds: float | None) -> str:
     """A sentence on the time of all curves over a band, of estimated CPU seconds; empty where these are not known."""
-    if _has_curves(job) and not _compiled():
+    if _has_curves(job) and nothing_is_kept():
         return "The first run on this machine compiles for about a minute; a check after it estimates the time of a run."
     if seconds is None:
         return ""
@@ -63,11 +62,6 @@ def _has_curves(job: Job) -> bool:
     return job.sweep is not None and job.analysis in CURVES and isinstance(job.sweep.frequencies, Band)
 
 
-def _compiled() -> bool:
-    """Whether kernels lie in the cache."""
-    return any(Path(str(numba.config.CACHE_DIR)).rglob("*.nbi"))  # type: ignore[attr-defined]
-
-
 def _curves(job: Job) -> int:
     return sum(len(work.names) for work in job.plan.works.values())
 
@@ -75,7 +69,7 @@ def _curves(job: Job) -> int:
 def estimated_seconds(job: Job) -> float | None:
     """CPU seconds of all curves over a band; None for other analyses, where no point could be solved, and where the kernels are
     still to be compiled."""
-    if job.sweep is None or not _has_curves(job) or not isinstance(job.sweep.frequencies, Band) or not _compiled():
+    if job.sweep is None or not _has_curves(job) or not isinstance(job.sweep.frequencies, Band) or nothing_is_kept():
         return None
     a_point = _seconds_a_point(_with_harmonics(job.sweep, job.plan), job.sweep.frequencies)
     return None if a_point is None else POINTS * _curves(job) * a_point
