@@ -1,4 +1,31 @@
-"""Newton's method with line search, compiled: the corrector of every point of every curve."""
+"""Newton's method with line search, compiled: the corrector of every point of every curve.
+
+The unknowns are the harmonics λ of the forces by which the contacts differ from stuck ones, (rows, 2H+1), and one parameter p: ω
+or the force level. The structure with stuck contacts is linear. Its receptance G gives the motion of the
+contacts, w = w_F(p) − G(ω) λ, and the contacts answer to this motion with λ̂(w, ω). Solved are
+
+    R = λ − λ̂(w(λ, p)) = 0      with the path condition      g = weight · w + slope p − target = 0,
+
+which prescribes p (weight none, slope 1/p) or keeps the solution on the plane of a continuation step. With E = ∂λ̂/∂w Newton's
+system is
+
+    [    I + E G        −E ∂w/∂p − ∂λ̂/∂p   ] [δλ]     [R]
+    [ −weight · G     weight · ∂w/∂p + slope ] [δp] = − [g] .
+
+Rows that stay stuck have E = 0: there δλ = −R, and only the rows that move remain to be factorised. If the force level is unknown
+as well, because an amplitude is held, a second row and column of the same kind stand beside p.
+
+The parts, in the order of an iteration (compiled in `harmonic.iteration`, for nonlinear modes in `harmonic.mode_iteration`):
+
+* `evaluate`: w, λ̂, R and E at a point; the size of R relative to the contact forces or to the load is the error;
+* `gap`: g, in arc length;
+* `factorise`: the matrix on the rows that move, its factors and the sign of its determinant, 0 where it is singular;
+* `newton_step`: δλ and δp;
+* `_search`: of the steps 1, 1/2, 1/4, ... the longest that reduces error and g together. λ̂ has kinks, where a contact begins
+  to slip within a sample: behind one the full step may increase the error, and `patience` takes it all the same;
+* a point is accepted with an error below `TOLERANCE`, or below `FLOOR` where rounding lets no step reduce it further;
+* `tangent`: the direction of the curve there, of which the next prediction is made.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +42,7 @@ from stickslip.harmonic.mode_iteration import empty_mode_system
 from stickslip.harmonic.newton_parts import AnySystem, evaluate, factorise, newton_step, tangent
 from stickslip.harmonic.system import BORDER, BORDERED, DIRECTION, STATE, Border, Bordered, Direction, State, System, empty_system
 from stickslip.kernels import boxed, compiled, inlined, inner, kernel, separate
-from stickslip.kernels.arrays import all_finite, empty_table, moved_by, same_numbers
+from stickslip.kernels.arrays import all_finite, empty_table, moved_by, same_numbers, zero_table
 from stickslip.kernels.views import view, view_of
 
 TOLERANCE = 1e-12
@@ -41,16 +68,22 @@ NEAR = 1e-3
 class Correction:
     """Outcome of Newton's method: the motion at the start, the last evaluation, the last factors, if any.
 
-    direction: along the curve, if it was asked for and the point converged.
+    direction: along the curve, if it was asked for and the point converged. history (iterations + 1, 2): the error of each
+    iterate, and the share of Newton's step that led to it; 0 at the start, and where no step was found.
     """
 
     start_motion: Array
     evaluation: Evaluation
     factors: Factors | None
     direction: Direction | None
-    iterations: int
+    history: Array
     converged: bool
     singular: bool
+
+    @property
+    def iterations(self) -> int:
+        """How many steps were taken."""
+        return len(self.history) - 1
 
 
 def fixed(parameter: Parameter, value: float) -> PathCondition:
@@ -82,7 +115,7 @@ def correct(
     factors = Factors(found.bordered, balance.system) if found.bordered.lu.size else None
     converged = found.converged and not _lost(balance, evaluation)
     along = found.direction if direction is not None and converged else None
-    return Correction(found.start_motion, evaluation, factors, along, found.iterations, converged, found.singular)
+    return Correction(found.start_motion, evaluation, factors, along, found.history, converged, found.singular)
 
 
 def _lost(balance: HarmonicBalance, evaluation: Evaluation) -> bool:
@@ -105,14 +138,19 @@ class Found(NamedTuple):
     level: float
     bordered: Bordered
     direction: Direction
-    iterations: int
+    history: Array
     converged: bool
     singular: bool
+
+    @property
+    def iterations(self) -> int:
+        """How many steps were taken."""
+        return len(self.history) - 1
 
 
 def _signature(system: NamedTuple) -> Any:
     """Types of `newton` for a kind of system."""
-    found = Found(STATE.forces, STATE, 0.0, 0.0, BORDERED, DIRECTION, 0, False, False)
+    found = Found(STATE.forces, STATE, 0.0, 0.0, BORDERED, DIRECTION, STATE.forces, False, False)
     return typeof(found)(view_of(system), float64[:, ::1], float64, float64, typeof(BORDER), int64, int64, int64, float64)
 
 
@@ -139,7 +177,9 @@ def newton(
     """Newton's method with a line search; the arguments are those of `correct`."""
     state = first = evaluate(system, forces, omega, level)
     bordered = no_factors(state)
-    done, near, converged, singular = 0, False, False, False
+    history = zero_table(iterations + 1, 2)
+    done, near, converged, singular, length = 0, False, False, False, 1.0
+    history[0, 0] = state.error
     while True:
         missed, off = gap(border, state, omega, level), missed_amplitude(system.control, state.w, omega)
         if state.error <= TOLERANCE and abs(missed) <= CONDITION_TOLERANCE and abs(off) <= AMPLITUDE_TOLERANCE:
@@ -165,12 +205,15 @@ def newton(
         near = state.error <= wanted and same_numbers(state.unknown, following.unknown)
         state = following
         omega, level = moved(border, omega, level, length * amount, length * raised)
+        history[done, 0], history[done, 1] = state.error, length
+    if length == 0.0:
+        history[done, 0] = state.error
     direction = Direction(empty_table(0, 0), empty_table(0, 0), 0.0, 0.0)
     if converged and wanted >= 0.0:
         if not near:
             bordered = factorise(system, state, omega, level, border)
         direction = tangent(system, state, omega, level, border.by_level, bordered)
-    return Found(first.w, state, omega, level, bordered, direction, done, converged, singular)
+    return Found(first.w, state, omega, level, bordered, direction, history[: done + 1], converged, singular)
 
 
 def compile_newton(system: AnySystem) -> None:
