@@ -72,8 +72,8 @@ def _on_coordinates(balance: HarmonicBalance) -> Callable[[float, Complex], Comp
 
 def without_contacts(balance: HarmonicBalance) -> Callable[[float], Complex]:
     """The first harmonic of the motion of the structure (n,) at ω per unit force level, without contacts, m."""
-    M, C, stuck, B, _ = balance.problem.systems.at(1)
-    K = stuck - B.conj().T @ (balance.stiffness[:, None] * B)
+    system = balance.problem.systems.at(1)
+    M, C, K = system.M, system.C, system.without_contacts(balance.stiffness)
     powers = balance.problem.load_powers(balance.highest)
     loads = powers[:, :, 1] - 1j * powers[:, :, 2]
     kept = balance.problem.systems.kept(1)

@@ -73,9 +73,9 @@ class _AtRest:
     """The equilibrium of a problem under its static loads, contacts in given states."""
 
     def __init__(self, problem: Problem) -> None:
-        _, _, stuck, self.B, _ = problem.systems.at(0)
+        system = problem.systems.at(0)
         self.contacts, self.load = problem.contacts, problem.static_load
-        self.K = stuck - self.B.conj().T @ (problem.contact_stiffness[:, None] * self.B)
+        self.B, self.K = system.B, system.without_contacts(problem.contact_stiffness)
         ends = np.cumsum([len(contact.directions) for contact in self.contacts])
         self.rows = [slice(int(end) - len(c.directions), int(end)) for c, end in zip(self.contacts, ends, strict=True)]
 

@@ -20,6 +20,7 @@ from stickslip.contact.point import Contact
 
 if TYPE_CHECKING:
     from stickslip.problem.problem import Problem
+    from stickslip.problem.systems import LinearSystem
 
 LOOSE = 1e-12
 """Stiffness of a body in a motion over that with stuck contacts, below which it is rounding and contacts alone hold the body."""
@@ -49,10 +50,10 @@ class _Loose(NamedTuple):
 
 def unbearable_loads(problem: Problem, sign: float = 1.0) -> list[str]:
     """The names of loose bodies whose static load times `sign` contacts cannot carry; all of them where they cannot together."""
-    _, _, stuck, B, _ = problem.systems.at(0)
-    if np.any(np.imag(B)):
+    system = problem.systems.at(0)
+    if np.any(np.imag(system.B)):
         return []
-    bodies, forces = _loose_bodies(problem, stuck.real, B.real), _forces(problem, B.real)
+    bodies, forces = _loose_bodies(problem, system), _forces(problem, system.B.real)
     load = sign * problem.static_load.real
     unbearable = [body.name for body in bodies if not _carried(forces, [body], load)]
     if unbearable or len(bodies) < 2 or _carried(forces, bodies, load):
@@ -60,9 +61,8 @@ def unbearable_loads(problem: Problem, sign: float = 1.0) -> list[str]:
     return [" and ".join(body.name for body in bodies)]
 
 
-def _loose_bodies(problem: Problem, stuck: Array, B: Array) -> list[_Loose]:
-    held = stuck - B.T @ (problem.contact_stiffness[:, None] * B)
-    size = np.sqrt(np.diag(stuck))
+def _loose_bodies(problem: Problem, system: LinearSystem) -> list[_Loose]:
+    held, size = system.without_contacts(problem.contact_stiffness).real, np.sqrt(np.diag(system.K.real))
     size[size == 0.0] = 1.0
     held = np.where(np.abs(held) > LOOSE * np.outer(size, size), held, 0.0)
     nodes = np.array([dof.rpartition(".")[0] for dof in problem.structure.dofs])
@@ -71,9 +71,9 @@ def _loose_bodies(problem: Problem, stuck: Array, B: Array) -> list[_Loose]:
     for body in np.flatnonzero(np.bincount(bodies) < LARGEST):
         dofs = np.flatnonzero(bodies == body)
         stiffness, shapes = linalg.eigh(held[np.ix_(dofs, dofs)] / np.outer(size[dofs], size[dofs]))
-        motions = np.zeros((len(stuck), int(np.sum(stiffness < LOOSE))))
+        motions = np.zeros((len(held), int(np.sum(stiffness < LOOSE))))
         motions[dofs] = shapes[:, stiffness < LOOSE] / size[dofs, None]
-        moved = np.abs(B @ motions).max(axis=0, initial=0.0)
+        moved = np.abs(system.B.real @ motions).max(axis=0, initial=0.0)
         touching = moved > 0.0
         if np.any(touching):
             name = str(nodes[dofs[0]])

@@ -35,6 +35,11 @@ class LinearSystem(NamedTuple):
     B: NDArray[Any]
     outputs: NDArray[Any]
 
+    def without_contacts(self, stiffness: Array) -> NDArray[Any]:
+        """K of the structure alone (n, n), the contacts' stiffness K_c (rows,) taken away again."""
+        alone: NDArray[Any] = self.K - self.B.conj().T @ (stiffness[:, None] * self.B)
+        return alone
+
 
 class Wave(NamedTuple):
     """An uncoupled part of a structure, z its motion: each sector's share of it, (sectors,), and its own linear system.
