@@ -68,6 +68,7 @@ from .analyses.controlled_response import (
     phase_resonance as phase_resonance,
 )
 from .analyses.time_response import time_response as time_response
+from .analyses.free_decay import FreeDecay as FreeDecay, free_decay as free_decay
 from .time.methods import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newmark
 
 # Nonlinear modes

@@ -148,7 +148,7 @@ OF_MANY = {
 OF_ONE = {
     *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
     *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance", "DampingByNodalDiameter", "Campbell"),
-    *("InterferenceDiagram", "RunUp"),
+    *("InterferenceDiagram", "RunUp", "FreeDecay"),
 }
 """Their figures have no axis of cases."""
 DRAWN_ON_EVERY_CHANGE = {"ForcedResponse", "ContactLaw"}

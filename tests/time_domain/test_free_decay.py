@@ -1,0 +1,113 @@
+"""Free decays against closed forms, a published case and integration from event to event."""
+
+import numpy as np
+import pytest
+from stability.hybrid import OPEN, STICK, of_problem
+from stability.test_multipliers import lifting
+
+import stickslip as ss
+from stickslip.rigs import three_mass_wedge
+
+RELEASED, STIFFNESS, LIMIT = 0.85e-3, 1e4, 1.0
+
+
+def slider(kt, normal_load=1.0, damping=0.0, stiffness=STIFFNESS, mass=1.0):
+    structure = ss.Structure(np.array([[mass]]), np.array([[stiffness]]), ("1.x",), C=np.array([[damping]]))
+    contact = ss.Contact("slider", ss.Macroslip(kt, LIMIT, normal_load=normal_load), ({"1.x": 1.0},))
+    return ss.Problem(structure, (contact,), (ss.Force("1.x", 1.0),), ("1.x",), "Mass on a slider")
+
+
+def test_a_mass_with_coulomb_friction_turns_where_code_aster_says():
+    """SDND100 of code_aster: 1 kg, 1e4 N/m, 1 N; each half cycle loses 2 F/k, and within F/k of the middle the mass stays."""
+    decay = ss.free_decay(slider(1e9), 0.3, {"1.x": RELEASED}, steps=15_000).dataset
+    turning = decay["turning_point"].values[0]
+    np.testing.assert_allclose(turning[:5], [8.5e-4, -6.5e-4, 4.5e-4, -2.5e-4, 0.5e-4], atol=1e-7)
+    assert np.all(np.isnan(turning[5:]))
+    np.testing.assert_allclose(np.diff(decay["turning_time"].values[0][:5]), np.pi / 100.0, atol=2.0 * 0.3 / 15_000)  # two steps
+    assert abs(decay["displacement"].values[0, -1] - 0.5e-4) < 1e-7
+    lost = 0.5 * STIFFNESS * (RELEASED**2 - 0.5e-4**2)
+    assert float(decay["friction_work"].sum()) == pytest.approx(lost, rel=1e-3)
+
+
+def test_in_the_plane_both_components_turn_together():
+    """At 45°: a disc of the same limit, released along the diagonal."""
+    structure = ss.Structure(np.eye(2), STIFFNESS * np.eye(2), ("1.x", "1.y"))
+    contact = ss.Contact("disc", ss.FrictionDisc(1e8, LIMIT, normal_load=1.0), ({"1.x": 1.0}, {"1.y": 1.0}))
+    plane = ss.Problem(structure, (contact,), (ss.Force("1.x", 1.0),), ("1.x", "1.y"), "Mass on a disc")
+    share = np.cos(np.pi / 4.0)
+    decay = ss.free_decay(plane, 0.3, {"1.x": share * RELEASED, "1.y": share * RELEASED}, steps=10_000).dataset
+    for turning in decay["turning_point"].values:
+        np.testing.assert_allclose(turning[:5] / share, [8.5e-4, -6.5e-4, 4.5e-4, -2.5e-4, 0.5e-4], atol=2e-7)
+
+
+def test_a_linear_decay_has_its_frequency_and_damping_ratio():
+    """Stuck: ω² = (k + kt)/m, ζ = c/(2 m ω); an impact of 0.1 m/s."""
+    damping, kt = 3.0, 2000.0
+    decay = ss.free_decay(slider(kt, normal_load=1e6, damping=damping), 0.5, velocity={"1.x": 0.1}, steps=20_000).dataset
+    omega = np.sqrt(STIFFNESS + kt)
+    ratio = damping / (2.0 * omega)
+    count = int(np.isfinite(decay["amplitude"].values[0]).sum())
+    assert count > 10
+    damped = omega * np.sqrt(1.0 - ratio**2) / (2.0 * np.pi)
+    np.testing.assert_allclose(decay["frequency"].values[0, :count], damped, rtol=1e-4)
+    first = np.arctan2(np.sqrt(1.0 - ratio**2), ratio) / (2.0 * np.pi * damped)
+    assert float(decay["turning_time"][0, 0]) == pytest.approx(first, rel=1e-3)
+    np.testing.assert_allclose(decay["damping_ratio"].values[0, : count - 1], ratio, rtol=1e-3)
+    given = 0.5 * 0.1**2
+    left = given * np.exp(-damping * 0.5)
+    assert float(decay["viscous_work"]) == pytest.approx(given - left, rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["lifts off", "wedge"])
+def test_decays_are_those_of_integration_from_event_to_event(name):
+    if name == "wedge":
+        problem, duration, moved = three_mass_wedge(), 0.02, {"1.y": 2e-4, "2.x": -1e-4}
+    else:
+        problem, duration, moved = lifting(), 12.0, {"1.x": 1.5, "1.y": 1.0}
+    exact = of_problem(problem, 0.0)
+    q = np.zeros(problem.structure.size)
+    for dof, value in moved.items():
+        q[problem.structure.dofs.index(dof)] = value
+    modes, y = [], []
+    for each in exact.sliders:
+        spring, limit = each.kt * (each.u @ q), each.limit(q)
+        open_ = each.z is not None and each.normal(q) < 0.0
+        modes.append(OPEN if open_ else STICK if abs(spring) <= limit else int(np.sign(spring)))
+        y.append(float(np.clip(spring, -limit, limit)) - spring)
+    end = exact.travel(np.concatenate([q, np.zeros(q.size), y]), modes, 2.0 * np.pi / duration)[: q.size]
+    decay = ss.free_decay(problem, duration, moved, steps=40_000).dataset
+    error = np.abs(decay["displacement"].values[:, -1] - problem.output_rows @ end).max()
+    assert error <= 1e-4 * np.abs(decay["displacement"].values).max()
+
+
+def test_the_motion_goes_on_from_a_steady_one():
+    """Where the excitation stops, motion, velocity and slider are those of the last period; here it stays stuck."""
+    problem = slider(5000.0, damping=1.0)
+    begin = ss.time_response(problem, 14.0, 1.0, steps_per_period=400, tolerance=1e-4).cycle.end
+    decay = ss.free_decay(problem, 0.4, start=begin, steps=4000).dataset
+    root = -0.5 + 1j * np.sqrt(15000.0 - 0.25)
+    middle = -begin.intercepts[0] / 15000.0
+    moved, speed = begin.motion[0] - middle, begin.velocity[0]
+    weight = moved - 1j * (speed - root.real * moved) / root.imag
+    exact = middle + np.real(weight * np.exp(root * decay["time"].values))
+    np.testing.assert_allclose(decay["displacement"].values[0], exact, atol=1e-3 * np.abs(exact).max())
+
+
+def test_wrong_input_is_refused():
+    problem = slider(1e6)
+    with pytest.raises(ss.InputError, match="must name degrees of freedom of the structure"):
+        ss.free_decay(problem, 0.1, {"1.z": 1.0})
+    with pytest.raises(ss.InputError, match="must move something"):
+        ss.free_decay(problem, 0.1)
+    with pytest.raises(ss.InputError, match="duration"):
+        ss.free_decay(problem, -1.0, {"1.x": 1.0})
+    with pytest.raises(ss.InputError, match="steps"):
+        ss.free_decay(problem, 1.0, {"1.x": 1.0}, steps=2)
+
+
+def test_the_figure_shows_frequency_and_damping_over_amplitude():
+    found = ss.free_decay(slider(5000.0, damping=2.0), 0.3, {"1.x": 1e-3}, steps=3000)
+    motion, frequency, damping = found.plot().axes
+    np.testing.assert_allclose(motion.lines[0].get_ydata(), 1e6 * found.dataset["displacement"].values[0])
+    np.testing.assert_allclose(frequency.lines[0].get_ydata(), found.dataset["frequency"].values[0])
+    np.testing.assert_allclose(damping.lines[0].get_ydata(), 100.0 * found.dataset["damping_ratio"].values[0])
