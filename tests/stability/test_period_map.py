@@ -200,14 +200,8 @@ def test_a_disc_along_a_line_answers_perturbations_as_a_slider_does(name):
     M, C, K = (block_diag(matrix, own) for matrix, own in ((structure.M, 1.0), (problem.C, 0.05), (structure.K, 1.3)))
     whole = ss.Structure(M, K, (*structure.dofs, "1.w"), C=C)
     both = ss.Problem(whole, (ss.Contact("c", disc, sides, contact.normal),), problem.forces, problem.outputs)
-<<<<<<< HEAD
     bound = 2.0 / 1024.0  # it lands at a sample: an error of one
     assert_found(both, omega, np.insert(w, 1, 0.0, axis=0), 1024, 128, exact, bound)
-=======
-    assert_found(
-        both, omega, np.insert(w, 1, 0.0, axis=0), 1024, 128, exact, 2.0 / 1024.0
-    )  # it lands at a sample: an error of one
->>>>>>> 6623c678 (Compiled kernels are kept one by one under digests of what they depend on, and a wheel carries them; stickslip compile uses two processes)
 
 
 def test_the_path_has_the_motion_and_the_velocity_of_its_harmonics():

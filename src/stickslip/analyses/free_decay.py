@@ -102,7 +102,7 @@ def turning_points(time: Array, signal: Array) -> tuple[Array, Array]:
     """Times and values of the extremes of a signal, by a parabola through the three samples around each.
 
     A released motion has one at its beginning: the parabola through the first three samples turns half a step before them at
-    most, so that the first difference is at most half of the second. They end where a swing is less than `SMALLEST` of the largest.
+    most, so that the first difference is at most half of the second. They end where a swing is below `SMALLEST` of the largest.
     """
     rising = np.sign(np.diff(signal))
     for k in np.flatnonzero(rising == 0.0):  # equal neighbours: as before

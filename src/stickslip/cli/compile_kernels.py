@@ -6,11 +6,8 @@ A kernel is compiled for the types of its first call. The smallest cases of each
 from __future__ import annotations
 
 from collections.abc import Callable
-<<<<<<< HEAD
-from inspect import isabstract
-=======
 from dataclasses import dataclass
->>>>>>> 6623c678 (Compiled kernels are kept one by one under digests of what they depend on, and a wheel carries them; stickslip compile uses two processes)
+from inspect import isabstract
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -73,14 +70,10 @@ class Compilation:
 
 
 def small_cases() -> dict[str, Callable[[], Any]]:
-<<<<<<< HEAD
-    """The analyses by name, each with a problem of a few rows; the laws with kernels of their own come first."""
-=======
-    """The analyses by name, each with a problem of a few rows, of which one holds every law with kernels of its own.
+    """The analyses by name, each with a problem of a few rows; the steps of laws compile first, as all analyses call some.
 
-    The longest is the first. What follows shares few kernels with it, and what has many of them comes when it is done.
+    The longest comes next. What follows shares few kernels with it, and what has many of them comes when it is done.
     """
->>>>>>> 6623c678 (Compiled kernels are kept one by one under digests of what they depend on, and a wheel carries them; stickslip compile uses two processes)
     import numpy as np
 
     import stickslip as ss
@@ -93,28 +86,19 @@ def small_cases() -> dict[str, Callable[[], Any]]:
     mass, damper, motion = single_mass(), laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)), in_phase(30e-6)
     band, laws, loop = ss.Band(0.15, 0.25), mass_with_laws(), np.sin(np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False))
     return {
-<<<<<<< HEAD
         "steps of laws": lambda: prepare(*every_law()),
-        "forced response": lambda: ss.forced_response(mass, band, 1.0, harmonics=3, samples=64).with_stability().at([0.16]),
-        "contact laws": lambda: ss.forced_response(laws, band, 1.0, harmonics=3, samples=64).with_stability(),
-=======
         "forced response": lambda: ss.forced_response(mass, band, 1.0, harmonics=3, samples=64).at([0.16]),
         "damper cycle": lambda: ss.damper_cycle(damper, motion, steps=64),
         "damper cycle in time": lambda: ss.damper_cycle(damper, motion, steps=64, method=ss.Newmark(), frequency=50.0),
         "identification": lambda: relaxed_cycle(elements_of(damper), 50.0, motion.samples(64)),
-        "contact law": lambda: dahl_force(ContactLoop(1e-6 * loop, 10.0 * loop, 50.0), 1e7, 0.5),
+        "contact law": lambda: law_force(ContactLoop(1e-6 * loop, 10.0 * loop, 50.0), ss.Dahl(1e7, 0.5, normal_load=1.0)),
         "time": lambda: ss.time_response(laws, 0.17, steps_per_period=100, harmonics=3, periods=3),
         "nonlinear mode": lambda: ss.nonlinear_modes(mass, 1, (0.1, 3.0), harmonics=3, samples=64),
         "stability": lambda: ss.forced_response(laws, band, 1.0, harmonics=3, samples=64).with_stability(),
->>>>>>> 6623c678 (Compiled kernels are kept one by one under digests of what they depend on, and a wheel carries them; stickslip compile uses two processes)
         "branch points": lambda: transposed_system(mass),
         "sensitivity": lambda: ss.sensitivity(mass, 0.17, {}, harmonics=3, samples=64),
         "controlled response": lambda: ss.controlled_response(mass, band, 0.5, harmonics=3, samples=64),
         "harmonic cycle": lambda: ss.harmonic_cycle(damper, motion, 50.0, 3, 64),
-<<<<<<< HEAD
-        "contact law": lambda: law_force(ContactLoop(1e-6 * loop, 10.0 * loop, 50.0), ss.Dahl(1e7, 0.5, normal_load=1.0)),
-=======
->>>>>>> 6623c678 (Compiled kernels are kept one by one under digests of what they depend on, and a wheel carries them; stickslip compile uses two processes)
         "bounds": lambda: ss.response_bounds(mass, [0.17], 1.0, points=2, cloud=4, starts=1, harmonics=3, samples=64),
     }
 

@@ -101,8 +101,9 @@ class KernelCache(caching._Cache):
 
 
 def kept(dispatcher: Any) -> Any:
-    """A function of numba whose compiled code is kept for later processes."""
-    dispatcher._cache = KernelCache(dispatcher.py_func)
+    """A function of numba whose compiled code is kept for later processes, unless it was typed in and has no file."""
+    if Path(dispatcher.py_func.__code__.co_filename).is_file():
+        dispatcher._cache = KernelCache(dispatcher.py_func)
     return dispatcher
 
 

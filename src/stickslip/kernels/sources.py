@@ -17,10 +17,10 @@ _PACKAGE = Path(__file__).parent.parent
 FOLDERS = ("contact", "harmonic", "kernels", "platforms", "solve", "stability", "time")
 """Those with kernels."""
 
-_TAKES_PART = re.compile(r"^@(kernel|inner|inlined|separate|overload)\b|\(NamedTuple\)", re.MULTILINE)
+_TAKES_PART = re.compile(r"^@(kernel|inner|inlined|separate|numbered|overload)\b|\(NamedTuple\)", re.MULTILINE)
 """In a file with kernels, or with named tuples, which are the types that kernels take."""
 
-_SEPARATE = re.compile(r"^@separate\([^)]*\)\ndef (\w+)", re.MULTILINE)
+_SEPARATE = re.compile(r"^@(?:separate|numbered)\([^)]*\)\ndef (\w+)", re.MULTILINE)
 _PLAIN = re.compile(r"(?<=\n\n)def (\w+)")
 _OVERLOADED = re.compile(r"^@overload\((\w+)", re.MULTILINE)
 _IMPORT = re.compile(r"^ *from (stickslip[\w.]*) import (\([^)]*\)|[^\n(]*)", re.MULTILINE)
