@@ -86,16 +86,15 @@ def digests():
 def test_a_change_compiles_what_holds_it_and_nothing_else(monkeypatch):
     """Laws are called through an address, and so are contact forces and the parts of an iteration by Newton's method."""
     assert changed_by(monkeypatch, "stickslip.contact.cubic", "def step(", "def step (") == {"contact.cubic"}
-    assert changed_by(monkeypatch, "stickslip.contact.dahl", "def dahl_step(", "def dahl_step (") == {
-        "contact.dahl",
-        "contact.valanis",
-    }
+    dahl = changed_by(monkeypatch, "stickslip.contact.dahl", "def dahl_step(", "def dahl_step (")
+    assert "contact.valanis" in dahl
+    assert all(name.startswith("contact.") for name in dahl)
     forces = changed_by(monkeypatch, "stickslip.harmonic.contact_forces", "def contact_forces(", "def contact_forces (")
     assert forces == {"harmonic.contact_forces", "harmonic.cycle"}
     newton = changed_by(monkeypatch, "stickslip.solve.newton", "halvings + 1", "halvings + 2")
     assert newton == {"solve.newton", "solve.step"}
     types = changed_by(monkeypatch, "stickslip.harmonic.system", "class State", "class  State")
-    assert {"harmonic.system", "harmonic.iteration", "solve.newton", "stability.period_map"} & types >= {"solve.newton"}
+    assert {"harmonic.system", "harmonic.iteration", "solve.newton"} <= types
     constant = changed_by(monkeypatch, "stickslip.contact.law", "SLIDERS", "SLIDERS ")
     assert "harmonic.contact_forces" in constant
     maker = changed_by(monkeypatch, "stickslip.kernels.arrays", "def ", "def  ")
