@@ -75,7 +75,7 @@ WARNINGS = {
     "harmonics": ("more harmonics would change the highest peak", "whole band with 15 harmonics"),
     "samples": ("more samples would change the highest peak", "whole band with 1024 samples"),
     "energy dissipated": ("the energy dissipated would change", "whole band with both"),
-    "places beside peaks": ("a peak may be higher where places could not be solved", "steps a twentieth as long"),
+    "places beside peaks": ("a peak may be higher where points could not be solved", "steps a twentieth as long"),
     "unstable at the highest peak": ("unstable motion at the highest peak", "time integration from that motion"),
     "unstable at the end": ("unstable motion at the end of the curve", "time integration from that motion"),
     "a listed peak": ("a peak is listed (absent: none is missing)", "whole band with 1024 samples"),
@@ -89,12 +89,12 @@ STEPS, PERIODS = 500, 200
 FINE = StepControl(largest=0.03, points=40000)
 
 TEXT = Template("""\
-# How far warnings can be trusted
+# How reliable the warnings are
 
-A forced response warns where its numbers may be wrong. Each warning should be right in nine of ten cases, and where there is
-none, nothing should be wrong in 99 of 100. `python -m robustness.calibration` measures both on the random problems of
-[Robustness](robustness.md), with 5 harmonics and 256 samples, and writes this page. Each warning has a judge that does not use
-what the warning was made from.
+A forced response warns where its numbers may be wrong. A warning should be right in nine of ten cases; where there is no
+warning, nothing should be wrong in 99 of 100 cases. `python -m robustness.calibration` measures both on the random problems of
+[Robustness](robustness.md), with 5 harmonics and 256 samples, and writes this page. Each warning is judged by a computation
+that does not use the numbers from which the warning was derived.
 
 | warning | judge | given and right | absent and right |
 | --- | --- | --- | --- |
@@ -102,11 +102,12 @@ $rows
 
 Measured: $measured.
 
-A warning of harmonics or samples counts as right where the judge finds a change of the height of the highest peak by more than
-0.2 %, and its absence where the change is below 1 %; of the energy dissipated 0.5 % and 2.5 %. The warnings are given from
-estimated changes of 0.4 % and 1 % on. A peak is another one where it lies more than 3 % away in frequency or 5 % in height;
-peaks below 1 % of the highest are not counted. A place beside a peak counts as right where the curve is higher there by 0.1 %.
-Judges that took more than 15 s of processor time, and integrations in time that did not settle, gave no judgement.
+A warning about harmonics or samples counts as right if the judge finds that the height of the highest peak changes by more than
+0.2 %; its absence counts as right if the change is below 1 %. For the energy dissipated these limits are 0.5 % and 2.5 %. The
+warnings are given from estimated changes of 0.4 % and 1 % on. A peak counts as another one if it lies more than 3 % away in
+frequency or 5 % in height; peaks below 1 % of the highest are not counted. A warning about a point beside a peak counts as right
+if the curve is higher there by 0.1 %. Judges that took more than 15 s of processor time, and time integrations that did not
+settle, gave no judgement.
 """)
 
 
