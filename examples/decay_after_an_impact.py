@@ -1,4 +1,4 @@
-"""A blade rings after an impact: how its frequency and damping ratio depend on the amplitude."""
+"""A blade rings after an impact: its frequency and damping ratio depend on the amplitude."""
 
 import numpy as np
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import stickslip as ss
 
-# wheel.toml, the deck sector.inp of make_sector.py, and what `ccx sector` left: sector.dof, sector.sti and sector.mas (packed).
+# wheel.toml, the deck sector.inp of make_sector.py, and what `ccx sector` wrote: sector.dof, sector.sti.gz, sector.mas.gz.
 wheel = Path(__file__).with_name("wheel")
 for name in ("wheel.toml", "sector.inp", "sector.dof"):
     shutil.copy(wheel / name, name)

@@ -1,6 +1,6 @@
-"""Writes sector.inp, the CalculiX deck of one of 18 sectors of a bladed disk: mm, t, s, N. Then run `ccx sector`.
+"""Writes sector.inp, the CalculiX deck of one of 18 sectors of a bladed disk, in mm, t, s and N. Then run `ccx sector`.
 
-The mesh is a grid of radius, angle and length without the cells outside disk, shank, platform and blade. The first step computes
+The mesh is a grid in radius, angle and length without the cells outside disk, shank, platform and blade. The first step computes
 the prestress at speed with the cyclic tie, the second writes K and M with both faces free.
 """
 

@@ -432,5 +432,5 @@ def test_a_study_of_a_sector_at_speed_does_not_count_the_rotation_twice(ring):
     job(text + limit, deck.parent, "ring")
     with pytest.raises(ss.InputError, match=r"speed must stand in \[structure.sector\] for a sector"):
         job(text.replace("modes = 4", "modes = 4\nspeed = 3000.0"), deck.parent, "ring")
-    with pytest.raises(ss.InputError, match=r"\[fatigue\]: mean must not be given beside the speed"):
+    with pytest.raises(ss.InputError, match=r"\[fatigue\]: mean must not be given together with the speed"):
         job(f"{text}{limit}mean = {{ inner = 1e8 }}\n", deck.parent, "ring")

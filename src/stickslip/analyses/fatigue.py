@@ -23,10 +23,10 @@ DRAWN = 61
 
 Equivalent = Literal["sines", "von_mises", "principal"]
 EQUIVALENTS = {
-    "sines": "The amplitude is the largest von Mises stress of the vibration, the mean the sum of the mean normal stresses "
-    "(Sines)",
-    "von_mises": "The amplitude is the largest von Mises stress of the vibration, the mean the von Mises stress of the mean "
-    "stresses, negative in compression",
+    "sines": "The amplitude is the largest von Mises stress of the vibration, and the mean is the sum of the mean normal "
+    "stresses (Sines)",
+    "von_mises": "The amplitude is the largest von Mises stress of the vibration, and the mean is the von Mises stress of the "
+    "mean stresses, negative in compression",
     "principal": "Amplitude and mean are those of the normal stress on the plane of the largest principal stress of the "
     "vibration",
 }
@@ -38,7 +38,7 @@ def with_fatigue(
 ) -> xr.Dataset:
     """A response with stress (`with_stress`) and its fatigue margin.
 
-    equivalent: the stress in tension with which a stress of several components is compared.
+    equivalent: the stress in tension that replaces a stress of several components.
 
     "sines": amplitude σ_a, the largest von Mises stress of the vibration over the period (`stress_alternating`); mean σ_m, the
     sum of the mean normal stresses. Source: G. Sines (1959), see `FatigueLimit`.
@@ -47,10 +47,11 @@ def with_fatigue(
     "principal": σ_a and σ_m of the normal stress on the plane of the largest principal stress of the vibration
     (`stress_principal`, `stress_principal_mean`), for brittle materials. Source: see `critical_plane`.
 
-    In tension all three are the stress itself. `fatigue_amplitude` (case, point, place): σ_a [Pa]; `fatigue_mean`: σ_m;
-    `fatigue_limit`: the amplitude that the material stands there; their margin is `fatigue_limit` / `fatigue_amplitude`, by which
-    the vibration may grow at the same mean stress.
-    mean: what the response does not hold, such as the stress of the rotation, Pa by place, added to σ_m; of a set by its name.
+    In tension all three equal the stress itself. `fatigue_amplitude` (case, point, place): σ_a [Pa]; `fatigue_mean`: σ_m;
+    `fatigue_limit`: the amplitude that the material withstands at this mean. The margin `fatigue_limit` / `fatigue_amplitude` is
+    the factor by which the vibration may grow at the same mean stress.
+    mean: stress that the response does not contain, such as that due to rotation, in Pa by place or by the name of a set of
+    places; it is added to σ_m.
     """
     import xarray as xr
 
@@ -88,7 +89,7 @@ def _in_tension(dataset: xr.Dataset, equivalent: Equivalent) -> tuple[Array, Arr
     """Amplitude and mean of the equivalent stress (case, point, place), Pa."""
     if equivalent == "principal":
         if "stress_principal" not in dataset:
-            raise InputError("The response has no principal stresses: it is of an older version. Compute its stress again.")
+            raise InputError("The response of an older version has no principal stresses. Compute its stress again.")
         return dataset["stress_principal"].values, dataset["stress_principal_mean"].values
     tension = dataset["stress_mean"].sel(component=list(NORMAL)).values.sum(axis=-1)
     if equivalent == "von_mises":

@@ -233,10 +233,10 @@ class ForcedResponse(Result):
     ) -> ForcedResponse:
         """A copy of a response with stress whose dataset also holds its fatigue margin, for figures, report and tables.
 
-        The margin `fatigue_limit` / `fatigue_amplitude` says by how much the vibration may grow at the same mean stress.
-        mean: what the response does not hold, such as the stress of the rotation, Pa by place. equivalent: the stress in tension
-        with which one of several components is compared. "sines": the largest von Mises stress of the vibration, and the sum of
-        the mean normal stresses; "von_mises": the same amplitude, and the von Mises stress of the mean with the sign of that
+        The margin `fatigue_limit` / `fatigue_amplitude` is the factor by which the vibration may grow at the same mean stress.
+        mean: stress that the response does not contain, such as that due to rotation, in Pa by place. equivalent: the stress in
+        tension that replaces a stress of several components. "sines": the largest von Mises stress of the vibration, and the sum
+        of the mean normal stresses; "von_mises": the same amplitude, and the von Mises stress of the mean with the sign of that
         sum; "principal": the normal stress on the plane of the largest principal stress of the vibration.
         """
         return replace(self, dataset=with_fatigue(self.dataset, limit, mean, equivalent))

@@ -32,9 +32,9 @@ class FreeDecay(Result):
     """`dataset`, with time [s], the motion of the outputs (output, time) [m], motions and forces of the contacts (contact,
     direction, time) [m, N], friction work (contact,) and viscous work [J].
 
-    For each output and each half cycle from one turning point to the next (output, half_cycle), NaN behind the last:
-    turning_time [s] and turning_point [m] at its beginning; amplitude [m], half of the way to the next; frequency [Hz], 1/(2 Δt);
-    damping_ratio ζ from the logarithmic decrement of two successive amplitudes, δ = ln(a_k/a_{k+1}) = πζ/√(1 − ζ²).
+    For each output and each half cycle from one turning point to the next (output, half_cycle), NaN after the last:
+    turning_time [s] and turning_point [m] at its beginning; amplitude [m], half the distance to the next; frequency [Hz],
+    1/(2 Δt); damping_ratio ζ from the logarithmic decrement of two successive amplitudes, δ = ln(a_k/a_{k+1}) = πζ/√(1 − ζ²).
     """
 
     dataset: xr.Dataset
@@ -53,15 +53,15 @@ def free_decay(
 ) -> FreeDecay:
     """Integrate M q̈ + C q̇ + K q + Bᵀ f(B q) = p_static for `duration`, s, without excitation.
 
-    displacement [m] and velocity [m/s] at t = 0 by degree of freedom, as {"tip.y": 1e-3}; the others are 0. The sliders are first
-    where their start rules put them, and contacts slip while the structure is displaced to where it is released. start: the
-    state at t = 0 in their place, for example `time_response(...).cycle.end`, in which the motion continues after the excitation
-    has stopped. steps: of the whole duration; take hundreds for each cycle of the fastest motion of interest. Checked against
-    integration from event to event to 1e-4 with thousands a cycle.
+    displacement [m] and velocity [m/s] at t = 0 are given by degree of freedom, as {"tip.y": 1e-3}; all others are 0. The sliders
+    begin where their start rules put them, and contacts slip while the structure is displaced to the position of its release.
+    start: the state at t = 0 instead, for example `time_response(...).cycle.end`, from which the motion continues after the
+    excitation has stopped. steps: number of steps of the whole duration; take hundreds for each cycle of the fastest motion of
+    interest. With thousands per cycle the motion agrees with an integration from event to event within 1e-4.
     """
     of_kind("problem", problem, Problem)
     if start is not None and (displacement is not None or velocity is not None):
-        raise fault("start", "must stand alone", "start and displacement or velocity", "It holds both.")
+        raise InputError("start must not be given together with displacement or velocity, since it contains both. Leave out one.")
     step = positive("duration", duration) / between("steps", steps, 8)
     begin = start or _at(problem, displacement or {}, velocity or {})
     model = time_model(problem)
@@ -73,7 +73,7 @@ def free_decay(
         first = matrices.outputs @ state.motion, state.contacts.w.copy(), state.contacts.forces.copy()
         work = march_period(model.table, matrices, loads, state, history)
     if work.failed >= 0:
-        raise InputError(f"Step {work.failed} of {steps} has no solution that Newton's method finds. Take more steps.")
+        raise InputError(f"Newton's method did not find a solution for step {work.failed} of {steps}. Take more steps.")
     first = first[0], first[1], first[2] + matrices.stiffness * first[1]
     outputs, motion, force = (
         np.column_stack([begun, signals[:, 1:], signals[:, 0]])
@@ -94,7 +94,7 @@ def _at(problem: Problem, displacement: Mapping[str, float], velocity: Mapping[s
                 raise fault(what, "must name degrees of freedom of the structure", dof, f"The first are {known}.")
             values[problem.structure.dofs.index(dof)] = finite(what, value)
     if not (np.any(begin.motion) or np.any(begin.velocity)):
-        raise fault("displacement", "or velocity must move something", "both 0", 'For example displacement={"tip.y": 1e-3}.')
+        raise InputError('displacement or velocity must move something, but all are 0. For example displacement={"tip.y": 1e-3}.')
     return begin
 
 
@@ -156,7 +156,7 @@ def _dataset(
         "viscous_work": ((), viscous, "J", "energy that viscous damping has dissipated"),
         "turning_time": (half, table[0], "s", "time of the turning point"),
         "turning_point": (half, table[1], "m", "displacement at the turning point"),
-        "amplitude": (half, table[2], "m", "half of the way to the next turning point"),
+        "amplitude": (half, table[2], "m", "half the distance to the next turning point"),
         "frequency": (half, table[3], "Hz", "frequency of the half cycle"),
         "damping_ratio": (half, table[4], "1", "damping ratio by the logarithmic decrement to the next half cycle"),
     }

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 @guarded
 def compile_kernels(ctx: typer.Context) -> None:
-    """Compile all numerical kernels for this processor now, and keep them on disk, instead of at their first use: some minutes of
-    two cores."""
+    """Compile all numerical kernels for this processor now, instead of each at its first use, and keep them on disk. This takes
+    a few minutes on two cores."""
     import time
 
     began = time.monotonic()

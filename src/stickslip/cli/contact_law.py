@@ -22,7 +22,7 @@ def contact_law(
     normal_load: Annotated[float | None, typer.Option(help="N; needed unless the files have a column of it.")] = None,
     law: Annotated[
         list[str] | None,
-        typer.Option(help="jenkins, iwan, dahl, array or valanis; several times. All but the last unless given."),
+        typer.Option(help="jenkins, iwan, dahl, array or valanis; can be repeated. All but valanis by default."),
     ] = None,
     rig_stiffness: Annotated[
         float | None, typer.Option(help="Of what yields between displacement sensor and contact, N/um; kt is corrected for it.")

@@ -154,15 +154,15 @@ def written_model(job: Job, study: Path) -> Path:
 def run(
     ctx: typer.Context,
     studies: Annotated[list[Path], typer.Argument(metavar="STUDY...", help="The study file, or several.")],
-    out: Annotated[Path, typer.Option(help="Folder of the results; of several studies each has a folder in it.")],
+    out: Annotated[Path, typer.Option(help="Folder of the results; each of several studies has its own folder in it.")],
     resume: Resume = False,
     overwrite: Overwrite = False,
     figures: Figures = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
-    """Compute a study, or several side by side: results.nc of each, and one report.html. All are checked before the first is
-    computed. Exit code 3 if a curve is incomplete."""
+    """Compute a study, or several side by side, and write results.nc of each and one report.html. All are checked before the
+    first is computed. Exit code 3 if a curve is incomplete."""
     from stickslip.study.run import Run
     from stickslip.study.run_time import BRIEF, WORTH_SAYING, estimated_seconds, run_time
 

@@ -51,7 +51,8 @@ class Dahl(SingleLoad):
 
     name: ClassVar[str] = "dahl"
     about: ClassVar[str] = (
-        "Friction that slips gradually from the smallest motion on; no stick, no start state. kt is the slope at a reversal."
+        "Friction that yields gradually from the smallest motion on. It never sticks and has no start state; kt is the slope at "
+        "a reversal."
     )
     sticks: ClassVar[bool] = False
     remembers_start: ClassVar[bool] = False

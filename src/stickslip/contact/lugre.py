@@ -25,18 +25,18 @@ class LuGre(SingleLoad):
     """T = kt z + N (σ1 ż + σ2 v) with ż = v − kt |v| z/(N g(v)) and g(v) = μ + (μs − μ) exp(−(v/vs)²), in each of one or two
     tangential directions.
 
-    v = du/dt [m/s]; z [m]: how far the bristles are bent; kt [N/m]: their stiffness; mu μ and mu_static μs [-]: coefficients of
-    friction at speed and at none; stribeck vs [m/s]: the speed at which friction falls from one towards the other; damping σ1 and
-    viscosity σ2 [s/m]: of the bristles and of the film, per normal load. kn, preload, gap, normal_load: the load N, as of
-    `Macroslip`. Every motion dissipates, and forgets the start state. The force depends on the velocity, so a quasi-static damper
-    cycle, which has none, is refused.
-    Where N falls, kt z follows μs N, beyond which it never comes under a constant N. Accuracy: second order in the samples.
+    v = du/dt [m/s]; z [m]: deflection of the bristles; kt [N/m]: their stiffness; mu μ and mu_static μs [-]: coefficients of
+    friction at high and at zero speed; stribeck vs [m/s]: the speed at which friction falls from μs towards μ; damping σ1 and
+    viscosity σ2 [s/m]: of the bristles and of the film, per normal load. kn, preload, gap, normal_load: the load N, as for
+    `Macroslip`. Every motion dissipates energy, and the contact forgets its start state. The force depends on the velocity, so a
+    quasi-static damper cycle, which has none, is refused.
+    Where N falls, kt z is limited to μs N, which it never exceeds under a constant N. Accuracy: second order in the samples.
     Source: Canudas de Wit, Olsson, Åström and Lischinsky, IEEE Transactions on Automatic Control 40 (1995) 419-425.
     """
 
     kt: float
     mu: float
-    mu_static: float = own("friction coefficient at no speed, at least `mu`", least=0.0)
+    mu_static: float = own("friction coefficient at zero speed, at least `mu`", least=0.0)
     stribeck: float = own("speed at which friction falls from mu_static towards mu", "m/s", above=0.0)
     damping: float = own("damping of the bristles, per normal load", "s/m", least=0.0, default=0.0)
     viscosity: float = own("viscous friction, per normal load", "s/m", least=0.0, default=0.0)
@@ -47,8 +47,8 @@ class LuGre(SingleLoad):
 
     name: ClassVar[str] = "lugre"
     about: ClassVar[str] = (
-        "Friction that slips gradually and falls with the speed, with damping: the LuGre law. No stick, no start state; kt the "
-        "slope at a reversal."
+        "The LuGre law: friction that yields gradually and falls with the sliding speed, with damping. It never sticks and has "
+        "no start state; kt is the slope at a reversal."
     )
     rate_independent: ClassVar[bool] = False
     sticks: ClassVar[bool] = False

@@ -28,11 +28,11 @@ class Valanis(SingleLoad):
     """dT/du = kt (1 − s T/L)/(1 − κ s T/L), s = sgn(u̇), |T| ≤ L = μN, in each of one or two tangential directions.
 
     kt [N/m] is the slope at T = 0, and for κ = 0 also at each reversal; mu [-]; kappa κ [-], 0 ≤ κ < 1: how late friction yields.
-    κ = 0 is `Dahl`, κ towards 1 `Macroslip`. kn, preload, gap, normal_load: the load N, as of `Macroslip`. Every motion, however
-    small, dissipates, and forgets the start state. A stiffness Et that is left after slip is a spring in parallel:
-    kt = E0 − Et and κ (E0 − Et)/(E0 − κ Et) in place of E0 and κ.
-    Accuracy: exact where the motion goes straight from one sample to the next under a constant limit, else of second order, as of
-    `Dahl`.
+    κ = 0 is `Dahl`, κ towards 1 `Macroslip`. kn, preload, gap, normal_load: the load N, as for `Macroslip`. Every motion, however
+    small, dissipates energy, and the contact forgets its start state. For a stiffness Et that remains after slip, add a spring Et
+    in parallel, with kt = E0 − Et and κ (E0 − Et)/(E0 − κ Et) in place of E0 and κ.
+    Accuracy: exact where the motion goes straight from one sample to the next under a constant limit, otherwise of second order,
+    as for `Dahl`.
     Source: Valanis, Archives of Mechanics 23 (1971) 517-551; Gaul and Nitsche, Applied Mechanics Reviews 54 (2001) 93-106.
     """
 
@@ -46,7 +46,8 @@ class Valanis(SingleLoad):
 
     name: ClassVar[str] = "valanis"
     about: ClassVar[str] = (
-        "Friction that slips gradually, between `dahl` and `macroslip`; no stick, no start state. kt is the slope at T = 0."
+        "Friction that yields gradually, between `dahl` and `macroslip`. It never sticks and has no start state; kt is the slope "
+        "at T = 0."
     )
     sticks: ClassVar[bool] = False
     remembers_start: ClassVar[bool] = False

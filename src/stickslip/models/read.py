@@ -98,8 +98,8 @@ def read_structure(
     with names of rows, coordinates and sets; dofs: the names themselves; variables: {"K": "KELAST"} where the matrices have
     unusual names; damping: a rule where the file has no C, or own_damping=False leaves that out;
     stress: places {name: node, set, coordinates or `StrainGauge`} whose stress `ForcedResponse.with_stress()` gives, from the
-    elements of a deck; speed: rotor speed in rev/min, whose stress the mean stress then contains, about axis, "x", "y" or "z"
-    through the origin or (point, direction) in the units of the model;
+    elements of a deck; speed: rotor speed in rev/min, so that the mean stress contains the stress due to rotation about axis,
+    which is "x", "y" or "z" through the origin, or (point, direction) in the units of the model;
     progress(share, text) is called during long work, and with the places found.
     """
     system = unit_system(units)

@@ -61,10 +61,10 @@ def prestress_note(model: Model, axis: RotationAxis, speed: float | None) -> str
             f"Write {found:.6g}, or take the matrices of another step.",
         )
     if found:
-        return f"K contains the spin softening of {found:.6g} rev/min, and is taken to hold its stress stiffening too"
+        return f"K contains the spin softening of {found:.6g} rev/min, and is assumed to contain its stress stiffening too"
     if speed:
         return (
-            f"K is taken to hold at {speed:g} rev/min, but contains no spin softening: is it written after a step with CENTRIF? "
-            "Programs that leave spin softening out give too high frequencies"
+            f"K is assumed to be that at {speed:g} rev/min, but contains no spin softening: was it written after a step with "
+            "CENTRIF? Programs that leave out spin softening give frequencies that are too high"
         )
     return "K contains no spin softening: it is that of the disk at rest" if speed is not None else ""

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NOTE = (
-    '<p class="note">The smallest margin of each curve and place: the stress amplitude that the material stands at the mean '
-    "stress there, over that of the vibration. {equivalent}. Below a margin of 1 the part fails. The margin without contacts is "
-    "that of the largest resonance of the structure without contacts in the band, at the same force level and mean stress. The "
-    "vibration may grow by the factor of the margin if the mean stress does not change; the output then reaches the amplitude in "
-    "the last column, if the motion keeps its shape.</p>"
+    '<p class="note">The smallest margin of each curve and place is the stress amplitude that the material withstands at the '
+    "mean stress there, divided by that of the vibration. {equivalent}. Below a margin of 1 the part fails. The margin without "
+    "contacts is that of the largest resonance of the structure without contacts in the band, at the same force level and mean "
+    "stress. The vibration may grow by the factor of the margin if the mean stress does not change; the output then reaches the "
+    "amplitude in the last column, if the motion keeps its shape.</p>"
 )
 
 

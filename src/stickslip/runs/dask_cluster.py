@@ -40,7 +40,7 @@ def installed() -> bool:
 
 @dataclass(frozen=True)
 class DaskCluster:
-    """The workers of a Dask scheduler at an address such as "tcp://10.0.0.1:8786"; they run the same version of stickslip,
+    """The workers of a Dask scheduler at an address such as "tcp://10.0.0.1:8786". They must run the same version of stickslip,
     compared by the content of its source files.
 
     Everybody who reaches a scheduler can run programs on its workers: keep it in a trusted network, or use "tls://".

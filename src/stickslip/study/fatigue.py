@@ -38,7 +38,7 @@ class FatigueTable(Table):
     ] = "goodman"
     equivalent: Annotated[
         Literal["sines", "von_mises", "principal"],
-        Field(description="stress in tension with which a stress of several components is compared"),
+        Field(description="stress in tension that replaces a stress of several components"),
     ] = "sines"
     points: Annotated[
         list[Pair] | None,
@@ -68,7 +68,7 @@ def fatigue_of(asked: Asked, recovery: StressRecovery | None) -> Callable[[xr.Da
             raise fault("[fatigue]: mean", "must name places of stress", name, nearest(name, recovery.places))
     if mean and recovery.rotation is not None:
         raise InputError(
-            "[fatigue]: mean must not be given beside the speed of the model, since the mean stress then already contains "
+            "[fatigue]: mean must not be given together with the speed of the model, since the mean stress then already contains "
             "that due to rotation. Leave out one of them."
         )
     strengths = {key: given[key] for key in ("fatigue_strength", "ultimate_strength", "yield_strength", "criterion")}

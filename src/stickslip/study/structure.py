@@ -103,7 +103,7 @@ def _disk(
         raise fault("shift", "must go with a whole structure", "beside [structure.sector]", "Leave it out.")
     given = [key for key in ("speed", "axis") if getattr(table, key) is not None]
     if given:
-        raise fault(" and ".join(given), "must stand in [structure.sector] for a sector", "in [structure]")
+        raise fault(" and ".join(given), "must be given in [structure.sector] for a sector", "in [structure]")
     keep = {} if table.keep is None else table.keep
     places = places_of(model, keep, units.system.metres, [name for name in surfaces if name in model.sets and name not in keep])
     if not places:

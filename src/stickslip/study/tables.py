@@ -102,7 +102,7 @@ Matrices = Annotated[Annotated[str, Tag("<single>")] | Annotated[MatricesTable, 
 
 
 class AxisTable(Table):
-    """An axis of rotation; the following sector of a disk comes counter-clockwise about it."""
+    """An axis of rotation. The following sector of a disk comes counter-clockwise about it."""
 
     point: Annotated[Vector, Field(description="a point of it, in the unit of length of the model")] = Field(
         default_factory=lambda: [0.0, 0.0, 0.0]
@@ -216,11 +216,13 @@ class StructureTable(Table):
     ] = None
     speed: Annotated[
         NotNegative | None,
-        Field(description="rotor speed in rev/min of a model that is no sector: its mean stress contains that due to rotation"),
+        Field(
+            description="rotor speed in rev/min of a model that is not a sector; the mean stress contains that due to rotation"
+        ),
     ] = None
     axis: Annotated[
         AxisTable | None,
-        Field(description="of this rotation, in the coordinates of the model; z through the origin unless given"),
+        Field(description="axis of this rotation, in the coordinates of the model; by default z through the origin"),
         Words("table"),
     ] = None
     sector: Annotated[

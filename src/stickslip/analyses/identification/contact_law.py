@@ -109,8 +109,8 @@ def contact_law(
     (`contact_cycles`), or single loops that are steady already. Many cycles are averaged to a few loops of equal amplitude and
     smoothed to `harmonics`, by default as many as the displacement needs, since its noise makes kt too low and mu too high.
 
-    laws: of jenkins (one slider), iwan (the half ellipse of a cylinder on a flat), dahl and array (five sliders), which are the
-    default, and valanis (between dahl and jenkins, by a shape of its own); each is fitted to all loops, and to all but one to
+    laws: by default jenkins (one slider), iwan (the half ellipse of a cylinder on a flat), dahl and array (five sliders); also
+    possible is valanis, whose shape lies between dahl and jenkins. Each is fitted to all loops, and to all but one to
     predict that one. The simplest law is chosen whose error on loops held out is within
     10 % of the smallest. That needs two loops or cycles; a single law is fitted to one, with a held-out error of NaN.
 

@@ -87,7 +87,7 @@ def _samples(samples: Sequence[Arrays], units: str, words: str) -> dict[str, Any
 def _stresses(samples: Sequence[Arrays], tuned: Arrays) -> dict[str, Any]:
     """Of each blade at its largest amplitude, and of the tuned disk."""
     found = np.array([arrays["stress"] for arrays in samples])
-    words = {"von_mises": "largest von Mises stress over the period, with the mean", "alternating": "that of the vibration"}
+    words = {"von_mises": "largest von Mises stress over the period, with the mean", "alternating": "the same without the mean"}
     return {
         f"{prefix}stress_{name}": (dims, values[..., k], _named("Pa", f"{text}, {where}"))
         for prefix, dims, values, where in (

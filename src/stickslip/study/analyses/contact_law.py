@@ -39,7 +39,7 @@ class ContactLawTable(Table):
     ]
     normal_load: Annotated[Positive | None, FORCE, Field(description="in place of a column of it in the files")] = None
     laws: Annotated[
-        list[LawName], Field(min_length=1, description="to fit; of several the simplest that loops held out confirm")
+        list[LawName], Field(min_length=1, description="to fit; of several, the simplest that loops held out confirm is chosen")
     ] = Field(default_factory=lambda: list(DEFAULT))
     rig_stiffness: Annotated[
         Positive | None, STIFFNESS, Field(description="of what yields between displacement sensor and contact, in series with it")
