@@ -430,7 +430,7 @@ def test_a_study_of_a_sector_at_speed_does_not_count_the_rotation_twice(ring):
     assert made.plan.recovery.rotation[0, 1] == pytest.approx(STEEL.density * (100.0 * np.pi * 0.1) ** 2, rel=0.015)
     limit = "[fatigue]\nfatigue_strength = 4e8\nultimate_strength = 9e8\n"
     job(text + limit, deck.parent, "ring")
-    with pytest.raises(ss.InputError, match=r"speed must stand in \[structure.sector\] for a sector"):
+    with pytest.raises(ss.InputError, match=r"speed must be given in \[structure.sector\] for a sector"):
         job(text.replace("modes = 4", "modes = 4\nspeed = 3000.0"), deck.parent, "ring")
     with pytest.raises(ss.InputError, match=r"\[fatigue\]: mean must not be given together with the speed"):
         job(f"{text}{limit}mean = {{ inner = 1e8 }}\n", deck.parent, "ring")
