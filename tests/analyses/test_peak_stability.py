@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from robustness.problems import random_case
+from robustness.run import HARMONICS, SAMPLES
 from stickslip.report.conclusions import headline
 from stickslip.report.failures import warnings_of
+from stickslip.stability.multipliers import Stability
 
 
 def mass(gas=-0.03):
@@ -66,3 +69,13 @@ def test_time_integration_leaves_the_peak(unstable):
     """From the state of the peak the mass goes to a motion about twice as large."""
     check = unstable.verify_in_time(0, unstable.peak_point(), periods=2000)
     assert check.unstable
+
+
+@pytest.mark.parametrize(("kind", "seed", "flag"), [("varying load", 5000, "UNSTABLE"), ("barely pressed", 5008, "UNDECIDED")])
+def test_instability_that_more_harmonics_do_not_confirm_is_not_reported(kind, seed, flag):
+    """Both are unstable with 5 harmonics. In time the first motion grows by a factor of 1.58 a period; the second decays by 0.91,
+    as with 15 harmonics."""
+    case = random_case(kind, seed)
+    response = ss.forced_response(case.problem, case.band, case.level, harmonics=HARMONICS, samples=SAMPLES)
+    assert response.dataset["highest_stability"].values[0, 0] == Stability[flag]
+    assert ("Unstable motion" in str(response.dataset["case_message"].values[0])) == (flag == "UNSTABLE")

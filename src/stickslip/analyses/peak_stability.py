@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.stability import KEPT, flags_of
-from stickslip.analyses.truncation import SAME_PEAK, highest_points
+from stickslip.analyses.truncation import SAME_PEAK, finer_balance, highest_points
 from stickslip.checks import InputError
 from stickslip.curves.curve import Curve
 from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import Measure
 from stickslip.solve.curve_points import CurvePoint
+from stickslip.solve.more_harmonics import resolved
+from stickslip.solve.truncation import enough_beyond
 from stickslip.stability.multipliers import MOST_STEPS, TIMES_ERROR, Multipliers, PeriodMap, Stability
 
 if TYPE_CHECKING:
@@ -67,13 +69,26 @@ def judged(balance: HarmonicBalance, curve: Curve, measure: Measure) -> dict[str
         near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
         if near not in known:
             most = MOST_STEPS if len(curve.points) >= LONG else MOST_OF_SHORT
-            known[near] = clear_verdict(period.multipliers(point.evaluation, STEPS, most))
+            found = clear_verdict(period.multipliers(point.evaluation, STEPS, most))
+            known[near] = _confirmed(balance, point, most) if found == Stability.UNSTABLE else found
         return known[near]
 
     for output, point in highest.items():
         flags["highest_stability"][output] = verdict(point)
     flags["end_stability"][...] = verdict(curve.points[-1])
     return flags
+
+
+def _confirmed(balance: HarmonicBalance, point: CurvePoint, most: int) -> Stability:
+    """Unstable where the motion with all harmonics that an estimate of their error takes is unstable too, or is not found; else
+    undecided: of few harmonics a contact may slip or land at instants at which the motion itself has it do nothing."""
+    finer = finer_balance(balance, enough_beyond(balance.highest))
+    solution = resolved(finer, point.evaluation)
+    if not solution.converged:
+        return Stability.UNSTABLE
+    period = PeriodMap(finer, KEPT * finer.highest * point.point.omega)
+    found = clear_verdict(period.multipliers(solution.evaluation, STEPS, most))
+    return found if found == Stability.UNSTABLE else Stability.UNDECIDED
 
 
 def clear_verdict(multipliers: Multipliers) -> Stability:
