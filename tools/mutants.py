@@ -6,7 +6,6 @@ package in which one formula at a time is broken; what passes is reported, and s
 
 from __future__ import annotations
 
-import ast
 import os
 import shutil
 import subprocess
@@ -15,6 +14,8 @@ import tempfile
 import tomllib
 from pathlib import Path
 from typing import NamedTuple
+
+from stickslip.kernels.cache import FOLDER
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "stickslip"
@@ -47,49 +48,11 @@ def listed() -> list[Mutant]:
 
 
 def tested(tests: list[str], folder: Path) -> int:
-    """Exit code of pytest on some tests with the package of a folder.
-
-    Kernels are kept beside the package by a digest of their sources, so that only a broken one and its users are compiled anew.
-    """
-    environment = {key: value for key, value in os.environ.items() if key != "NUMBA_CACHE_DIR"}
+    """Exit code of pytest on some tests with the package of a folder, and the kernels there: each is kept by the content of the
+    sources that it depends on, so that only a broken one and those that hold it are compiled anew."""
+    environment = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "kernels")}
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "--hypothesis-profile=ci", "-m", QUICK]
-    environment["PYTHONPATH"] = str(folder)
     return subprocess.run([*command, *tests], cwd=ROOT, env=environment, capture_output=True, check=False).returncode
-
-
-def users(file: str) -> set[str]:
-    """The files that import a file of the package, directly or through others, and the file itself."""
-    imported: dict[str, set[str]] = {}
-    for path in SOURCE.rglob("*.py"):
-        names = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom) and node.module]
-        modules = {name for node in names for name in (node.module, *(f"{node.module}.{each.name}" for each in node.names))}
-        imported[path.relative_to(SOURCE).as_posix()] = {f"{name.replace('.', '/')}.py" for name in modules if name}
-    found, new = set(), {file}
-    while new:
-        found |= new
-        new = {user for user, others in imported.items() if any(f"stickslip/{each}" in others for each in new)} - found
-    return found
-
-
-def kernel_folder(folder: Path) -> Path:
-    """Where the package of a folder keeps its kernels."""
-    command = [sys.executable, "-c", "from stickslip.kernels import cache; print(cache._CHOSEN)"]
-    environment = {key: value for key, value in os.environ.items() if key != "NUMBA_CACHE_DIR"} | {"PYTHONPATH": str(folder)}
-    return Path(subprocess.run(command, env=environment, capture_output=True, check=True, text=True).stdout.strip())
-
-
-def keep_other_kernels(folder: Path, file: str) -> None:
-    """Give the package with one file broken the kernels of the sound one, but those of the file and of all that use it.
-
-    numba compiles anew what is in a file of another content, not what calls it from other files: they get a comment more.
-    """
-    (sound,) = (folder / "stickslip" / "__pycache__").glob("kernels-*")
-    if kernel_folder(folder) == sound:
-        return
-    for user in users(file):
-        with (folder / "stickslip" / user).open("a") as content:
-            content.write("# uses what is broken\n")
-    shutil.copytree(sound, kernel_folder(folder), dirs_exist_ok=True)
 
 
 def outcome(mutant: Mutant, folder: Path) -> str:
@@ -98,16 +61,11 @@ def outcome(mutant: Mutant, folder: Path) -> str:
     text = source.read_text() if source.is_file() else ""
     if text.count(mutant.old) != 1:
         return f"holds the text {text.count(mutant.old)} times"
-    kernels = set((folder / "stickslip" / "__pycache__").glob("kernels-*"))
     path.write_text(text.replace(mutant.old, mutant.new))
-    keep_other_kernels(folder, mutant.file)
     try:
         code = tested(list(mutant.tests), folder)
     finally:
-        for user in users(mutant.file):
-            shutil.copy2(SOURCE / user, folder / "stickslip" / user)
-        for own in set((folder / "stickslip" / "__pycache__").glob("kernels-*")) - kernels:
-            shutil.rmtree(own)
+        path.write_text(text)
     return {PASSED: "survives", FAILED: "killed"}.get(code, f"pytest ended with {code}")
 
 
@@ -118,6 +76,7 @@ def main(words: list[str]) -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copytree(SOURCE, folder / "stickslip", ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(FOLDER, folder / "kernels" / "stickslip")
         if tested(sorted({test for mutant in chosen for test in mutant.tests}), folder) != PASSED:
             sys.stdout.write("The named tests must pass before anything is broken.\n")
             return 1
