@@ -108,6 +108,11 @@ warnings are given from estimated changes of 0.4 % and 1 % on. A peak counts as 
 frequency or 5 % in height; peaks below 1 % of the highest are not counted. A warning about a point beside a peak counts as right
 if the curve is higher there by 0.1 %. Judges that took more than 15 s of processor time, and time integrations that did not
 settle, gave no judgement.
+
+Two rows are below the aim. An unstable highest peak is reported only if twice the harmonics confirm it. The remaining wrong
+reports are those of motions in which a contact barely touches: there the multiplier of the integration does not exist, and the
+integration settled on the reported motion. Other motions that no part of the curve passes are found only by searching for them,
+for example with [samples of the start state](variability.md) or by [time integration](time.md) from other initial conditions.
 """)
 
 
