@@ -1,8 +1,8 @@
 """Newton's method with line search, compiled: the corrector of every point of every curve.
 
 The unknowns are the harmonics λ of the forces by which the contacts differ from stuck ones, (rows, 2H+1), and one parameter p: ω
-or the force level. The structure with stuck contacts is linear. Its receptance G gives the motion of the
-contacts, w = w_F(p) − G(ω) λ, and the contacts answer to this motion with λ̂(w, ω). Solved are
+or the force level. The structure with stuck contacts is linear. Its receptance G gives the motion of the contacts,
+w = w_F(p) − G(ω) λ, and the contacts answer to this motion with λ̂(w, ω). The equations are
 
     R = λ − λ̂(w(λ, p)) = 0      with the path condition      g = weight · w + slope p − target = 0,
 
