@@ -10,6 +10,7 @@ import importlib, pkgutil, stickslip
 from numba.core.dispatcher import Dispatcher
 from stickslip.cli.compile_kernels import compile_all
 from stickslip.kernels.cache import FOLDER
+from stickslip.kernels.separate import _SEPARATE
 
 compile_all()
 names = [each.name for each in pkgutil.walk_packages(stickslip.__path__, "stickslip.") if "__main__" not in each.name]
@@ -18,6 +19,8 @@ chosen = [each for each in found if "no_cpython_wrapper" not in each.targetoptio
 called = [each for each in chosen if each.targetoptions.get("inline") != "always"]
 # Of kernels that others call alone, a process with a full cache reads none: what lies in the cache is compiled.
 kept = {path.name.partition("-")[0] for path in FOLDER.glob("*.kernel")}
+chosen = [each.dispatcher for made in _SEPARATE.values() for each in made]
+called += [each for each in chosen if each.__module__.startswith("stickslip.")]
 left = {f"{each.__module__.removeprefix('stickslip.')}.{each.__name__}" for each in called if not each.signatures}
 print(len(called), *(name.rpartition(".")[2] for name in left - kept))
 """

@@ -80,6 +80,8 @@ def small_cases() -> dict[str, Callable[[], Any]]:
     from stickslip.analyses.identification.loop_law import ContactLoop, law_force
     from stickslip.contact.march import prepare
     from stickslip.dampers import in_phase
+    from stickslip.harmonic.on_states import factorised_on_states, solve_on_states
+    from stickslip.kernels import compiled
     from stickslip.platforms.relaxation import elements_of, relaxed_cycle
     from stickslip.rigs import laboratory_damper, single_mass
 
@@ -95,6 +97,7 @@ def small_cases() -> dict[str, Callable[[], Any]]:
         "time": lambda: ss.time_response(laws, 0.17, steps_per_period=100, harmonics=3, periods=3),
         "nonlinear mode": lambda: ss.nonlinear_modes(mass, 1, (0.1, 3.0), harmonics=3, samples=64),
         "stability": lambda: ss.forced_response(laws, band, 1.0, harmonics=3, samples=64).with_stability(),
+        "many contacts": lambda: compiled(factorised_on_states, solve_on_states),
         "branch points": lambda: transposed_system(mass),
         "sensitivity": lambda: ss.sensitivity(mass, 0.17, {}, harmonics=3, samples=64),
         "controlled response": lambda: ss.controlled_response(mass, band, 0.5, harmonics=3, samples=64),
