@@ -7,6 +7,7 @@ from stability.test_multipliers import lifting
 
 import stickslip as ss
 from stickslip.rigs import three_mass_wedge
+from stickslip.time.start import TimeStart
 
 RELEASED, STIFFNESS, LIMIT = 0.85e-3, 1e4, 1.0
 
@@ -99,6 +100,15 @@ def test_wrong_input_is_refused():
         ss.free_decay(problem, 0.1, {"1.z": 1.0})
     with pytest.raises(ss.InputError, match="must move something"):
         ss.free_decay(problem, 0.1)
+    for wrong, message in (
+        ({"displacement": [1.0]}, "displacement must be a dict"),
+        ({"start": "rest"}, "start must be a TimeStart"),
+        ({"start": TimeStart(np.zeros(2), np.zeros(2), np.zeros(1))}, "start must have motion, velocity and intercepts"),
+        ({"displacement": {"1.x": 1e-3}, "method": "newmark"}, "method must be"),
+        ({"displacement": {"1.x": 1e-3}, "steps": 100}, "A half cycle must have 6 steps at least"),
+    ):
+        with pytest.raises(ss.InputError, match=message):
+            ss.free_decay(problem, 10.0, **wrong)
     with pytest.raises(ss.InputError, match="duration"):
         ss.free_decay(problem, -1.0, {"1.x": 1.0})
     with pytest.raises(ss.InputError, match="steps"):

@@ -23,6 +23,12 @@ from stickslip.time.start import TimeStart, from_rest
 if TYPE_CHECKING:
     import xarray as xr
 
+MOST_STEPS = 10_000_000
+"""More would fill the memory with histories."""
+
+FEWEST = 6
+"""Steps of a half cycle, below which its amplitude and frequency would be those of the steps."""
+
 SMALLEST = 1e-3
 """Share of the largest swing of an output below which its turning points are no longer listed."""
 
@@ -62,8 +68,10 @@ def free_decay(
     of_kind("problem", problem, Problem)
     if start is not None and (displacement is not None or velocity is not None):
         raise InputError("start must not be given together with displacement or velocity, since it contains both. Leave out one.")
-    step = positive("duration", duration) / between("steps", steps, 8)
-    begin = start or _at(problem, displacement or {}, velocity or {})
+    step = positive("duration", duration) / between("steps", steps, 8, MOST_STEPS)
+    if not isinstance(method, Method):
+        raise fault("method", "must be a GeneralisedAlpha or a Newmark", method)
+    begin = _at(problem, displacement or {}, velocity or {}) if start is None else _checked(problem, start)
     model = time_model(problem)
     with threadpool_limits(1, user_api="blas"):
         matrices = model.step_matrices(method.coefficients, step)
@@ -84,11 +92,20 @@ def free_decay(
     return FreeDecay(_dataset(problem, step, outputs, motion, force, history.friction_work, work.viscous, method), problem)
 
 
+def _checked(problem: Problem, start: TimeStart) -> TimeStart:
+    """A given state, refused where it is one of another problem."""
+    sizes = [np.shape(values) for values in vars(of_kind("start", start, TimeStart)).values()]
+    wanted = [np.shape(values) for values in vars(from_rest(problem)).values()]
+    if sizes != wanted:
+        raise fault("start", f"must have motion, velocity and intercepts of shapes {wanted}", sizes, "Take that of this problem.")
+    return start
+
+
 def _at(problem: Problem, displacement: Mapping[str, float], velocity: Mapping[str, float]) -> TimeStart:
     """The state with given motions of some degrees of freedom."""
     begin = from_rest(problem)
     for what, given, values in (("displacement", displacement, begin.motion), ("velocity", velocity, begin.velocity)):
-        for dof, value in given.items():
+        for dof, value in of_kind(what, given, dict).items():
             if dof not in problem.structure.dofs:
                 known = ", ".join(problem.structure.dofs[:8])
                 raise fault(what, "must name degrees of freedom of the structure", dof, f"The first are {known}.")
@@ -141,6 +158,11 @@ def _dataset(
 
     time = np.asarray(step * np.arange(outputs.shape[1]), dtype=float)
     found = [turning_points(time, signal) for signal in outputs]
+    if any(np.any(np.diff(times) < FEWEST * step) for times, _ in found):
+        raise InputError(
+            f"A half cycle must have {FEWEST} steps at least, but some have fewer: the motion is faster than the steps. Take "
+            "more steps, or a shorter duration."
+        )
     width = max(len(times) for times, _ in found)
     table = np.full((5, len(found), width), np.nan)
     for k, (times, values) in enumerate(found):
