@@ -15,7 +15,7 @@ import pytest
 import stickslip
 from stickslip import forced_response, nonlinear_modes, radians_per_second
 from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.kernels import compiled, separate, sources
+from stickslip.kernels import compiled, kernel, separate, sources
 from stickslip.kernels.results import Boxed
 from stickslip.kernels.separate import hold, number_of, numbered
 from stickslip.kernels.sources import FOLDERS
@@ -70,11 +70,16 @@ def changed_by(monkeypatch, module, old, new):
     before, files = digests(), sources._files()
     assert old in files[module]
     monkeypatch.setattr(sources, "_files", lambda: files | {module: files[module].replace(old, new)})
-    sources.digest_of.cache_clear()
+    forget()
     after = digests()
     monkeypatch.undo()
-    sources.digest_of.cache_clear()
+    forget()
     return {name for name in before if before[name] != after[name]}
+
+
+def forget():
+    sources.digest_of.cache_clear()
+    sources.needs.cache_clear()
 
 
 def digests():
@@ -99,6 +104,21 @@ def test_a_change_compiles_what_holds_it_and_nothing_else(monkeypatch):
     assert "harmonic.contact_forces" in constant
     maker = changed_by(monkeypatch, "stickslip.kernels.arrays", "def ", "def  ")
     assert "solve.newton" in maker
+
+
+def times(factor):
+    @kernel
+    def product(value):
+        return factor * value
+
+    return product
+
+
+def test_kernels_that_differ_in_what_they_hold_are_not_taken_for_one_another():
+    """Both have the same file, name, code and types."""
+    assert times(2.0)(3.0) == 6.0
+    assert times(5.0)(3.0) == 15.0
+    assert times(2.0)(3.0) == 6.0
 
 
 class Inner(NamedTuple):
@@ -184,9 +204,9 @@ def test_a_kernel_is_called_by_its_number():
     """Which one a number stands for may be said after its caller was compiled; a number stands for one kernel alone."""
     with pytest.raises(RuntimeError, match="scaled is not compiled"):
         by_number(number_of(doubled), 5.0)
-    for kernel, expected in ((doubled, 10.0), (tripled, 15.0)):
-        hold(scaled, number_of(kernel), kernel)
-        assert by_number(number_of(kernel), 5.0) == expected
+    for each, expected in ((doubled, 10.0), (tripled, 15.0)):
+        hold(scaled, number_of(each), each)
+        assert by_number(number_of(each), 5.0) == expected
     with pytest.raises(RuntimeError, match=r"has the number \d+ of another kernel"):
         hold(scaled, number_of(doubled), tripled)
 

@@ -87,7 +87,8 @@ class KernelCache(caching._Cache):
 
     def _file(self, sig: Any, target: tuple[Any, ...]) -> str:
         code = self._function.__code__.co_code
-        given = repr((str(sig), target, numba.__version__, sys.version_info[:2], hashlib.sha256(code).hexdigest()))
+        python = *sys.version_info[:2], getattr(sys, "abiflags", "")
+        given = repr((str(sig), target, numba.__version__, python, hashlib.sha256(code).hexdigest()))
         return f"{self._name}-{self._sources[:16]}-{hashlib.sha256(given.encode()).hexdigest()[:16]}.kernel"
 
     def enable(self) -> None:
@@ -101,8 +102,10 @@ class KernelCache(caching._Cache):
 
 
 def kept(dispatcher: Any) -> Any:
-    """A function of numba whose compiled code is kept for later processes, unless it was typed in and has no file."""
-    if Path(dispatcher.py_func.__code__.co_filename).is_file():
+    """A function of numba whose compiled code is kept for later processes, unless it was typed in and has no file, or was made in
+    another function: its code may hold values of that, which no source shows."""
+    function = dispatcher.py_func
+    if "<locals>" not in function.__qualname__ and Path(function.__code__.co_filename).is_file():
         dispatcher._cache = KernelCache(dispatcher.py_func)
     return dispatcher
 

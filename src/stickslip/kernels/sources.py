@@ -29,7 +29,8 @@ _NAME = re.compile(r"(\w+)(?: as \w+)?")
 
 @cache
 def digest_of(path: Path) -> str:
-    """Digest of what a kernel of this file depends on; of a file outside the package, on all."""
+    """Digest of what a kernel of this file depends on; of a file outside the package, on all, and on where it lies: a file of the
+    same text elsewhere may import others. What such a file imports beside the package is not followed."""
     files = _files()
     own = _module(path) if path.is_relative_to(_PACKAGE) else None
     needed, left = set(files if own is None else ()), [own] if own else []
@@ -38,12 +39,13 @@ def digest_of(path: Path) -> str:
         if module not in needed:
             needed.add(module)
             left += needs(module)
-    digest = hashlib.sha256(_makers() + (path.read_bytes() if own is None else b""))
+    digest = hashlib.sha256(_makers() + (str(path.absolute()).encode() + path.read_bytes() if own is None else b""))
     for module in sorted(needed):
         digest.update(module.encode() + files[module].encode())
     return digest.hexdigest()
 
 
+@cache
 def needs(module: str) -> list[str]:
     """The files of which a file's kernels hold kernels, types or constants."""
     files = _files()
