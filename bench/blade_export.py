@@ -10,8 +10,9 @@ import numpy as np
 from channel import Answer
 from scipy.linalg import block_diag
 
-from stickslip import Problem, rigs
-from stickslip.contact.table import contact_table
+from stickslip import Problem
+from stickslip.model import rigs
+from stickslip.model.contact.table import contact_table
 
 TIE = 1e3
 """Stiffness of the springs that tie the added nodes, relative to the largest contact stiffness."""

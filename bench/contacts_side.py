@@ -9,8 +9,8 @@ import numpy as np
 from channel import Answer
 from plate import plate
 
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.solve.continuation import first_point, trace
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.continuation import first_point, trace
 
 BAND = (1.05, 1.3)
 HARMONICS, SAMPLES = 3, 128

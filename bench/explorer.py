@@ -61,7 +61,7 @@ def explorer() -> dict[str, Any]:
 def _moves(study: str, slider: str) -> dict[str, Any]:
     from system.browser import browser
 
-    from stickslip.plots.look import spoken
+    from stickslip.show.plots.look import spoken
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "study.toml"

@@ -20,13 +20,13 @@ from environment import BUILD, ONE_THREAD
 from scipy import sparse
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import Contact, between
-from stickslip.loads import BaseMotion
-from stickslip.problem import Problem
-from stickslip.structure.assembly import Spring
-from stickslip.structure.matrices import Structure
-from stickslip.structure.solid import Material, Solid, box_mesh, solid
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.loads import BaseMotion
+from stickslip.model.problem import Problem
+from stickslip.model.structure.assembly import Spring
+from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.solid import Material, Solid, box_mesh, solid
 
 STEEL = Material(young=200e9, poisson=0.3, density=7800.0)
 SLOPE = np.tan(np.radians(40.0))

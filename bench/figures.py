@@ -10,7 +10,7 @@ import matplotlib
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
-from stickslip.plots.look import CONTACTS, GREY, house_style
+from stickslip.show.plots.look import CONTACTS, GREY, house_style
 
 OURS, THEIRS = CONTACTS[0], CONTACTS[5]
 AXES = {

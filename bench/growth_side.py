@@ -12,15 +12,15 @@ import numpy as np
 from channel import Answer
 
 from stickslip import Problem
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import Contact, between
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.loads import Force
-from stickslip.solve.continuation import first_point, trace
-from stickslip.solve.curve_points import CurvePoint, LostCurveError
-from stickslip.solve.steps import StepControl
-from stickslip.structure.damping import ModalDamping
-from stickslip.structure.matrices import Structure
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.loads import Force
+from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import Structure
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.continuation import first_point, trace
+from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError
+from stickslip.solve.continuation.steps import StepControl
 
 BAND = (0.9, 1.3)
 DAMPING = 0.01

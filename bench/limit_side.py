@@ -18,15 +18,15 @@ from numba import njit
 from problems import problem_of
 from scipy.linalg import lapack
 
-from stickslip import rigs
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.contact_forces import contact_forces
-from stickslip.harmonic.receptance import driven_states, frequency_gains, motion, receptance
-from stickslip.kernels.views import view
-from stickslip.solve.continuation import first_point, trace
-from stickslip.solve.curve_points import CurvePoint
-from stickslip.solve.newton import correct
-from stickslip.solve.steps import StepControl
+from stickslip.model import rigs
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.contact_forces import contact_forces
+from stickslip.solve.balance.receptance import driven_states, frequency_gains, motion, receptance
+from stickslip.solve.continuation.continuation import first_point, trace
+from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.continuation.newton import correct
+from stickslip.solve.continuation.steps import StepControl
+from stickslip.support.kernels.views import view
 
 
 def parts(request: dict) -> Answer:
@@ -112,7 +112,7 @@ def _iteration_time(balance: HarmonicBalance, point: CurvePoint) -> float:
 
 def _plane(balance: HarmonicBalance, point: CurvePoint) -> Any:
     """The plane through a point, normal to its tangent, as continuation uses it."""
-    from stickslip.harmonic.balance import PathCondition
+    from stickslip.solve.balance.balance import PathCondition
 
     weight, slope = point.metric.weight * point.tangent.motion, point.metric.parameter * point.tangent.parameter
     reached = float(np.vdot(weight, point.evaluation.w)) + slope * point.point.omega

@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip import Problem
-from stickslip.checks import Array
-from stickslip.contact.friction_disc import FrictionDisc
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import Contact
-from stickslip.loads import Force
-from stickslip.structure.damping import ModalDamping
-from stickslip.structure.matrices import Structure
+from stickslip.model.contact.friction_disc import FrictionDisc
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import Contact
+from stickslip.model.loads import Force
+from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.checks import Array
 
 LAWS = {"friction disc": FrictionDisc, "macroslip": Macroslip}
 TANGENTIAL, NORMAL, PRELOAD, FRICTION = 0.5, 1.0, 1.0, 0.5

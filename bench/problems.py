@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from cases import Case
 
-from stickslip import Problem, rigs
+from stickslip import Problem
+from stickslip.model import rigs
 
 RIGS = {"B1": rigs.single_mass, "B2a": rigs.chain, "B2b": rigs.chain_varying_load, "blade": rigs.single_blade}
 

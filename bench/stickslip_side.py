@@ -15,14 +15,14 @@ from channel import Answer, serve
 from problems import problem_of
 
 import stickslip
-from stickslip import rigs
 from stickslip.analyses.forced_response import forced_response
-from stickslip.curves.curve import solve_curve
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.solve.continuation import first_point, trace
-from stickslip.solve.curve_points import CurvePoint
-from stickslip.solve.steps import StepControl
-from stickslip.units import Band
+from stickslip.model import rigs
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.continuation import first_point, trace
+from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.continuation.steps import StepControl
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.support.units import Band
 
 IMPORT_SECONDS = time.process_time()
 

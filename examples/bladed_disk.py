@@ -3,7 +3,7 @@
 import numpy as np
 
 import stickslip as ss
-from stickslip.plots.disk import disk_mode
+from stickslip.show.plots.disk import disk_mode
 
 measured, analytic = (ss.rigs.octopus_blisk(contact) for contact in ("measured", "analytic"))
 for name, disk in (("measured", measured), ("analytic", analytic)):

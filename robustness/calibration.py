@@ -39,15 +39,15 @@ import stickslip as ss
 from robustness.limits import TooLongError
 from robustness.problems import CLASSES, Case, random_case
 from robustness.run import HARMONICS, SAMPLES
-from stickslip.checks import Array
-from stickslip.compilation import NOTICE
-from stickslip.files import write_text
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.outcome import Outcome
 from stickslip.results.view import converged_points, highest_peak, nearest_point
-from stickslip.solve.steps import StepControl
-from stickslip.solve.sweep import Sweep, sweep
-from stickslip.stability.multipliers import Stability
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.steps import StepControl
+from stickslip.solve.continuation.sweep import Sweep, sweep
+from stickslip.solve.stability.multipliers import Stability
+from stickslip.support.checks import Array
+from stickslip.support.compilation import NOTICE
+from stickslip.support.files import write_text
+from stickslip.support.outcome import Outcome
 from tools.commits import commit
 
 ROOT = Path(__file__).parents[1]

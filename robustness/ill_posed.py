@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import stickslip as ss
-from stickslip.outcome import Outcome
+from stickslip.support.outcome import Outcome
 
 GROUND = ss.between("2.x", "ground")
 SLIDER = ss.Macroslip(1.0, 0.5, normal_load=1.0)

@@ -1,4 +1,4 @@
-"""From which stiffness and friction of the contacts on random problems are lost: the limits of warnings in `stickslip.problem`.
+"""From which stiffness and friction of the contacts on random problems are lost: the limits of warnings of `model/problem`.
 
 python -m robustness.limits [CASES PER CLASS], 25 unless given: the table in docs/choose.md.
 """
@@ -16,11 +16,11 @@ from threadpoolctl import threadpool_limits
 
 from robustness.problems import Case, random_case
 from robustness.run import HARMONICS, SAMPLES
-from stickslip.contact.law import Law
-from stickslip.curves.curve import solve_curve
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
+from stickslip.model.contact.law import Law
+from stickslip.model.problem import Problem
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.support.outcome import Outcome
 
 STIFFER = (1.0, 30.0, 1e3, 1e4, 1e5, 1e6, 1e7)
 FRICTION = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1e3, 1e5)

@@ -15,14 +15,14 @@ import numpy as np
 from scipy.optimize import brentq
 
 from stickslip.analyses.forced_response import ForcedResponse, forced_response
-from stickslip.checks import Array
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import Contact
-from stickslip.loads import Force, Output
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
-from stickslip.structure.matrices import Structure
-from stickslip.units import radians_per_second
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import Contact
+from stickslip.model.loads import Force, Output
+from stickslip.model.problem import Problem
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.checks import Array
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import radians_per_second
 
 TOLERANCE = 2e-3
 """Relative height to which the highest response must be found."""

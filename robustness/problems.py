@@ -11,17 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.contact.gap import Gap
-from stickslip.contact.law import Law
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.microslip import MicroslipArray
-from stickslip.contact.point import Contact
-from stickslip.contact.start import SliderOffset
-from stickslip.loads import Force
-from stickslip.problem import Problem
-from stickslip.structure.damping import ModalDamping
-from stickslip.structure.matrices import Structure
-from stickslip.units import Band
+from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.law import Law
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.point import Contact
+from stickslip.model.contact.start import SliderOffset
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.units import Band
 
 CLASSES = ("constant load", "varying load", "lift-off", "start state", "barely pressed", "barely pressed, start state")
 BARELY = CLASSES[4:]

@@ -16,19 +16,19 @@ from numpy.typing import NDArray
 from scipy import linalg
 from scipy.optimize import minimize_scalar
 
-from stickslip.checks import Array
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import Contact, between
-from stickslip.curves.curve import solve_curve
-from stickslip.curves.refine import refined
-from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.loads import Force
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
-from stickslip.solve.continuation import first_point
-from stickslip.solve.newton import correct, fixed
-from stickslip.structure.damping import ModalDamping
-from stickslip.structure.matrices import Structure
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import Structure
+from stickslip.solve.balance.balance import HarmonicBalance, Point
+from stickslip.solve.continuation.continuation import first_point
+from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.solve.curves.refine import refined
+from stickslip.support.checks import Array
+from stickslip.support.outcome import Outcome
 
 KINDS = ("chain", "beam", "partly stuck chain")
 RATIOS = (1e-2, 1e-3, 1e-4, 1e-5)

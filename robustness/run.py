@@ -26,10 +26,10 @@ from robustness.page import ClassResult, ResonanceResult, page
 from robustness.problems import CLASSES, random_case
 from robustness.resonances import RATIOS, STUCK, Tally, linear_peaks, solved_peaks
 from robustness.resonances import random_case as resonance_case
-from stickslip.curves.curve import Curve, solve_curve
-from stickslip.files import write_text
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.outcome import Outcome
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.curves.curve import Curve, solve_curve
+from stickslip.support.files import write_text
+from stickslip.support.outcome import Outcome
 from tools.commits import commit, settled
 
 HARMONICS, SAMPLES = 5, 256

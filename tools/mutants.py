@@ -15,7 +15,7 @@ import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
-from stickslip.kernels.cache import FOLDER
+from stickslip.support.kernels.cache import FOLDER
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "stickslip"

@@ -1,8 +1,8 @@
 """Build a wheel that carries compiled kernels: python -m tools.wheel [FOLDER [CASE ...]], `make wheel`.
 
-The kernels are those for a common processor (`stickslip.kernels.cache.COMMON`), of this system, this version of Python and of
-numba; elsewhere they are not taken, and kernels compile at their first use. CASE: only the kernels of these cases of `stickslip
-compile`.
+The kernels are those for a common processor (`COMMON` of `support/kernels/cache.py`), of this system, this version of Python and
+of numba; elsewhere they are not taken, and kernels compile at their first use. CASE: only the kernels of these cases of
+`stickslip compile`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from stickslip.kernels.cache import COMMON
+from stickslip.support.kernels.cache import COMMON
 from tools.wheel_hook import FOLDER
 
 ROOT = Path(__file__).parents[1]

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import stickslip
-from stickslip.files import write_text
+from stickslip.support.files import write_text
 from tools.commits import commit, settled
 from verify.page import page
 from verify.row import Row

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from stickslip.solve import steps
-from stickslip.solve.newton import Correction, Found, correct
-from stickslip.solve.step import Stepped, step
+from stickslip.solve.continuation import steps
+from stickslip.solve.continuation.newton import Correction, Found, correct
+from stickslip.solve.continuation.step import Stepped, step
 
 
 def calls(found: Correction | Found) -> int:

@@ -9,10 +9,10 @@ import xarray as xr
 from analyses.damper_alone.test_damper_cycle import random_case
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
-from stickslip.contact.iwan import Iwan
-from stickslip.dampers import in_phase, out_of_phase
-from stickslip.platforms.cycle import CycleOutcome
-from stickslip.rigs.laboratory_damper import FRICTION_ROWS, laboratory_damper
+from stickslip.model.contact.iwan import Iwan
+from stickslip.model.dampers import in_phase, out_of_phase
+from stickslip.model.rigs.laboratory_damper import FRICTION_ROWS, laboratory_damper
+from stickslip.solve.platforms.cycle import CycleOutcome
 from verify.row import CLOSED, INDEPENDENT, PAGE, Row, absolute, at_most, relative
 
 TITLE = "A damper between two platforms"

@@ -11,14 +11,14 @@ from scipy.optimize import brentq
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.mistuning.disk import Scatter
 from stickslip.analyses.mistuning.population import mistuned_population
-from stickslip.contact.stiffness import NORMAL_STIFFNESS, LineContact, static_normal_load
-from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
-from stickslip.problem import Problem
-from stickslip.rigs import lumped_blisk, octopus_blisk
-from stickslip.rigs.blisk_sector import BliskSector
-from stickslip.solve.continuation import first_point
-from stickslip.units import hertz
+from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact, static_normal_load
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import lumped_blisk, octopus_blisk
+from stickslip.model.rigs.blisk_sector import BliskSector
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.continuation.continuation import first_point
+from stickslip.support.units import hertz
 from verify.row import INDEPENDENT, Row, absolute, at_most, relative
 
 TITLE = "Bladed disks"

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from models.fuzzing import APART, TookTooLongError, Victims, peak_memory, reader_of, studies, study_answer
-from models.guided import Corpus
+from readers.fuzzing import APART, TookTooLongError, Victims, peak_memory, reader_of, studies, study_answer
+from readers.guided import Corpus
 
 from verify.row import Row, at_most
 

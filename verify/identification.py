@@ -10,21 +10,21 @@ from functools import cache
 import numpy as np
 
 from stickslip.analyses.damper_alone.cycle import CycleModel, DamperCycle, damper_cycle
-from stickslip.analyses.identification.contact_law import contact_law
-from stickslip.analyses.identification.force_lag import force_lag
-from stickslip.analyses.identification.identify import Identification, identify
-from stickslip.analyses.identification.line_laws import LINE_LAWS
-from stickslip.analyses.identification.loop_law import ContactLoop
-from stickslip.checks import InputError
-from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.dampers.laboratory import ThreePoint
-from stickslip.dampers.platform_motion import PlatformMotion
-from stickslip.measurement.contact_record import ContactRecord
-from stickslip.measurement.records import Record
-from stickslip.measurement.rig_errors import RigErrors
-from stickslip.measurement.stuck import stiffness_from_slopes
-from stickslip.measurement.synthetic import NO_ERRORS, loop_of, synthetic_record, true_cycle, with_microslip
-from stickslip.rigs.laboratory_damper import laboratory_damper
+from stickslip.laboratory.identification.contact_law import contact_law
+from stickslip.laboratory.identification.force_lag import force_lag
+from stickslip.laboratory.identification.identify import Identification, identify
+from stickslip.laboratory.identification.line_laws import LINE_LAWS
+from stickslip.laboratory.identification.loop_law import ContactLoop
+from stickslip.laboratory.measurement.contact_record import ContactRecord
+from stickslip.laboratory.measurement.records import Record
+from stickslip.laboratory.measurement.rig_errors import RigErrors
+from stickslip.laboratory.measurement.stuck import stiffness_from_slopes
+from stickslip.laboratory.measurement.synthetic import NO_ERRORS, loop_of, synthetic_record, true_cycle, with_microslip
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.model.dampers.laboratory import ThreePoint
+from stickslip.model.dampers.platform_motion import PlatformMotion
+from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.support.checks import InputError
 from verify.row import CLOSED, Row, at_most
 
 TITLE = "From the rig to the parameters"

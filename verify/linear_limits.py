@@ -8,13 +8,13 @@ from math import cos, radians, sin
 import numpy as np
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import Contact
-from stickslip.loads import Force
-from stickslip.problem import Problem
-from stickslip.rigs import chain, chain_of_three, single_blade, single_mass
-from stickslip.structure.matrices import Structure
-from stickslip.units import Band, hertz
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import Contact
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import chain, chain_of_three, single_blade, single_mass
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.units import Band, hertz
 from verify.row import CLOSED, INDEPENDENT, Row, at_most, relative
 
 TITLE = "Linear limits"

@@ -10,9 +10,9 @@ import numpy as np
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, nonlinear_modes
-from stickslip.problem import Problem
-from stickslip.rigs import chain, chain_varying_load, single_blade, single_mass
-from stickslip.units import Band, hertz
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import chain, chain_varying_load, single_blade, single_mass
+from stickslip.support.units import Band, hertz
 from verify.row import CLOSED, Row, absolute, at_most, relative
 
 TITLE = "Nonlinear modes"

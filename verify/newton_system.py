@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.rigs import single_blade
-from stickslip.solve.newton import correct, fixed
+from stickslip.model.rigs import single_blade
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.newton import correct, fixed
 from verify.row import CLOSED, Row, absolute, at_most
 
 TITLE = "Only what slips is unknown"
@@ -20,7 +20,7 @@ ABOUT = (
 
 
 def rows() -> Iterator[Row]:
-    from harmonic.full_balance import full_newton_step, marched_forces, unknowns_by_theory
+    from balance.full_balance import full_newton_step, marched_forces, unknowns_by_theory
 
     rig = single_blade(4.6)
     balance = HarmonicBalance(rig, 5, 256)

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.rigs import single_mass
-from stickslip.units import radians_per_second
+from stickslip.model.rigs import single_mass
+from stickslip.support.units import radians_per_second
 from verify.row import CLOSED, INDEPENDENT, Row, absolute, at_most, relative
 
 TITLE = "One mass with one friction contact"

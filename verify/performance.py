@@ -11,10 +11,10 @@ from scipy.optimize import brentq
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.curve import performance_curve
 from stickslip.analyses.performance.sensitivity_indices import sensitivity_indices
-from stickslip.problem import Problem
-from stickslip.rigs import single_blade, single_mass
-from stickslip.rigs.two_semi_cylinders import DRY, OILED, two_semi_cylinders
-from stickslip.units import hertz, logspace, radians_per_second
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_blade, single_mass
+from stickslip.model.rigs.two_semi_cylinders import DRY, OILED, two_semi_cylinders
+from stickslip.support.units import hertz, logspace, radians_per_second
 from verify.counting import counted
 from verify.one_mass import KD, exact_peak
 from verify.row import CLOSED, INDEPENDENT, PAGE, Row, absolute, at_most, relative

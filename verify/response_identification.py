@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 import stickslip as ss
-from stickslip.analyses.identification.computed_response import FittedTest
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
-from stickslip.problem import Problem
-from stickslip.solve.continuation import first_point, trace
-from stickslip.solve.curve_points import solve_at
-from stickslip.starts.space import start_space
+from stickslip.laboratory.identification.computed_response import FittedTest
+from stickslip.model.problem import Problem
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.continuation.continuation import first_point, trace
+from stickslip.solve.continuation.curve_points import solve_at
+from stickslip.solve.starts.space import start_space
 from verify.row import Row, absolute, at_most
 
 TITLE = "Parameters from frequency responses"

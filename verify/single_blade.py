@@ -9,13 +9,13 @@ from scipy import linalg
 
 from stickslip.analyses.forced_response import ForcedResponse, forced_response
 from stickslip.analyses.variability.samples import response_samples
-from stickslip.dampers.flat_cylinder import FlatCylinder
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
-from stickslip.rigs import single_blade
-from stickslip.rigs.platform_blade import PlatformBlade, reduced_blade
-from stickslip.rigs.single_blade import pads, placed_dampers
-from stickslip.units import hertz
+from stickslip.model.dampers.flat_cylinder import FlatCylinder
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_blade
+from stickslip.model.rigs.platform_blade import PlatformBlade, reduced_blade
+from stickslip.model.rigs.single_blade import pads, placed_dampers
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import hertz
 from verify.row import INDEPENDENT, PAGE, Row, absolute, at_most, relative
 
 TITLE = "Single blade with two dampers"

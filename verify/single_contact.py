@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stickslip.contact.law import Law
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.microslip import MicroslipArray
-from stickslip.contact.point import Contact, between
-from stickslip.contact.table import contact_table
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.harmonic.energy import cycle_work
-from stickslip.harmonic.fourier import fourier
+from stickslip.model.contact.law import Law
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.table import contact_table
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import cycle_work
+from stickslip.solve.balance.fourier import fourier
 from verify.row import CLOSED, INDEPENDENT, Row, absolute, relative
 
 TITLE = "One contact in harmonic motion"

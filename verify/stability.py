@@ -14,21 +14,21 @@ from robustness.problems import random_case
 from stickslip.analyses.forced_response import ForcedResponse, forced_response
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.time_check import TimeCheck
-from stickslip.checks import InputError
-from stickslip.contact.cubic import CubicSpring
-from stickslip.contact.dahl import Dahl
-from stickslip.contact.friction_disc import FrictionDisc
-from stickslip.contact.iwan import Iwan
-from stickslip.contact.law import Law
-from stickslip.contact.point import Contact, between
-from stickslip.contact.tanh_coulomb import TanhCoulomb
-from stickslip.loads import Force
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
-from stickslip.stability.multipliers import Multipliers, PeriodMap, Stability
-from stickslip.structure.damping import ModalDamping
-from stickslip.structure.matrices import Structure
-from stickslip.units import Band
+from stickslip.model.contact.cubic import CubicSpring
+from stickslip.model.contact.dahl import Dahl
+from stickslip.model.contact.friction_disc import FrictionDisc
+from stickslip.model.contact.iwan import Iwan
+from stickslip.model.contact.law import Law
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.tanh_coulomb import TanhCoulomb
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import Structure
+from stickslip.solve.stability.multipliers import Multipliers, PeriodMap, Stability
+from stickslip.support.checks import InputError
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import Band
 from verify.row import INDEPENDENT, Row, at_most
 
 TITLE = "Stability of periodic motions"

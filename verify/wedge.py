@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.rigs import three_mass_wedge
-from stickslip.units import hertz
+from stickslip.model.rigs import three_mass_wedge
+from stickslip.support.units import hertz
 from verify.row import Row, absolute, at_most, relative
 
 TITLE = "Two blades and a wedge damper"

@@ -7,12 +7,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import stickslip as ss
-from stickslip.plots.files import write_figure
-from stickslip.plots.look import house_style, level_colours
+from stickslip.show.plots.files import write_figure
+from stickslip.show.plots.look import house_style, level_colours
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parents[1] / "tests"))
-from analyses.identification.brake_reuss import FREE, beam, constant_force, curves, one_mode, per_force  # noqa: E402
+from identification.brake_reuss import FREE, beam, constant_force, curves, one_mode, per_force  # noqa: E402
 
 FORCES = (0.2, 0.5, 1.0, 1.5)
 """Constant forces of the prediction, N."""

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from threadpoolctl import threadpool_limits
 
 import stickslip as ss
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.plots.files import write_figure
-from stickslip.plots.look import CONTACTS, house_style
-from stickslip.solve.continuation import first_point, trace
+from stickslip.show.plots.files import write_figure
+from stickslip.show.plots.look import CONTACTS, house_style
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.continuation import first_point, trace
 
 HERE = Path(__file__).parent
 BASE = {"sectors": 12, "contact nodes a line": 1, "harmonics": 3}

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import stickslip as ss
-from stickslip.plots.disk import disk_mode, mean_normal_load, nodal_diameter_diagram
-from stickslip.plots.files import write_figure
-from stickslip.plots.look import CONTACTS, GREY, house_style
+from stickslip.show.plots.disk import disk_mode, mean_normal_load, nodal_diameter_diagram
+from stickslip.show.plots.files import write_figure
+from stickslip.show.plots.look import CONTACTS, GREY, house_style
 
 HERE = Path(__file__).parent
 

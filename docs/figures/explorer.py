@@ -15,9 +15,9 @@ import numpy as np
 from PIL import Image
 
 import stickslip as ss
-from stickslip.dampers import out_of_phase
-from stickslip.report import write
-from stickslip.rigs import laboratory_damper
+from stickslip.model.dampers import out_of_phase
+from stickslip.model.rigs import laboratory_damper
+from stickslip.show.report import write
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parents[1] / "tests"))

@@ -16,7 +16,7 @@ from typing import Any
 
 import lazy_loader
 
-from stickslip import renderers
+from stickslip.support import renderers
 
 __version__ = "0.2.0"
 
@@ -44,5 +44,5 @@ def __getattr__(name: str) -> Any:
 
 
 # The rooms that show things register there when they are imported, which is when the first thing is shown.
-renderers.FIGURES.registered_in = "stickslip.plots.catalogue"
-renderers.SENTENCES.registered_in = "stickslip.report.summary"
+renderers.FIGURES.registered_in = "stickslip.show.plots.catalogue"
+renderers.SENTENCES.registered_in = "stickslip.show.report.summary"

@@ -5,59 +5,59 @@ from . import rigs as rigs
 from . import units as units
 
 # Structures and models
-from .models.read import read_model as read_model, read_structure as read_structure
-from .models.sector import read_sector as read_sector, read_sector_at_speeds as read_sector_at_speeds
-from .interfaces.node_surface import NodeSurface as NodeSurface, mean_motion as mean_motion
-from .interfaces.surface_contacts import surface_contacts as surface_contacts
-from .structure.aerodynamics import Aerodynamics as Aerodynamics, BladeMode as BladeMode, blade_alone as blade_alone
-from .structure.assembly import Spring as Spring, assemble as assemble
-from .structure.cyclic import (
+from .model.readers.read import read_model as read_model, read_structure as read_structure
+from .model.readers.sector import read_sector as read_sector, read_sector_at_speeds as read_sector_at_speeds
+from .model.interfaces.node_surface import NodeSurface as NodeSurface, mean_motion as mean_motion
+from .model.interfaces.surface_contacts import surface_contacts as surface_contacts
+from .model.structure.aerodynamics import Aerodynamics as Aerodynamics, BladeMode as BladeMode, blade_alone as blade_alone
+from .model.structure.assembly import Spring as Spring, assemble as assemble
+from .model.structure.cyclic import (
     CyclicStructure as CyclicStructure,
     cyclic as cyclic,
     sector_chain as sector_chain,
     with_bodies as with_bodies,
 )
-from .structure.damping import (
+from .model.structure.damping import (
     AerodynamicDamping as AerodynamicDamping,
     Dashpot as Dashpot,
     ModalDamping as ModalDamping,
     RayleighDamping as RayleighDamping,
 )
-from .models.stress_places import StrainGauge as StrainGauge
-from .structure.fatigue import FatigueLimit as FatigueLimit
-from .structure.matrices import Structure as Structure
-from .structure.rigid_body import PlanarBody as PlanarBody, RigidBody as RigidBody, box_inertia as box_inertia
+from .model.readers.stress_places import StrainGauge as StrainGauge
+from .model.structure.fatigue import FatigueLimit as FatigueLimit
+from .model.structure.matrices import Structure as Structure
+from .model.structure.rigid_body import PlanarBody as PlanarBody, RigidBody as RigidBody, box_inertia as box_inertia
 
 # Loads, outputs and the problem
-from .loads import BaseMotion as BaseMotion, Force as Force, Output as Output
-from .problem import Problem as Problem
-from .problem.speed import SpeedDependence as SpeedDependence
+from .model.loads import BaseMotion as BaseMotion, Force as Force, Output as Output
+from .model.problem import Problem as Problem
+from .model.problem.speed import SpeedDependence as SpeedDependence
 
 # Contacts: laws, directions, start states, stiffness
 from .analyses.contact_stiffness import ContactStiffness as ContactStiffness, contact_stiffness as contact_stiffness
-from .contact.cubic import CubicSpring as CubicSpring
-from .contact.dahl import Dahl as Dahl
-from .contact.friction_disc import FrictionDisc as FrictionDisc
-from .contact.gap import Gap as Gap
-from .contact.iwan import Iwan as Iwan, mindlin_sphere as mindlin_sphere
-from .contact.lugre import LuGre as LuGre
-from .contact.macroslip import Macroslip as Macroslip
-from .contact.microslip import MicroslipArray as MicroslipArray
-from .contact.point import Contact as Contact, between as between
-from .contact.spectrum import FourParameter as FourParameter, Hertz as Hertz, Parabolic as Parabolic
-from .contact.start import MeanTraction as MeanTraction, SliderOffset as SliderOffset, TractionRatio as TractionRatio
-from .contact.stiffness import (
+from .model.contact.cubic import CubicSpring as CubicSpring
+from .model.contact.dahl import Dahl as Dahl
+from .model.contact.friction_disc import FrictionDisc as FrictionDisc
+from .model.contact.gap import Gap as Gap
+from .model.contact.iwan import Iwan as Iwan, mindlin_sphere as mindlin_sphere
+from .model.contact.lugre import LuGre as LuGre
+from .model.contact.macroslip import Macroslip as Macroslip
+from .model.contact.microslip import MicroslipArray as MicroslipArray
+from .model.contact.point import Contact as Contact, between as between
+from .model.contact.spectrum import FourParameter as FourParameter, Hertz as Hertz, Parabolic as Parabolic
+from .model.contact.start import MeanTraction as MeanTraction, SliderOffset as SliderOffset, TractionRatio as TractionRatio
+from .model.contact.stiffness import (
     LineContact as LineContact,
     SphereContact as SphereContact,
     static_normal_load as static_normal_load,
 )
-from .contact.tanh_coulomb import TanhCoulomb as TanhCoulomb
-from .contact.valanis import Valanis as Valanis
+from .model.contact.tanh_coulomb import TanhCoulomb as TanhCoulomb
+from .model.contact.valanis import Valanis as Valanis
 
 from .analyses.hysteresis_loop import HysteresisLoop as HysteresisLoop, hysteresis_loop as hysteresis_loop
 
 # Units and frequencies
-from .units import Band as Band, hertz as hertz, logspace as logspace, radians_per_second as radians_per_second
+from .support.units import Band as Band, hertz as hertz, logspace as logspace, radians_per_second as radians_per_second
 
 # Forced response, in frequency and in time
 from .analyses.forced_response import ForcedResponse as ForcedResponse, forced_response as forced_response
@@ -69,7 +69,7 @@ from .analyses.controlled_response import (
 )
 from .analyses.time_response import time_response as time_response
 from .analyses.free_decay import FreeDecay as FreeDecay, free_decay as free_decay
-from .time.methods import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newmark
+from .solve.time.methods import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newmark
 
 # Nonlinear modes
 from .analyses.modes.nonlinear_modes import NonlinearModes as NonlinearModes, nonlinear_modes as nonlinear_modes
@@ -111,8 +111,8 @@ from .analyses.speed.interference import InterferenceDiagram as InterferenceDiag
 from .analyses.speed.run_up import RunUp as RunUp, run_up as run_up
 from .analyses.speed.speed_sweep import SpeedSweep as SpeedSweep, speed_sweep as speed_sweep
 from .analyses.nodal_diameters import NodalDiameters as NodalDiameters, nodal_diameters as nodal_diameters
-from .disks.full import FullDisk as FullDisk
-from .disks.tuned import TunedDisk as TunedDisk
+from .model.disks.full import FullDisk as FullDisk
+from .model.disks.tuned import TunedDisk as TunedDisk
 
 # The damper alone
 from .analyses.damper_alone.cycle import DamperCycle as DamperCycle, damper_cycle as damper_cycle
@@ -122,33 +122,33 @@ from .analyses.damper_alone.harmonic_cycle import harmonic_cycle as harmonic_cyc
 from .analyses.damper_alone.routine import blade_with_routine as blade_with_routine
 
 # Measurements and identification
-from .analyses.identification.contact_law import (
+from .laboratory.identification.contact_law import (
     ContactLaw as ContactLaw,
     contact_law as contact_law,
     identify_law as identify_law,
 )
-from .analyses.identification.identify import Identification as Identification, identify as identify
-from .analyses.identification.identify_response import (
+from .laboratory.identification.identify import Identification as Identification, identify as identify
+from .laboratory.identification.identify_response import (
     ResponseIdentification as ResponseIdentification,
     identify_response as identify_response,
 )
-from .analyses.identification.response_fit import FreeParameter as FreeParameter
-from .analyses.identification.loop_law import ContactLoop as ContactLoop, LoopErrors as LoopErrors
-from .measurement.contact_cycles import contact_cycles as contact_cycles
-from .measurement.contact_record import ContactRecord as ContactRecord, read_contact_records as read_contact_records
-from .measurement.cycles import whole_cycles as whole_cycles
-from .measurement.measured_response import MeasuredResponse as MeasuredResponse
-from .measurement.response_table import read_measured_response as read_measured_response
-from .measurement.response_table import read_measured_responses as read_measured_responses
-from .measurement.load_removal import read_load_removal as read_load_removal
-from .measurement.reconstruction import reconstruct as reconstruct
-from .measurement.records import Record as Record, read_record as read_record
-from .measurement.rig_errors import RigErrors as RigErrors
+from .laboratory.identification.response_fit import FreeParameter as FreeParameter
+from .laboratory.identification.loop_law import ContactLoop as ContactLoop, LoopErrors as LoopErrors
+from .laboratory.measurement.contact_cycles import contact_cycles as contact_cycles
+from .laboratory.measurement.contact_record import ContactRecord as ContactRecord, read_contact_records as read_contact_records
+from .laboratory.measurement.cycles import whole_cycles as whole_cycles
+from .laboratory.measurement.measured_response import MeasuredResponse as MeasuredResponse
+from .laboratory.measurement.response_table import read_measured_response as read_measured_response
+from .laboratory.measurement.response_table import read_measured_responses as read_measured_responses
+from .laboratory.measurement.load_removal import read_load_removal as read_load_removal
+from .laboratory.measurement.reconstruction import reconstruct as reconstruct
+from .laboratory.measurement.records import Record as Record, read_record as read_record
+from .laboratory.measurement.rig_errors import RigErrors as RigErrors
 
 # Results, execution, errors
-from .checks import InputError as InputError
-from .console import progress_bar as progress_bar
-from .outcome import Outcome as Outcome
+from .support.checks import InputError as InputError
+from .support.console import progress_bar as progress_bar
+from .support.outcome import Outcome as Outcome
 from .results.files import open_results as open_results
 from .results.matlab import save_mat as save_mat
 from .results.quantities import as_quantity as as_quantity, peak_table as peak_table, quantity_table as quantity_table

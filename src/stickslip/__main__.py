@@ -3,7 +3,7 @@
 import sys
 
 INTERRUPTED = 130
-"""Exit code, as of `stickslip.console`, which is not yet there."""
+"""Exit code, as of `stickslip.support.console`, which is not yet there."""
 
 
 def main() -> None:
@@ -11,7 +11,7 @@ def main() -> None:
     try:
         from stickslip.cli import main as command_line
     except BaseException as error:
-        from stickslip.interrupts import is_behind
+        from stickslip.support.interrupts import is_behind
 
         if not is_behind(error):
             raise

@@ -9,14 +9,14 @@ import stickslip as ss
 from robustness.ill_posed import HELD_BY_FRICTION, structure
 from robustness.problems import random_case
 from robustness.run import HARMONICS, SAMPLES, cause_of
-from stickslip.curves import curve
-from stickslip.curves.curve import solve_curve, with_peaks
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.outcome import Outcome
-from stickslip.solve import continuation, sweep
-from stickslip.solve.continuation import TURNED_BACK, trace
-from stickslip.solve.newton import correct, fixed
-from stickslip.solve.steps import StepControl
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation import continuation, sweep
+from stickslip.solve.continuation.continuation import TURNED_BACK, trace
+from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.solve.continuation.steps import StepControl
+from stickslip.solve.curves import curve
+from stickslip.solve.curves.curve import solve_curve, with_peaks
+from stickslip.support.outcome import Outcome
 
 LEVEL = 1.0
 BAND = ss.radians_per_second(0.5, 2.0)

@@ -6,11 +6,11 @@ import xarray as xr
 
 import stickslip as ss
 from robustness.problems import random_case
-from stickslip.curves.curve import solve_curve
-from stickslip.curves.refine import refined
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.outcome import Outcome
-from stickslip.solve.steps import StepControl
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.steps import StepControl
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.solve.curves.refine import refined
+from stickslip.support.outcome import Outcome
 
 RIGS = {
     "one mass": (ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), 0.5, 7),

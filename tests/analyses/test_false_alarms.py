@@ -13,10 +13,10 @@ import stickslip as ss
 from robustness.resonances import random_case
 from stickslip.analyses.sampling import _hills
 from stickslip.analyses.truncation import LEAST_SPENT
-from stickslip.curves.curve import solve_curve
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.peaks.search import PeakSearch
-from stickslip.solve.newton import correct
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.newton import correct
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.solve.peaks.search import PeakSearch
 
 BAND = ss.Band(0.17, 0.18)
 
@@ -70,7 +70,7 @@ def test_only_maxima_without_a_dip_are_one():
 def test_a_place_that_cannot_be_solved_is_told_with_its_bound(monkeypatch):
     """Where no interval can be divided, the slopes at its ends bound what may lie inside."""
     monkeypatch.setattr(PeakSearch, "_divide", lambda search, interval: None)
-    monkeypatch.setattr("stickslip.peaks.search.DEPTH", 0)
+    monkeypatch.setattr("stickslip.solve.peaks.search.DEPTH", 0)
     balance = HarmonicBalance(two_masses(1e-2), 1, 64)
     curve = solve_curve(balance, [2.0 * np.pi * 0.12, 2.0 * np.pi * 0.25], 1.0, exactly=False)
     told = re.search(r"beside peaks could not be solved, near .* Hz; a peak there may be up to ([\d.]+) % higher", curve.message)
@@ -112,7 +112,7 @@ def test_an_estimate_takes_no_more_than_is_set_for_it(monkeypatch):
         spent.append(found.iterations * (0 if found.factors is None else found.factors.size) ** 3)
         return found
 
-    for module in ("stickslip.analyses.truncation", "stickslip.solve.more_harmonics"):
+    for module in ("stickslip.analyses.truncation", "stickslip.solve.continuation.more_harmonics"):
         monkeypatch.setattr(f"{module}.correct", counted)
     ss.forced_response(many_contacts(10), [0.03, 0.0301], 3.0)
     assert 0 < sum(spent) <= 2.0 * LEAST_SPENT

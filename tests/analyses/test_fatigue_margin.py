@@ -11,13 +11,14 @@ from structure.cantilever import cantilever_rig, cantilever_stress, resonant_str
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip import report, rigs
 from stickslip.analyses.fatigue import EQUIVALENTS, margins, smallest_margin, with_fatigue
-from stickslip.checks import InputError
 from stickslip.cli import app
-from stickslip.plots.haigh import haigh_diagram
-from stickslip.report.fatigue import fatigue_headline, fatigue_table
-from stickslip.structure.stress import COMPONENTS, TENSOR, critical_plane, principal_size, von_mises
+from stickslip.model import rigs
+from stickslip.model.structure.stress import COMPONENTS, TENSOR, critical_plane, principal_size, von_mises
+from stickslip.show import report
+from stickslip.show.plots.haigh import haigh_diagram
+from stickslip.show.report.fatigue import fatigue_headline, fatigue_table
+from stickslip.support.checks import InputError
 
 PLACES = {"half way": (0.01, 0.1, 0.0), "root/1": (-0.01, 0.06, 0.0), "root/2": (0.01, 0.06, 0.0)}
 LIMIT = ss.FatigueLimit(fatigue_strength=400e6, ultimate_strength=1000e6)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.harmonic.balance import Point
-from stickslip.solve.finer_peak import _delayed, _extrapolated, _resonance
+from stickslip.solve.balance.balance import Point
+from stickslip.solve.continuation.finer_peak import _delayed, _extrapolated, _resonance
 from stickslip.study.templates import write_new
 
 

@@ -7,14 +7,14 @@ import pytest
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.harmonic_choice import sufficient_harmonics, watched
-from stickslip.checks import InputError
-from stickslip.curves.curve import solve_curve
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.loads import Output
-from stickslip.rigs import chain_of_three, lumped_blisk, single_blade, single_mass
-from stickslip.solve.more_harmonics import resolved
-from stickslip.solve.truncation import truncation_at
-from stickslip.units import hertz
+from stickslip.model.loads import Output
+from stickslip.model.rigs import chain_of_three, lumped_blisk, single_blade, single_mass
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.more_harmonics import resolved
+from stickslip.solve.continuation.truncation import truncation_at
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.support.checks import InputError
+from stickslip.support.units import hertz
 
 
 def point(problem, frequency, level, harmonics, samples=256):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.checks import InputError
+from stickslip.support.checks import InputError
 
 PHASE = 2.0 * np.pi * np.arange(2000) / 2000.0
 U = 10e-6 * np.sin(PHASE)

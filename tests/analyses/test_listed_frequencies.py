@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.curves import curve
-from stickslip.curves.curve import _monotonic_runs, solve_curve
-from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.curves import curve
+from stickslip.solve.curves.curve import _monotonic_runs, solve_curve
 
 UP = np.linspace(0.15, 0.35, 12)
 

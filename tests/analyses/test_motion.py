@@ -7,7 +7,7 @@ import stickslip as ss
 from stickslip.analyses.kept_motion import kept_motion
 from stickslip.analyses.motion import LIFTED, PARTLY, SLIPPING, STUCK, point_states
 from stickslip.analyses.response_motion import response_motion
-from stickslip.contact.period import OPEN, SLIP_DOWN, SLIP_UP, STICK
+from stickslip.model.contact.period import OPEN, SLIP_DOWN, SLIP_UP, STICK
 
 PULL, MASS = 60.0, 0.02
 

@@ -11,9 +11,9 @@ import pytest
 import stickslip as ss
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.truncation import ALL_NODES
-from stickslip.report.responses import sentences
-from stickslip.structure.matrices import Structure
-from stickslip.structure.solid import box_mesh, solid
+from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.solid import box_mesh, solid
+from stickslip.show.report.responses import sentences
 
 BAND = ss.hertz(1110.0, 1180.0)
 LAW = ss.Macroslip(kt=4e6, mu=0.3, kn=6e6, preload=40.0)
@@ -58,7 +58,7 @@ def all_nodes(beam):
 def test_the_error_of_patches_is_that_of_their_peaks_against_all_nodes(beam, all_nodes, few_coordinates, monkeypatch):
     """Both traced, while the pad slips and lifts. On few coordinates, all modes count too."""
     if few_coordinates:
-        monkeypatch.setattr("stickslip.problem.truncation.MANY_ROWS", 60)
+        monkeypatch.setattr("stickslip.model.problem.truncation.MANY_ROWS", 60)
     data = ss.forced_response(on_the_ground(beam, 1), BAND, [100.0], harmonics=1, samples=64).dataset
     assert ("coordinates" in data.attrs) == few_coordinates
     assert data.sizes["contact"] == 1

@@ -10,9 +10,9 @@ import pytest
 import stickslip as ss
 from robustness.problems import random_case
 from robustness.run import HARMONICS, SAMPLES
-from stickslip.report.conclusions import headline
-from stickslip.report.failures import warnings_of
-from stickslip.stability.multipliers import Stability
+from stickslip.show.report.conclusions import headline
+from stickslip.show.report.failures import warnings_of
+from stickslip.solve.stability.multipliers import Stability
 
 
 def mass(gas=-0.03):

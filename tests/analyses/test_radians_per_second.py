@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.checks import InputError
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.solve import curve_points
-from stickslip.solve.continuation import first_point, trace
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation import curve_points
+from stickslip.solve.continuation.continuation import first_point, trace
+from stickslip.support.checks import InputError
 
 WANTED = [0.9, 1.0, 1.2]
 

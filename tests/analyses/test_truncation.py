@@ -11,11 +11,11 @@ from stickslip.analyses import truncation
 from stickslip.analyses.sampling import broken_warning
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.truncation import truncation_warning
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.outcome import Outcome
-from stickslip.report.failures import warnings_of
-from stickslip.report.responses import sentences
-from stickslip.solve.more_harmonics import resolved
+from stickslip.show.report.failures import warnings_of
+from stickslip.show.report.responses import sentences
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.more_harmonics import resolved
+from stickslip.support.outcome import Outcome
 
 CASES = {
     "one mass": (ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), 1.3, (1, 3, 5)),

@@ -12,13 +12,13 @@ import pytest
 from typer.testing import CliRunner
 
 import stickslip
-from stickslip import console
 from stickslip.cli import app, studies
 from stickslip.cli.places import claimed
-from stickslip.report import presentation
-from stickslip.report.responses import PRESENTATION
 from stickslip.results.files import open_results
 from stickslip.runs.checkpoint import CheckpointFolder
+from stickslip.show.report import presentation
+from stickslip.show.report.responses import PRESENTATION
+from stickslip.support import console
 
 COMMAND = [sys.executable, "-m", "stickslip"]
 

@@ -6,8 +6,8 @@ import pytest
 from rich.console import Console
 from rich.progress import Progress
 
-from stickslip import compilation
-from stickslip.compilation import SENTENCE, TITLE, CompilationNotice
+from stickslip.support import compilation
+from stickslip.support.compilation import SENTENCE, TITLE, CompilationNotice
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ LEFT = """
 import importlib, pkgutil, stickslip
 from numba.core.dispatcher import Dispatcher
 from stickslip.cli.compile_kernels import compile_all
-from stickslip.kernels.cache import FOLDER
-from stickslip.kernels.separate import _SEPARATE
+from stickslip.support.kernels.cache import FOLDER
+from stickslip.support.kernels.separate import _SEPARATE
 
 compile_all()
 names = [each.name for each in pkgutil.walk_packages(stickslip.__path__, "stickslip.") if "__main__" not in each.name]

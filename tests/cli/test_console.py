@@ -11,9 +11,9 @@ from contextlib import nullcontext
 import numpy as np
 import pytest
 
-from stickslip.console import FAILED, INTERRUPTED, plain_warnings, progress_bar, report_fault, say, warn
-from stickslip.files import write_arrays
-from stickslip.interrupts import termination_as_interrupt
+from stickslip.support.console import FAILED, INTERRUPTED, plain_warnings, progress_bar, report_fault, say, warn
+from stickslip.support.files import write_arrays
+from stickslip.support.interrupts import termination_as_interrupt
 
 
 class InterruptedWhenDeleted:
@@ -147,7 +147,7 @@ def test_a_title_does_not_command_the_terminal(capsys, show):
 def test_progress_without_a_terminal_is_a_line_every_half_minute(capfd, monkeypatch):
     """At 0, 10, 31, 40 and 70 s; a share that is too small says nothing of the time left."""
     clock = iter([0.0, 10.0, 31.0, 40.0, 70.0, 250.0])
-    monkeypatch.setattr("stickslip.console.monotonic", lambda: next(clock))
+    monkeypatch.setattr("stickslip.support.console.monotonic", lambda: next(clock))
     with progress_bar("Forced response") as report:
         for fraction, words in ((0.0, "preparing"), (0.01, "level 1"), (0.2, "level 1"), (0.5, "level 2"), (0.75, "level 3")):
             report(fraction, words)
@@ -162,7 +162,7 @@ def test_progress_without_a_terminal_is_a_line_every_half_minute(capfd, monkeypa
 def test_the_remaining_time_is_that_at_the_last_pace_and_unknown_where_a_curve_folds(capfd, monkeypatch):
     """57 % after 30 s and still after five minutes: the whole pace would promise 4 min more."""
     clock = iter([0.0, 31.0, 62.0, 120.0, 300.0, 600.0])
-    monkeypatch.setattr("stickslip.console.monotonic", lambda: next(clock))
+    monkeypatch.setattr("stickslip.support.console.monotonic", lambda: next(clock))
     with progress_bar("Forced response", "stop it") as report:
         for fraction in (0.57, 0.57, 0.58, 0.58, 0.9):
             report(fraction, "level 8")

@@ -12,9 +12,9 @@ import pytest
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip import console
 from stickslip.cli import app
-from stickslip.measurement.synthetic import loop_of
+from stickslip.laboratory.measurement.synthetic import loop_of
+from stickslip.support import console
 
 
 @pytest.fixture

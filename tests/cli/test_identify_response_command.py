@@ -9,9 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip import console, study
+from stickslip import study
 from stickslip.cli import app
-from stickslip.report.response_identification import tables
+from stickslip.show.report.response_identification import tables
+from stickslip.support import console
 
 FREQUENCIES = np.linspace(0.14, 0.24, 13)
 KT, LIMIT, DAMPING = 0.5, 1.0, 0.02

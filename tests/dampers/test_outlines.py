@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.dampers import SHAPES
+from stickslip.model.dampers import SHAPES
 
 
 def area_and_centroid(corners):

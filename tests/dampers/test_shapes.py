@@ -7,14 +7,14 @@ import pytest
 from scipy import linalg
 from scipy.spatial import ConvexHull
 
-from stickslip.checks import InputError
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import ground
-from stickslip.dampers import SHAPES, Cylinder, FlatCylinder, HalfCylinder, Wedge
-from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.dampers.damper import ContactSurface, Damper
-from stickslip.dampers.section import Section, hull_of, polygon, rounded_hull
-from stickslip.dampers.shape import Touch
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import ground
+from stickslip.model.dampers import SHAPES, Cylinder, FlatCylinder, HalfCylinder, Wedge
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.model.dampers.damper import ContactSurface, Damper
+from stickslip.model.dampers.section import Section, hull_of, polygon, rounded_hull
+from stickslip.model.dampers.shape import Touch
+from stickslip.support.checks import InputError
 
 PLACE = (0.02, 0.087, 0.003)
 CASES = [(shape, side) for shape in SHAPES.values() for side in (-1, 1)]

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import stickslip as ss
-from stickslip.structure.cyclic import circulant
+from stickslip.model.structure.cyclic import circulant
 
 INFLUENCE = {0: 4e3 + 900j, 1: -1.5e3 - 800j, -1: -400 + 900j, 2: 300 + 200j}
 REFERENCE = 149.0

@@ -5,21 +5,21 @@ import pytest
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.nodal_diameters import nodal_diameters
-from stickslip.contact.stiffness import static_normal_load
-from stickslip.disks.tuned import TunedDisk
-from stickslip.loads import Force
-from stickslip.plots.chart import Chart
-from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, placed_sectors
-from stickslip.plots.forced_response import figures_of
-from stickslip.report.charts import Charts
-from stickslip.report.disk import disk as disk_section
+from stickslip.model.contact.stiffness import static_normal_load
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.loads import Force
+from stickslip.model.rigs import lumped_blisk
+from stickslip.model.rigs.blisk_sector import BliskSector
+from stickslip.model.rigs.octopus_blisk import octopus_blisk
+from stickslip.model.structure.cyclic import sector_chain
+from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import Structure
 from stickslip.results.files import open_results, save
-from stickslip.rigs import lumped_blisk
-from stickslip.rigs.blisk_sector import BliskSector
-from stickslip.rigs.octopus_blisk import octopus_blisk
-from stickslip.structure.cyclic import sector_chain
-from stickslip.structure.damping import ModalDamping
-from stickslip.structure.matrices import Structure
+from stickslip.show.plots.chart import Chart
+from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, placed_sectors
+from stickslip.show.plots.forced_response import figures_of
+from stickslip.show.report.charts import Charts
+from stickslip.show.report.disk import disk as disk_section
 
 
 @pytest.fixture(scope="module")

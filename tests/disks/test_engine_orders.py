@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.checks import InputError
-from stickslip.plots.chart import Line, Rule
-from stickslip.plots.disk import campbell, nodal_diameter_diagram
-from stickslip.plots.response_curves import response_curves
-from stickslip.report.conclusions import headline
 from stickslip.results.view import has_linear_curves
+from stickslip.show.plots.chart import Line, Rule
+from stickslip.show.plots.disk import campbell, nodal_diameter_diagram
+from stickslip.show.plots.response_curves import response_curves
+from stickslip.show.report.conclusions import headline
+from stickslip.support.checks import InputError
 
 
 @pytest.fixture(scope="module")

@@ -8,11 +8,11 @@ import pytest
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.nodal_diameters import nodal_diameters
 from stickslip.analyses.time_response import time_response
-from stickslip.checks import InputError
-from stickslip.contact.start import MeanTraction, TractionRatio
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.rigs import lumped_blisk, octopus_blisk
-from stickslip.solve.continuation import first_point
+from stickslip.model.contact.start import MeanTraction, TractionRatio
+from stickslip.model.rigs import lumped_blisk, octopus_blisk
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.continuation import first_point
+from stickslip.support.checks import InputError
 
 
 def solved(disk, frequency, force, harmonics=3, samples=96):

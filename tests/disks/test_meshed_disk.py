@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from scipy.sparse import linalg
 
-from stickslip.checks import InputError
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.rigs.blisk_sector import BliskSector, reduced_sector
-from stickslip.rigs.octopus_blisk import octopus_blisk
-from stickslip.solve.continuation import first_point
-from stickslip.structure.cyclic_reduction import cyclic_craig_bampton, cyclic_frequencies, rotation, sector_of
-from stickslip.structure.modes import natural_modes
-from stickslip.structure.solid import solid
-from stickslip.structure.spin import spinning
+from stickslip.model.rigs.blisk_sector import BliskSector, reduced_sector
+from stickslip.model.rigs.octopus_blisk import octopus_blisk
+from stickslip.model.structure.cyclic_reduction import cyclic_craig_bampton, cyclic_frequencies, rotation, sector_of
+from stickslip.model.structure.modes import natural_modes
+from stickslip.model.structure.solid import solid
+from stickslip.model.structure.spin import spinning
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.continuation import first_point
+from stickslip.support.checks import InputError
 
 COARSE = BliskSector(sectors=6, cells=(1, 1, 1))
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from stickslip.curves.curve import solve_curve
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.linear_part import LinearPart
-from stickslip.rigs.blisk_sector import BliskSector
-from stickslip.rigs.octopus_blisk import octopus_blisk
-from stickslip.solve.all_modes import solved_on_all_modes
-from stickslip.solve.newton import correct, fixed
+from stickslip.model.rigs.blisk_sector import BliskSector
+from stickslip.model.rigs.octopus_blisk import octopus_blisk
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.linear_part import LinearPart
+from stickslip.solve.continuation.all_modes import solved_on_all_modes
+from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.solve.curves.curve import solve_curve
 
 COARSE = BliskSector(sectors=6, cells=(1, 1, 1))
 H = 3

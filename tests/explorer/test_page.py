@@ -4,8 +4,8 @@ import builtins
 
 import pytest
 
-from stickslip.checks import InputError
-from stickslip.explorer.server import prepared
+from stickslip.show.explorer.server import prepared
+from stickslip.support.checks import InputError
 
 STUDY = """
 [study]
@@ -44,7 +44,7 @@ def test_another_name_of_this_computer_is_refused(client):
 
 def test_a_request_is_answered_with_the_peak_and_a_wrong_one_with_a_sentence(study):
     pytest.importorskip("dash")
-    from stickslip.explorer.page import _answered
+    from stickslip.show.explorer.page import _answered
 
     solver, _ = prepared(study, "token")
     wanted = {"values": {}, "pinned": {}, "output": "1.x", "log": True, "dark": False, "tab": "a", "version": 1, "fine": True}
@@ -61,7 +61,7 @@ def test_a_request_is_answered_with_the_peak_and_a_wrong_one_with_a_sentence(stu
 
 def test_the_first_curve_is_that_of_the_output_shown_and_an_unknown_one_is_refused(tmp_path):
     pytest.importorskip("dash")
-    from stickslip.explorer.page import _answered
+    from stickslip.show.explorer.page import _answered
 
     path = tmp_path / "masses.toml"
     path.write_text(STUDY.replace("single_mass", "three_mass_wedge").replace("[0.1, 0.3]", "[215.0, 230.0]"))

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.checks import InputError
-from stickslip.explorer.export import python_of
-from stickslip.explorer.figures import detail_figures
-from stickslip.explorer.solving import OutdatedError, Solver
+from stickslip.show.explorer.export import python_of
+from stickslip.show.explorer.figures import detail_figures
+from stickslip.show.explorer.solving import OutdatedError, Solver
 from stickslip.study.read import job
 from stickslip.study.templates import KINDS, write_new
+from stickslip.support.checks import InputError
 
 STUDY = """
 [study]

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stickslip as ss
-from stickslip.checks import InputError
+from stickslip.support.checks import InputError
 
 UNTURNED = np.eye(3)
 TURN = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]

@@ -9,13 +9,13 @@ import numpy as np
 from laws.marching import Motion, sampled
 from laws.samples import Sample
 
-from stickslip.contact.point import Contact, between
-from stickslip.contact.start import Start
-from stickslip.contact.table import contact_table
-from stickslip.harmonic.contact_forces import compile_contact_forces, contact_forces
-from stickslip.harmonic.cycle import ContactCycle, contact_cycle
-from stickslip.harmonic.fourier import fourier
-from stickslip.kernels.views import view
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.start import Start
+from stickslip.model.contact.table import contact_table
+from stickslip.solve.balance.contact_forces import compile_contact_forces, contact_forces
+from stickslip.solve.balance.cycle import ContactCycle, contact_cycle
+from stickslip.solve.balance.fourier import fourier
+from stickslip.support.kernels.views import view
 
 DIRECTIONS = ("x", "y", "z")
 

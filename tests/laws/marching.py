@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from laws.samples import Element, Sample
 
-from stickslip.contact.start import Start
+from stickslip.model.contact.start import Start
 
 
 @dataclass(frozen=True)

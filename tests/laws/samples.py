@@ -12,19 +12,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-import stickslip.contact
-from stickslip.contact.cubic import CubicSpring
-from stickslip.contact.dahl import Dahl
-from stickslip.contact.friction_disc import FrictionDisc
-from stickslip.contact.gap import Gap
-from stickslip.contact.iwan import Iwan
-from stickslip.contact.law import Law
-from stickslip.contact.lugre import LuGre
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.microslip import MicroslipArray
-from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
-from stickslip.contact.tanh_coulomb import TanhCoulomb
-from stickslip.contact.valanis import Valanis
+import stickslip.model.contact
+from stickslip.model.contact.cubic import CubicSpring
+from stickslip.model.contact.dahl import Dahl
+from stickslip.model.contact.friction_disc import FrictionDisc
+from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.iwan import Iwan
+from stickslip.model.contact.law import Law
+from stickslip.model.contact.lugre import LuGre
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
+from stickslip.model.contact.tanh_coulomb import TanhCoulomb
+from stickslip.model.contact.valanis import Valanis
 
 
 @dataclass(frozen=True)
@@ -70,9 +70,9 @@ class Sample:
 
 
 def every_law() -> list[type[Law]]:
-    """Every concrete law of stickslip.contact, found by listing its modules."""
-    for module in pkgutil.iter_modules(stickslip.contact.__path__):
-        importlib.import_module(f"stickslip.contact.{module.name}")
+    """Every concrete law of stickslip.model.contact, found by listing its modules."""
+    for module in pkgutil.iter_modules(stickslip.model.contact.__path__):
+        importlib.import_module(f"stickslip.model.contact.{module.name}")
     found, pending = [], [Law]
     while pending:
         members = pending.pop().__subclasses__()

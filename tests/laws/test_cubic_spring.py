@@ -7,8 +7,8 @@ from laws.marching import harmonics_of, sampled
 from laws.samples import SPRING_SAMPLES
 
 import stickslip as ss
-from stickslip.contact.period import SLIPPING
-from stickslip.harmonic.energy import cycle_work
+from stickslip.model.contact.period import SLIPPING
+from stickslip.solve.balance.energy import cycle_work
 
 VIRGIN = ss.SliderOffset()
 

@@ -7,12 +7,12 @@ from laws.kernel import answer, cycle, forces, motion_of, random_motion
 from laws.marching import harmonics_of
 from laws.samples import DAHL_SAMPLES
 
-from stickslip.checks import InputError
-from stickslip.contact.dahl import Dahl
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.period import SLIPPING
-from stickslip.contact.start import SliderOffset
-from stickslip.harmonic.energy import cycle_work
+from stickslip.model.contact.dahl import Dahl
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.period import SLIPPING
+from stickslip.model.contact.start import SliderOffset
+from stickslip.solve.balance.energy import cycle_work
+from stickslip.support.checks import InputError
 
 H, NT = 3, 64
 VIRGIN = SliderOffset()

@@ -8,14 +8,14 @@ from each import each
 from laws.kernel import OMEGA, answer, forces, random_motion
 from laws.samples import every_law, samples_of
 
-from stickslip.checks import InputError
-from stickslip.contact.dispatch import kind_of
-from stickslip.contact.period import SLIPPING
-from stickslip.contact.point import Contact, between
-from stickslip.contact.start import SliderOffset, TractionRatio
-from stickslip.contact.table import contact_table
-from stickslip.contact.valanis import Valanis
-from stickslip.harmonic.energy import cycle_work
+from stickslip.model.contact.dispatch import kind_of
+from stickslip.model.contact.period import SLIPPING
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.start import SliderOffset, TractionRatio
+from stickslip.model.contact.table import contact_table
+from stickslip.model.contact.valanis import Valanis
+from stickslip.solve.balance.energy import cycle_work
+from stickslip.support.checks import InputError
 
 H, NT = 3, 64
 LAWS = every_law()

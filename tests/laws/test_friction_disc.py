@@ -9,13 +9,13 @@ from laws.samples import DISC_SAMPLES
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from stickslip.checks import InputError
-from stickslip.contact.friction_disc import FrictionDisc, disc_step
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.period import HELD, SLIPPING, STATIC
-from stickslip.contact.point import Contact, between
-from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
-from stickslip.harmonic.energy import cycle_work
+from stickslip.model.contact.friction_disc import FrictionDisc, disc_step
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.period import HELD, SLIPPING, STATIC
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.start import MeanTraction, SliderOffset, TractionRatio
+from stickslip.solve.balance.energy import cycle_work
+from stickslip.support.checks import InputError
 
 H, NT = 3, 64
 STARTS = {

@@ -11,15 +11,15 @@ from scipy import integrate
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.time_response import time_response
-from stickslip.checks import InputError
-from stickslip.contact.iwan import Iwan, mindlin_sphere
-from stickslip.contact.microslip import MicroslipArray
-from stickslip.contact.point import Contact, between
-from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic
-from stickslip.loads import Force
-from stickslip.problem import Problem
-from stickslip.structure.matrices import Structure
-from stickslip.time.methods import GeneralisedAlpha
+from stickslip.model.contact.iwan import Iwan, mindlin_sphere
+from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.spectrum import FourParameter, Hertz, Parabolic
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.structure.matrices import Structure
+from stickslip.solve.time.methods import GeneralisedAlpha
+from stickslip.support.checks import InputError
 
 SPECTRA = (
     Hertz(),

@@ -16,10 +16,10 @@ from laws.kernel import answer, forces, random_motion
 from laws.marching import marched, reachable, sampled, wanted_traction
 from laws.samples import SAMPLES, Element, Sample
 
-from stickslip.contact.gap import Gap
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.period import HELD, SLIPPING, STATIC
-from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
+from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.period import HELD, SLIPPING, STATIC
+from stickslip.model.contact.start import MeanTraction, SliderOffset, TractionRatio
 
 H, NT = 3, 64
 STEP = 3e-8

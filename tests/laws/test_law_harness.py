@@ -13,12 +13,12 @@ from laws.marching import harmonics_of, steady_forces
 from laws.quadrature import normal_harmonics
 from laws.samples import LUGRE_SAMPLES, SAMPLES, SMOOTH_SAMPLES, every_law, samples_of
 
-from stickslip.contact.gap import Gap
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.microslip import MicroslipArray
-from stickslip.contact.period import HELD, SLIPPING
-from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
-from stickslip.harmonic.energy import cycle_work
+from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.period import HELD, SLIPPING
+from stickslip.model.contact.start import MeanTraction, SliderOffset, TractionRatio
+from stickslip.solve.balance.energy import cycle_work
 
 H, NT = 4, 96
 

@@ -8,12 +8,12 @@ from laws.marching import harmonics_of
 from laws.samples import LUGRE_SAMPLES, Element, Sample
 from scipy.integrate import solve_ivp
 
-from stickslip.checks import InputError
-from stickslip.contact.dahl import Dahl
-from stickslip.contact.lugre import LuGre
-from stickslip.contact.period import SLIPPING
-from stickslip.contact.start import SliderOffset
-from stickslip.harmonic.energy import cycle_work
+from stickslip.model.contact.dahl import Dahl
+from stickslip.model.contact.lugre import LuGre
+from stickslip.model.contact.period import SLIPPING
+from stickslip.model.contact.start import SliderOffset
+from stickslip.solve.balance.energy import cycle_work
+from stickslip.support.checks import InputError
 
 H, NT = 3, 64
 VIRGIN = SliderOffset()

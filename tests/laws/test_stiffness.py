@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.contact_stiffness import contact_stiffness
-from stickslip.checks import InputError
-from stickslip.contact.stiffness import (
+from stickslip.model.contact.stiffness import (
     NORMAL_STIFFNESS,
     LineContact,
     SphereContact,
@@ -13,6 +12,7 @@ from stickslip.contact.stiffness import (
     harris_approach,
     static_normal_load,
 )
+from stickslip.support.checks import InputError
 
 CYLINDER = LineContact(27.6e-3, 5e-3)
 

@@ -11,9 +11,9 @@ from laws.marching import harmonics_of
 from laws.samples import DISC_SAMPLES, SAMPLES, SPRING_SAMPLES, Sample
 from scipy.integrate import solve_ivp
 
-from stickslip.contact.period import SLIPPING
-from stickslip.contact.start import SliderOffset, TractionRatio
-from stickslip.harmonic.energy import cycle_work
+from stickslip.model.contact.period import SLIPPING
+from stickslip.model.contact.start import SliderOffset, TractionRatio
+from stickslip.solve.balance.energy import cycle_work
 
 H, NT = 3, 64
 STEP = 1e-6

@@ -6,12 +6,12 @@ from laws.kernel import OMEGA, answer, cycle, forces, random_motion
 from laws.marching import harmonics_of, sampled
 from laws.samples import TANH_SAMPLES
 
-from stickslip.checks import InputError
-from stickslip.contact.period import SLIPPING
-from stickslip.contact.point import Contact, between
-from stickslip.contact.start import SliderOffset
-from stickslip.contact.tanh_coulomb import TanhCoulomb
-from stickslip.harmonic.energy import cycle_work
+from stickslip.model.contact.period import SLIPPING
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.tanh_coulomb import TanhCoulomb
+from stickslip.solve.balance.energy import cycle_work
+from stickslip.support.checks import InputError
 
 H, NT = 3, 64
 VIRGIN = SliderOffset()

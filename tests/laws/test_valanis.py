@@ -9,13 +9,13 @@ from laws.samples import VALANIS_SAMPLES, Element, Sample
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from stickslip.checks import InputError
-from stickslip.contact.dahl import Dahl
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.period import SLIPPING
-from stickslip.contact.start import SliderOffset
-from stickslip.contact.valanis import Valanis
-from stickslip.harmonic.energy import cycle_work
+from stickslip.model.contact.dahl import Dahl
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.period import SLIPPING
+from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.valanis import Valanis
+from stickslip.solve.balance.energy import cycle_work
+from stickslip.support.checks import InputError
 
 H, NT = 3, 64
 VIRGIN = SliderOffset()

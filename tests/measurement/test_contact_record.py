@@ -6,10 +6,10 @@ import pytest
 from scipy import io
 
 import stickslip as ss
-from stickslip.checks import InputError
-from stickslip.measurement.contact_cycles import contact_cycles, loop_area
-from stickslip.measurement.passages import reversals
-from stickslip.measurement.synthetic import loop_of
+from stickslip.laboratory.measurement.contact_cycles import contact_cycles, loop_area
+from stickslip.laboratory.measurement.passages import reversals
+from stickslip.laboratory.measurement.synthetic import loop_of
+from stickslip.support.checks import InputError
 
 KT, MU, N, AMPLITUDE = 20e6, 0.4, 100.0, 10e-6
 

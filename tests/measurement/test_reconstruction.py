@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
-from stickslip.checks import InputError
-from stickslip.dampers.platform_motion import in_phase, out_of_phase
-from stickslip.measurement.blade_cells import blade_damper_forces, blade_rig_forces
-from stickslip.measurement.cycles import whole_cycles
-from stickslip.measurement.friction import friction_from_ratios, plateau
-from stickslip.measurement.reconstruction import damper_motion, feet_loads, reconstruct, reconstructed
-from stickslip.measurement.records import Record, read_record, write_record
-from stickslip.measurement.synthetic import synthetic_record, true_cycle
-from stickslip.rigs.laboratory_damper import laboratory_damper
+from stickslip.laboratory.measurement.blade_cells import blade_damper_forces, blade_rig_forces
+from stickslip.laboratory.measurement.cycles import whole_cycles
+from stickslip.laboratory.measurement.friction import friction_from_ratios, plateau
+from stickslip.laboratory.measurement.reconstruction import damper_motion, feet_loads, reconstruct, reconstructed
+from stickslip.laboratory.measurement.records import Record, read_record, write_record
+from stickslip.laboratory.measurement.synthetic import synthetic_record, true_cycle
+from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
+from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.support.checks import InputError
 
 FRICTION = (0.18, 0.199, 0.45)
 RIG = laboratory_damper(37.0, 80.0, FRICTION)

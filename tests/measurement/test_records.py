@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from stickslip.checks import InputError
-from stickslip.measurement.cycles import whole_cycles
-from stickslip.measurement.load_removal import LoadRemoval, read_load_removal, zero_by_load_removal
-from stickslip.measurement.records import Record, read_record
+from stickslip.laboratory.measurement.cycles import whole_cycles
+from stickslip.laboratory.measurement.load_removal import LoadRemoval, read_load_removal, zero_by_load_removal
+from stickslip.laboratory.measurement.records import Record, read_record
+from stickslip.support.checks import InputError
 
 SAMPLES, CYCLES, RATE = 200, 12, 5.0
 TIME = np.arange(SAMPLES * CYCLES) / (SAMPLES * RATE)

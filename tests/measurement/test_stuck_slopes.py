@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.damper_alone.cycle import CycleModel
-from stickslip.checks import InputError
-from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.dampers.laboratory import ThreePoint
-from stickslip.measurement.stuck import stiffness_from_slopes, stuck_slopes, stuck_stretch
-from stickslip.rigs.laboratory_damper import laboratory_damper
+from stickslip.laboratory.measurement.stuck import stiffness_from_slopes, stuck_slopes, stuck_stretch
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.model.dampers.laboratory import ThreePoint
+from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.support.checks import InputError
 
 
 def test_stuck_slopes_of_two_geometries():

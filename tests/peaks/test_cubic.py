@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.peaks.cubic import Cubic
+from stickslip.solve.peaks.cubic import Cubic
 
 
 @pytest.mark.parametrize(

@@ -5,15 +5,15 @@ from math import pi
 
 import numpy as np
 import pytest
-from harmonic.problems import everything
+from balance.problems import everything
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.contact.macroslip import Macroslip
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.harmonic.energy import EnergyBalance, cycle_work
-from stickslip.rigs import chain_varying_load, single_mass, three_mass_wedge
-from stickslip.solve.newton import correct, fixed
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.rigs import chain_varying_load, single_mass, three_mass_wedge
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import EnergyBalance, cycle_work
+from stickslip.solve.continuation.newton import correct, fixed
 
 LIMIT, KT = 1.2, 0.5
 

@@ -11,8 +11,8 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.rigs import single_mass
-from stickslip.units import radians_per_second
+from stickslip.model.rigs import single_mass
+from stickslip.support.units import radians_per_second
 
 SAMPLES = 8192
 KD = 0.5

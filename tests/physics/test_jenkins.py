@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from laws.kernel import carried
 
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import Contact, between
-from stickslip.contact.table import contact_table
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.harmonic.fourier import fourier
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.table import contact_table
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.fourier import fourier
 
 KD, FC = 2.0, 3.0
 AMPLITUDES = (1.6, 1.9, 2.3, 3.0, 3.7, 5.1, 7.7, 10.0)

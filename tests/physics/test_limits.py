@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.contact.gap import Gap
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import Contact, between
-from stickslip.contact.start import SliderOffset
-from stickslip.loads import Force
-from stickslip.problem import Problem
-from stickslip.rigs import chain, chain_of_three, single_mass, three_mass_wedge
-from stickslip.structure.matrices import Structure
-from stickslip.units import hertz, radians_per_second
+from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.start import SliderOffset
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import chain, chain_of_three, single_mass, three_mass_wedge
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.units import hertz, radians_per_second
 
 
 def linear_amplitude(problem: Problem, stiffness: np.ndarray, frequency: float) -> np.ndarray:

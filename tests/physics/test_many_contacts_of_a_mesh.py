@@ -11,8 +11,8 @@ from scipy.optimize import newton_krylov
 from scipy.sparse.linalg import LinearOperator
 
 import stickslip as ss
-from stickslip.structure.matrices import Structure
-from stickslip.structure.solid import box_mesh, solid
+from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.solid import box_mesh, solid
 
 KT, KN, MU, PRELOAD, RATIO = 4e6, 6e6, 0.3, 400.0, 0.01
 H, SAMPLES = 3, 512

@@ -9,9 +9,9 @@ import pytest
 from laws.kernel import forces
 from laws.samples import Element, Sample
 
-from stickslip.contact.microslip import MicroslipArray
-from stickslip.contact.start import SliderOffset
-from stickslip.harmonic.energy import cycle_work
+from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.start import SliderOffset
+from stickslip.solve.balance.energy import cycle_work
 
 F, KT = 1.3, 2.1
 XS = 4.0 * F / (np.pi * KT)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.rigs import single_mass
+from stickslip.model.rigs import single_mass
 
 
 @pytest.mark.parametrize("level", [1.9, 2.0, 4.0, 16.0])

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.rigs import chain, chain_of_three, chain_varying_load, single_mass
-from stickslip.units import radians_per_second
+from stickslip.model.rigs import chain, chain_of_three, chain_varying_load, single_mass
+from stickslip.support.units import radians_per_second
 
 DATA = Path(__file__).parents[1] / "data"
 CURVES = {

@@ -12,8 +12,8 @@ import pytest
 from scipy.optimize import brentq
 
 import stickslip as ss
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.solve import continuation, more_harmonics
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation import continuation, more_harmonics
 
 FIRST = 2.0 * pi
 ALWAYS_SLIPS = hypot(1.0, 0.5 * pi)

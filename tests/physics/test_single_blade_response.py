@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.outcome import Outcome
-from stickslip.rigs import single_blade
-from stickslip.units import hertz
+from stickslip.model.rigs import single_blade
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import hertz
 
 LEVELS = [1.0, 5.0, 20.0, 50.0, 80.0, 100.0]
 

@@ -9,9 +9,9 @@ import pytest
 from laws.kernel import cycle, forces
 from laws.samples import Element, Sample
 
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.start import SliderOffset
-from stickslip.harmonic.energy import cycle_work
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.start import SliderOffset
+from stickslip.solve.balance.energy import cycle_work
 
 KD, MU, N0, KAPPA, A = 2.0, 0.5, 1.0, 0.3, 2.0
 SAMPLE = Sample("in phase", Macroslip(KD, MU, KAPPA, N0), 1, (Element(KD, MU, KAPPA, preload=N0),))

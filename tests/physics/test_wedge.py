@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.contact.macroslip import Macroslip
-from stickslip.rigs import three_mass_wedge
-from stickslip.units import hertz
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.rigs import three_mass_wedge
+from stickslip.support.units import hertz
 
 
 def response(ratio: float, band, force: float = 1.0):

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import stickslip as ss
-from stickslip.checks import InputError
+from stickslip.support.checks import InputError
 
 
 @pytest.fixture(scope="module")

@@ -7,11 +7,11 @@ import pytest
 from matplotlib.colors import to_hex
 from plotly.graph_objects import Figure
 
-from stickslip.checks import InputError
-from stickslip.plots.chart import Area, Axis, Bars, Cells, Chart, Key, Line, Panel, Rule, Shades, band, closed, edges_between
-from stickslip.plots.interactive import description, plotly_figure
-from stickslip.plots.look import FREE, Style, colour, contact, level
 from stickslip.results.result import Result
+from stickslip.show.plots.chart import Area, Axis, Bars, Cells, Chart, Key, Line, Panel, Rule, Shades, band, closed, edges_between
+from stickslip.show.plots.interactive import description, plotly_figure
+from stickslip.show.plots.look import FREE, Style, colour, contact, level
+from stickslip.support.checks import InputError
 
 X = np.linspace(1.0, 200.0, 30)
 CURVE = Line(X, 5.0 / X, level(1, 4), "force × 5", {"phase in °": -X})

@@ -13,11 +13,11 @@ from PIL import Image
 
 import stickslip as ss
 from stickslip.analyses.deformed_shape import MOST_OF_A_WHEEL, SurfaceMotion
-from stickslip.plots.deformed_shape import FRAMES, DeformedShape
-from stickslip.plots.vtk import save_vtu
-from stickslip.report import write
-from stickslip.report.charts import Charts
-from stickslip.units import UnitSystem
+from stickslip.show.plots.deformed_shape import FRAMES, DeformedShape
+from stickslip.show.plots.vtk import save_vtu
+from stickslip.show.report import write
+from stickslip.show.report.charts import Charts
+from stickslip.support.units import UnitSystem
 
 
 @pytest.fixture(scope="module")

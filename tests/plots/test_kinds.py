@@ -11,9 +11,9 @@ import pytest
 from plots.small_runs import LESS, small_run
 from report.pages import Page
 
-from stickslip.plots.chart import Chart
-from stickslip.report.presentation import presentation_of
 from stickslip.results.files import open_results
+from stickslip.show.plots.chart import Chart
+from stickslip.show.report.presentation import presentation_of
 from stickslip.study.templates import KINDS
 
 """Keys of each template that are changed so that it runs in seconds; None: left out."""

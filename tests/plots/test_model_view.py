@@ -6,11 +6,11 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.plots.model_view import MOST_POINTS, model_view
-from stickslip.rigs.platform_blade import PlatformBlade
-from stickslip.rigs.single_blade import damper_shape, pads, placed_dampers
+from stickslip.model.rigs.platform_blade import PlatformBlade
+from stickslip.model.rigs.single_blade import damper_shape, pads, placed_dampers
+from stickslip.show.plots.model_view import MOST_POINTS, model_view
 from stickslip.study.templates import write_new
-from stickslip.units import UnitSystem
+from stickslip.support.units import UnitSystem
 
 
 @pytest.fixture(scope="module")

@@ -3,10 +3,10 @@
 import numpy as np
 
 import stickslip as ss
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import Contact
-from stickslip.problem import Problem
-from stickslip.structure.matrices import Structure
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import Contact
+from stickslip.model.problem import Problem
+from stickslip.model.structure.matrices import Structure
 
 KT, KN = 200.0, 500.0
 

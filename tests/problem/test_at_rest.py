@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.problem.at_rest import normal_loads_at_rest
-from stickslip.solve.sweep import solve_cold
+from stickslip.model.problem.at_rest import normal_loads_at_rest
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.sweep import solve_cold
 from stickslip.study import job
 from stickslip.study.templates import write_new
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.problem.warnings import negative_damping
+from stickslip.model.problem.warnings import negative_damping
 
 
 def mass(gas: float, ratio: float = 0.002) -> ss.Problem:

@@ -12,7 +12,7 @@ from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
-from models.conftest import Chain
+from readers.conftest import Chain
 
 from stickslip.runs import dask_cluster
 from stickslip.runs.processes import _safe_paths

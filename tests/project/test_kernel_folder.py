@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.kernels.cache import _folder, _temporary_folder
+from stickslip.support.kernels.cache import _folder, _temporary_folder
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders have no such owners on Windows")
 
@@ -74,7 +74,7 @@ def test_a_place_where_others_can_exchange_it_is_refused(own):
 
 def test_a_folder_of_one_process_ends_with_it(own):
     own.write_text("")
-    script = "from stickslip.kernels.cache import _temporary_folder; print(_temporary_folder())"
+    script = "from stickslip.support.kernels.cache import _temporary_folder; print(_temporary_folder())"
     command, environment = [sys.executable, "-P", "-c", script], os.environ | {"TMPDIR": str(own.parent)}
     printed = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
     assert Path(printed.strip()).parent == own.parent
@@ -84,7 +84,7 @@ def test_a_folder_of_one_process_ends_with_it(own):
 def test_kernels_of_a_user_without_a_home_go_there(own, monkeypatch):
     """Neither beside the package nor, as a relative path, into the working folder."""
     (own.parent / "package").write_text("")
-    monkeypatch.setattr("stickslip.kernels.cache._PACKAGE", own.parent / "package")
+    monkeypatch.setattr("stickslip.support.kernels.cache._PACKAGE", own.parent / "package")
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", "relative")
     (own.parent / "model").mkdir()
@@ -102,11 +102,11 @@ def test_the_working_folder_is_not_used(own, monkeypatch):
 
 CHANGE_OF_FOLDER = """
 import os, sys, numba
-from stickslip.kernels.cache import FOLDER
+from stickslip.support.kernels.cache import FOLDER
 os.chdir(sys.argv[1])
 numba.njit(lambda x: x)(1.0)
 import numpy as np
-from stickslip.solve.curve_points import moving_sizes
+from stickslip.solve.continuation.curve_points import moving_sizes
 moving_sizes(np.ones((2, 3)), 1)
 print(any(FOLDER.glob("solve.curve_points.moving_sizes-*")), os.listdir())
 """

@@ -5,7 +5,7 @@ from each import each
 
 import stickslip as ss
 from stickslip import _RENAMED
-from stickslip.renamed import renamed_arguments
+from stickslip.support.renamed import renamed_arguments
 
 
 @each(("old", "new"), _RENAMED.items())

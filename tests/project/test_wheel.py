@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from stickslip import forced_response
-from stickslip.kernels import cache
-from stickslip.rigs import single_mass
+from stickslip.model.rigs import single_mass
+from stickslip.support.kernels import cache
 
 ROOT = Path(__file__).parents[2]
 
@@ -18,8 +18,8 @@ FIRST = """
 import time
 began = time.process_time()
 import stickslip
-from stickslip.compilation import NOTICE
-response = stickslip.forced_response(stickslip.rigs.single_mass(), [0.16], 1.0, harmonics=3, samples=64)
+from stickslip.support.compilation import NOTICE
+response = stickslip.forced_response(stickslip.model.rigs.single_mass(), [0.16], 1.0, harmonics=3, samples=64)
 print(stickslip.__file__, float(response.dataset.amplitude.values[0, 0, 0]), NOTICE.compiled, time.process_time() - began)
 """
 

@@ -9,7 +9,7 @@ from math import isfinite
 
 import numpy as np
 
-from stickslip.report import write
+from stickslip.show.report import write
 
 
 class Page(HTMLParser):

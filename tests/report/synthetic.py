@@ -6,8 +6,8 @@ kt (θ − ½ sin 2θ)/π and dissipates 4 L (A − A_c) per cycle, so each ampl
 
 import numpy as np
 
-from stickslip.outcome import Outcome
 from stickslip.results.files import SCHEMA, labelled
+from stickslip.support.outcome import Outcome
 
 STIFFNESS = (2 * np.pi * 410.0) ** 2  # of a mass of 1 kg
 DAMPING = 2 * 0.002 * 2 * np.pi * 410.0

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from report.synthetic import KINDS, poor
 
-from stickslip.checks import InputError
-from stickslip.plots.forced_response import FIGURES, hysteresis_loops, response_curves, save_figures
-from stickslip.renderers import FIGURES as REGISTERED
 from stickslip.results.result import Result
+from stickslip.show.plots.forced_response import FIGURES, hysteresis_loops, response_curves, save_figures
+from stickslip.support.checks import InputError
+from stickslip.support.renderers import FIGURES as REGISTERED
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -84,6 +84,6 @@ def test_poor_datasets_are_drawn(kind, tmp_path):
 
 def test_plots_load_matplotlib_late():
     code = (
-        "import sys, stickslip.plots, stickslip.results.files; sys.exit(any(m in sys.modules for m in ('matplotlib', 'xarray')))"
+        "import sys, stickslip.show.plots, stickslip.results.files; sys.exit(bool({'matplotlib', 'xarray'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -7,9 +7,9 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.truncation import ALL_NODES
-from stickslip.outcome import Outcome
-from stickslip.report.answer import peaks_at_a_glance
-from stickslip.report.failures import warnings_of
+from stickslip.show.report.answer import peaks_at_a_glance
+from stickslip.show.report.failures import warnings_of
+from stickslip.support.outcome import Outcome
 
 
 @pytest.fixture(scope="module")

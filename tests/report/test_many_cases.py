@@ -14,16 +14,16 @@ from report.synthetic import synthetic
 import stickslip as ss
 from stickslip import analyses
 from stickslip.analyses.fatigue import with_fatigue
-from stickslip.plots.forced_response import figures_of
-from stickslip.plots.haigh import haigh_diagram
-from stickslip.plots.look import MOST_ENTRIES, PAGE
-from stickslip.plots.stress import stress_curves
-from stickslip.report.page import page
-from stickslip.report.responses import sentences
-from stickslip.report.sections import MOST_SHOWN
+from stickslip.model.structure.stress import COMPONENTS
 from stickslip.results.representative import representatives, spread
 from stickslip.results.result import Result
-from stickslip.structure.stress import COMPONENTS
+from stickslip.show.plots.forced_response import figures_of
+from stickslip.show.plots.haigh import haigh_diagram
+from stickslip.show.plots.look import MOST_ENTRIES, PAGE
+from stickslip.show.plots.stress import stress_curves
+from stickslip.show.report.page import page
+from stickslip.show.report.responses import sentences
+from stickslip.show.report.sections import MOST_SHOWN
 
 MANY = 40
 BESIDE_CASES = 5  # further entries of a legend: linear curves, failures, "others"

@@ -10,15 +10,15 @@ import pytest
 from report.pages import decoded, page_of
 from report.synthetic import KINDS, poor, synthetic
 
-from stickslip.checks import InputError
-from stickslip.report import write
-from stickslip.report.conclusions import headline, level_sentence
-from stickslip.report.failures import failures_of
-from stickslip.report.markup import packed
-from stickslip.report.page import page
-from stickslip.report.responses import message_sentences
-from stickslip.report.sections import OPENED
 from stickslip.results.view import highest_peak
+from stickslip.show.report import write
+from stickslip.show.report.conclusions import headline, level_sentence
+from stickslip.show.report.failures import failures_of
+from stickslip.show.report.markup import packed
+from stickslip.show.report.page import page
+from stickslip.show.report.responses import message_sentences
+from stickslip.show.report.sections import OPENED
+from stickslip.support.checks import InputError
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"' & <!-- \u2028"
 

@@ -12,16 +12,16 @@ from matplotlib import use
 
 import stickslip as ss
 from stickslip import analyses
-from stickslip.checks import rounded
-from stickslip.report.conclusions import headline, level_sentence
-from stickslip.report.failures import warnings_of
-from stickslip.report.nonlinear_modes import PRESENTATION
-from stickslip.report.numbers import number
-from stickslip.report.page import common_title
-from stickslip.report.plain import _sentence
-from stickslip.report.presentation import presentation_of
 from stickslip.results.result import Result
 from stickslip.results.stability import NOT_JUDGED
+from stickslip.show.report.conclusions import headline, level_sentence
+from stickslip.show.report.failures import warnings_of
+from stickslip.show.report.nonlinear_modes import PRESENTATION
+from stickslip.show.report.numbers import number
+from stickslip.show.report.page import common_title
+from stickslip.show.report.plain import _sentence
+from stickslip.show.report.presentation import presentation_of
+from stickslip.support.checks import rounded
 
 
 @pytest.fixture(scope="module")

@@ -18,16 +18,16 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.plots.chart import Axis, Bars, Chart, Line, Panel, Rule
-from stickslip.plots.look import Style
-from stickslip.plots.shown_chart import shown_chart
-from stickslip.report.page import page
-from stickslip.report.presentation import presentation_of
 from stickslip.results.shown_units import attributes_of, in_system, shown_dataset, shown_sentence, shown_table, system_of
 from stickslip.runs.checkpoint import CheckpointFolder
+from stickslip.show.plots.chart import Axis, Bars, Chart, Line, Panel, Rule
+from stickslip.show.plots.look import Style
+from stickslip.show.plots.shown_chart import shown_chart
+from stickslip.show.report.page import page
+from stickslip.show.report.presentation import presentation_of
 from stickslip.study.read import job
 from stickslip.study.run import Run
-from stickslip.units import UNIT_SYSTEMS, UnitSystem
+from stickslip.support.units import UNIT_SYSTEMS, UnitSystem
 
 STUDY = """
 {units}
@@ -277,8 +277,8 @@ def test_old_results_and_those_of_different_units_are_shown_in_si(results):
 
 def test_the_explorer_is_in_mm(tmp_path):
     pytest.importorskip("dash")
-    from stickslip.explorer.figures import clicked_point, curve_figure, peak_words
-    from stickslip.explorer.solving import Solver
+    from stickslip.show.explorer.figures import clicked_point, curve_figure, peak_words
+    from stickslip.show.explorer.solving import Solver
 
     (tmp_path / "mm.toml").write_text(IN_MM.replace("force_levels = [2.0, 4.0]", "force_levels = [4.0]"))
     solver = Solver.of(tmp_path / "mm.toml")

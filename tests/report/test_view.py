@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from report.synthetic import KT, LIMIT, synthetic
 
-from stickslip.plots.look import level_colours, state_colour
 from stickslip.results.view import (
     along_curve,
     contact_rows,
@@ -19,6 +18,7 @@ from stickslip.results.view import (
     loop_areas,
     shares_at_peak,
 )
+from stickslip.show.plots.look import level_colours, state_colour
 
 
 def test_highest_peak_points_at_its_point(dataset):

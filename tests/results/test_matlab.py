@@ -6,10 +6,10 @@ from scipy import io
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip.checks import InputError
 from stickslip.cli import app
 from stickslip.results.files import save
 from stickslip.results.matlab import LARGEST, save_mat
+from stickslip.support.checks import InputError
 
 
 def test_every_variable_comes_back(dataset, tmp_path):

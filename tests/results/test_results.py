@@ -8,10 +8,10 @@ import pytest
 import xarray as xr
 from results.conftest import parts
 
-from stickslip.checks import Faults, InputError
-from stickslip.files import replacing
-from stickslip.outcome import Outcome
 from stickslip.results.files import SCHEMA, labelled, open_results, save
+from stickslip.support.checks import Faults, InputError
+from stickslip.support.files import replacing
+from stickslip.support.outcome import Outcome
 
 
 def test_round_trip_is_identical(any_dataset, tmp_path):

@@ -7,9 +7,9 @@ import pytest
 from scipy.linalg import eigh
 
 import stickslip as ss
-from stickslip.checks import InputError
-from stickslip.problem.at_rest import normal_loads_at_rest
-from stickslip.rigs import blade_root
+from stickslip.model.problem.at_rest import normal_loads_at_rest
+from stickslip.model.rigs import blade_root
+from stickslip.support.checks import InputError
 
 KT, KN = 8e8, 1e9
 

@@ -6,8 +6,8 @@ from scipy.linalg import eigh
 from scipy.optimize import minimize_scalar
 
 import stickslip as ss
-from stickslip.disks.tuned import TunedDisk
-from stickslip.rigs import blade_root, ring_damper, shrouded_blades, strip_damper
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.rigs import blade_root, ring_damper, shrouded_blades, strip_damper
 
 RIGS = {
     "ring": (lambda z: ring_damper(damping=z), ss.hertz(545.0, 590.0), 1e-4),

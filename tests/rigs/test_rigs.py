@@ -6,12 +6,12 @@ import sys
 import numpy as np
 import pytest
 
-from stickslip import rigs
-from stickslip.checks import InputError
-from stickslip.contact.start import SliderOffset, TractionRatio
-from stickslip.problem import Problem
-from stickslip.structure.cyclic import NEXT
-from stickslip.structure.cyclic_reduction import rotation
+from stickslip.model import rigs
+from stickslip.model.contact.start import SliderOffset, TractionRatio
+from stickslip.model.problem import Problem
+from stickslip.model.structure.cyclic import NEXT
+from stickslip.model.structure.cyclic_reduction import rotation
+from stickslip.support.checks import InputError
 
 EVERY_RIG = sorted(rigs.RIGS)
 
@@ -48,7 +48,7 @@ def test_contact_forces_balance_between_bodies_and_are_unit_against_ground(name:
 
 
 def test_importing_the_rigs_loads_no_finite_elements():
-    code = "import sys, stickslip.rigs; sys.exit('skfem' in sys.modules or 'matplotlib' in sys.modules)"
+    code = "import sys, stickslip.model.rigs; sys.exit('skfem' in sys.modules or 'matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -9,9 +9,9 @@ from scipy.integrate import quad
 from scipy.optimize import fsolve
 
 import stickslip as ss
-from stickslip.checks import InputError
-from stickslip.rigs import ring_damper, ring_energy
-from stickslip.rigs.ring_damper import FULL_SLIP
+from stickslip.model.rigs import ring_damper, ring_energy
+from stickslip.model.rigs.ring_damper import FULL_SLIP
+from stickslip.support.checks import InputError
 
 N, RADIUS, OFFSET, E, DENSITY, MU, SPEED = 4, 0.25, 6e-3, 2e11, 7850.0, 0.2, 600.0
 INNER, AREA = RADIUS - OFFSET, 2e-4 * 5e-4

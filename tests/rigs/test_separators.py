@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from stickslip import rigs
-from stickslip.checks import InputError
-from stickslip.rigs.separator import ForceSeparator
-from stickslip.structure.assembly import assemble
+from stickslip.model import rigs
+from stickslip.model.rigs.separator import ForceSeparator
+from stickslip.model.structure.assembly import assemble
+from stickslip.support.checks import InputError
 
 SIDES = (-1, 1)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.checks import InputError
-from stickslip.problem.at_rest import normal_loads_at_rest
-from stickslip.rigs import shrouded_blades
+from stickslip.model.problem.at_rest import normal_loads_at_rest
+from stickslip.model.rigs import shrouded_blades
+from stickslip.support.checks import InputError
 
 SECTORS, TIP, ANGLE, KT, KN = 40, 0.65, np.radians(30.0), 1.6e7, 2e7
 PITCH = 2.0 * np.pi * TIP / SECTORS

@@ -5,12 +5,12 @@ import pytest
 from scipy import linalg
 from scipy.sparse.linalg import eigsh
 
-from stickslip import rigs
-from stickslip.checks import InputError
-from stickslip.contact.start import TractionRatio
-from stickslip.dampers.flat_cylinder import FlatCylinder
-from stickslip.rigs.platform_blade import PlatformBlade, reduced_blade
-from stickslip.rigs.single_blade import PUBLISHED, pads, placed_dampers
+from stickslip.model import rigs
+from stickslip.model.contact.start import TractionRatio
+from stickslip.model.dampers.flat_cylinder import FlatCylinder
+from stickslip.model.rigs.platform_blade import PlatformBlade, reduced_blade
+from stickslip.model.rigs.single_blade import PUBLISHED, pads, placed_dampers
+from stickslip.support.checks import InputError
 
 DAMPERS = placed_dampers(PlatformBlade(), FlatCylinder(), 4.6 * 9.81)
 

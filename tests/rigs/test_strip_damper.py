@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.checks import InputError
-from stickslip.rigs import strip_damper, strip_energy
+from stickslip.model.rigs import strip_damper, strip_energy
+from stickslip.support.checks import InputError
 
 PULL, MU, OVERLAP, GAP, KT = 600.0, 0.3, 8e-3, 1e-3, 2e9
 EA = 2e11 * 0.03 * 3e-4

@@ -15,13 +15,13 @@ from robustness.page import ClassResult, ResonanceResult, page
 from robustness.problems import CLASSES, random_case
 from robustness.resonances import Tally
 from robustness.run import traced
-from stickslip.curves import curve
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.outcome import Outcome
-from stickslip.solve import continuation, sweep
-from stickslip.solve.continuation import CLOSED, first_point, trace
-from stickslip.solve.curve_points import LostCurveError
-from stickslip.solve.steps import StepControl, Steps
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation import continuation, sweep
+from stickslip.solve.continuation.continuation import CLOSED, first_point, trace
+from stickslip.solve.continuation.curve_points import LostCurveError
+from stickslip.solve.continuation.steps import StepControl, Steps
+from stickslip.solve.curves import curve
+from stickslip.support.outcome import Outcome
 
 HARD = [("start state", 40)]
 """Sharp folds that look like crossings."""

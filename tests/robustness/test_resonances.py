@@ -6,12 +6,12 @@ import pytest
 import stickslip as ss
 from robustness import problems
 from robustness.resonances import HARMONICS, RATIOS, SAMPLES, STUCK, Tally, linear_peaks, random_case, solved_peaks
-from stickslip.curves.curve import solve_curve
-from stickslip.curves.refine import _hills
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.resonances import Resonances
-from stickslip.peaks.search import PeakSearch
-from stickslip.solve import steps
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.resonances import Resonances
+from stickslip.solve.continuation import steps
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.solve.curves.refine import _hills
+from stickslip.solve.peaks.search import PeakSearch
 
 CASES = [
     *(("chain", seed) for seed in range(2)),

@@ -10,8 +10,8 @@ from threading import Timer
 
 import numpy as np
 
-from stickslip.checks import Faults
 from stickslip.runs.work import CaseStopped
+from stickslip.support.checks import Faults
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,11 @@ import pytest
 from runs.logged_cases import Broken, KilledWhileItAnswers, KillsWhatStarts, LoggedCases, SlowToArrive, Stoppable, Unprepared
 
 import stickslip as ss
-from stickslip.checks import Faults
 from stickslip.runs import processes
 from stickslip.runs.cases import all_cases
 from stickslip.runs.checkpoint import ABOUT, CheckpointFolder
 from stickslip.runs.work import Stopped
+from stickslip.support.checks import Faults
 
 LEVELS = [0.4, 0.5, 0.7, 1.0, 1.4, 2.0]
 BAND = ss.radians_per_second(0.5, 2.0)

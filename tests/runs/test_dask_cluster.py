@@ -18,11 +18,11 @@ from runs.logged_cases import Deadly, LoggedCases, SlowToPrepare
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip import console
-from stickslip.checks import InputError
 from stickslip.cli import app
 from stickslip.runs import dask_cluster
 from stickslip.runs.cases import all_cases
+from stickslip.support import console
+from stickslip.support.checks import InputError
 
 needs_dask = pytest.mark.skipif(not dask_cluster.installed(), reason='needs distributed: pip install "stickslip[dask]"')
 

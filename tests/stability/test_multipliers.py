@@ -7,11 +7,11 @@ from scipy.optimize import linear_sum_assignment
 from stability.hybrid import of_problem
 
 import stickslip as ss
-from stickslip import rigs
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.stability.multipliers import PeriodMap, Stability
-from stickslip.time.start import from_harmonics
+from stickslip.model import rigs
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.stability.multipliers import PeriodMap, Stability
+from stickslip.solve.time.start import from_harmonics
 
 EXACT = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13}
 

@@ -14,17 +14,17 @@ from stability.hybrid import DOWN, OPEN, STICK, UP, of_problem
 from stability.test_multipliers import SLIDERS
 
 import stickslip as ss
-from stickslip.contact.start import SliderOffset
-from stickslip.contact.table import contact_table
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.decoupling import states
-from stickslip.harmonic.fourier import fourier
-from stickslip.kernels import uncompiled
-from stickslip.stability.law_tangent import Tangent, landing_rates, law_tangent
-from stickslip.stability.modes import block_modes
-from stickslip.stability.multipliers import ContactPeriod, PeriodMap, _size_change
-from stickslip.stability.period_map import _block_step
-from stickslip.time.contact_law import Earlier, contact_law, no_slopes, slip_limit
+from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.table import contact_table
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.decoupling import states
+from stickslip.solve.balance.fourier import fourier
+from stickslip.solve.stability.law_tangent import Tangent, landing_rates, law_tangent
+from stickslip.solve.stability.modes import block_modes
+from stickslip.solve.stability.multipliers import ContactPeriod, PeriodMap, _size_change
+from stickslip.solve.stability.period_map import _block_step
+from stickslip.solve.time.contact_law import Earlier, contact_law, no_slopes, slip_limit
+from stickslip.support.kernels import uncompiled
 
 TURN = 2.0 * np.pi
 

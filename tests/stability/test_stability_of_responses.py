@@ -9,17 +9,17 @@ from problem.loose_wedge import wedge_between
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip import rigs
 from stickslip.analyses import stability
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.cli import app
-from stickslip.plots.response_curves import response_curves
-from stickslip.problem.loose_motions import soft_springs
-from stickslip.report.conclusions import headline
-from stickslip.report.failures import warnings_of
-from stickslip.report.responses import sentences, tables
+from stickslip.model import rigs
+from stickslip.model.problem.loose_motions import soft_springs
 from stickslip.results.stability import stability_sentences
-from stickslip.stability.multipliers import PeriodMap, Stability
+from stickslip.show.plots.response_curves import response_curves
+from stickslip.show.report.conclusions import headline
+from stickslip.show.report.failures import warnings_of
+from stickslip.show.report.responses import sentences, tables
+from stickslip.solve.stability.multipliers import PeriodMap, Stability
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
-from stickslip import rigs
-from stickslip.structure.cyclic import sector_chain
+from stickslip.model import rigs
+from stickslip.model.structure.cyclic import sector_chain
 
 SECTORS, ENGINE_ORDER, COUPLING, DAMPING = 5, 2, 0.1, 0.02
 

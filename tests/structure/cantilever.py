@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 
 import stickslip as ss
-from stickslip.structure.craig_bampton import craig_bampton
-from stickslip.structure.solid import STEEL, box_mesh, solid
-from stickslip.structure.stress import stress_recovery
+from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.solid import STEEL, box_mesh, solid
+from stickslip.model.structure.stress import stress_recovery
 
 THICKNESS, LENGTH, DEPTH = 0.02, 0.2, 0.03
 INERTIA = DEPTH * THICKNESS**3 / 12.0

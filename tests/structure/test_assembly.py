@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from stickslip.checks import InputError
-from stickslip.structure.assembly import Spring, assemble
-from stickslip.structure.damping import ModalDamping
-from stickslip.structure.matrices import Structure
+from stickslip.model.structure.assembly import Spring, assemble
+from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.checks import InputError
 
 
 def one_mass(mass: float, stiffness: float = 0.0, damping: float | None = None) -> Structure:

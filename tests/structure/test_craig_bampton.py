@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import linalg, sparse
 
-from stickslip.checks import InputError
-from stickslip.structure.craig_bampton import craig_bampton
-from stickslip.structure.solid import box_mesh, solid
+from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.solid import box_mesh, solid
+from stickslip.support.checks import InputError
 
 LENGTH = 0.12
 

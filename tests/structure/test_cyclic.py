@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stickslip.structure.cyclic import circulant, sector_chain
-from stickslip.structure.matrices import Structure
+from stickslip.model.structure.cyclic import circulant, sector_chain
+from stickslip.model.structure.matrices import Structure
 
 
 @pytest.mark.parametrize("sectors", [5, 6])

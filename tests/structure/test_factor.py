@@ -15,12 +15,12 @@ from scipy import linalg, sparse
 from threadpoolctl import threadpool_limits
 
 import stickslip as ss
-from stickslip import machine
-from stickslip.structure import factor, pardiso, superlu
-from stickslip.structure.craig_bampton import craig_bampton
-from stickslip.structure.factor import Factor, Singular
-from stickslip.structure.ordering import nested_dissection
-from stickslip.structure.solid import box_mesh, solid
+from stickslip.model.structure import factor, pardiso, superlu
+from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.factor import Factor, Singular
+from stickslip.model.structure.ordering import nested_dissection
+from stickslip.model.structure.solid import box_mesh, solid
+from stickslip.support import machine
 
 needs_metis = pytest.mark.skipif(util.find_spec("pymetis") is None, reason="no wheel of pymetis for this machine")
 needs_mkl = pytest.mark.skipif(not pardiso.usable(), reason="no wheel of MKL for this machine")
@@ -101,7 +101,7 @@ def test_nested_dissection_orders_all_rows_and_saves_memory(monkeypatch):
     order = nested_dissection(body.K)
     assert sorted(order) == list(range(body.size))
     ours = superlu.SuperLU(body.K)
-    monkeypatch.setattr("stickslip.structure.ordering.PACKAGE", "no_such_package")
+    monkeypatch.setattr("stickslip.model.structure.ordering.PACKAGE", "no_such_package")
     assert nested_dissection(body.K) is None
     others = superlu.SuperLU(body.K)
     assert ours.mebibytes < 0.8 * others.mebibytes
@@ -140,8 +140,8 @@ def test_the_environment_is_not_searched_for_the_library(monkeypatch):
 TWICE = """
 import hashlib
 import numpy as np
-from stickslip.structure.craig_bampton import craig_bampton
-from stickslip.structure.solid import box_mesh, solid
+from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.solid import box_mesh, solid
 body = solid(box_mesh(*(np.linspace(0.0, size, 1 + cells) for size, cells in ((0.02, 4), (0.05, 6), (0.15, 16)))))
 body = body.clamp(lambda points: points[:, 2] < 1e-9)
 found = craig_bampton(body.M, body.K, body.named({"tip": (0.02, 0.0, 0.15), "end": (0.0, 0.05, 0.15)}), 20)

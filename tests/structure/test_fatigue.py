@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.checks import InputError
+from stickslip.support.checks import InputError
 
 MPA = 1e6
 STRENGTHS = {"fatigue_strength": 400.0 * MPA, "ultimate_strength": 1000.0 * MPA}

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import Contact, Motion, difference, node
-from stickslip.loads import Force
-from stickslip.problem import Problem
-from stickslip.structure.matrices import Structure
-from stickslip.structure.rigid_body import PlanarBody
-from stickslip.units import N_per_um
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import Contact, Motion, difference, node
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.rigid_body import PlanarBody
+from stickslip.support.units import N_per_um
 
 PLATFORMS = ("left.x", "left.y", "right.x", "right.y")
 KT, KN = 56 * N_per_um, 84 * N_per_um

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.rigs.platform_blade import PlatformBlade
-from stickslip.structure.mesh_surface import (
+from stickslip.model.rigs.platform_blade import PlatformBlade
+from stickslip.model.structure.mesh_surface import (
     MeshSurface,
     boundary,
     outer_faces,

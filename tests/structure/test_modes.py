@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from stickslip.problem import modal_damping_matrix
-from stickslip.structure.damping import ModalDamping
-from stickslip.structure.modes import definite_modes, natural_modes
+from stickslip.model.problem import modal_damping_matrix
+from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.modes import definite_modes, natural_modes
 
 
 def random_stiffness(size: int, seed: int) -> np.ndarray:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.models.model import Model
-from stickslip.structure.sparse import symmetric_sparse
-from stickslip.structure.stress import StressRecovery
+from stickslip.model.readers.model import Model
+from stickslip.model.structure.sparse import symmetric_sparse
+from stickslip.model.structure.stress import StressRecovery
 
 CHAIN = ss.Structure(np.eye(300), np.eye(300), tuple(f"{k}.x" for k in range(300)))
 MASS, DISK = ss.rigs.single_mass(), ss.rigs.lumped_blisk(sectors=6)

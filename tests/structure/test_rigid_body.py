@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from stickslip.checks import InputError
-from stickslip.structure.rigid_body import PLANE, SPACE, PlanarBody, RigidBody, box_inertia
+from stickslip.model.structure.rigid_body import PLANE, SPACE, PlanarBody, RigidBody, box_inertia
+from stickslip.support.checks import InputError
 
 SEEDS = range(4)
 

@@ -9,15 +9,15 @@ import pytest
 from scipy import sparse
 
 import stickslip as ss
-from stickslip.models.describe import describe
-from stickslip.models.model import Model
-from stickslip.rigs.beam_element import beam_mass, beam_stiffness
-from stickslip.structure.cyclic import sector_chain
-from stickslip.structure.lowest_modes import lowest_modes
-from stickslip.structure.matrices import Structure
-from stickslip.structure.modes import natural_modes
-from stickslip.structure.rigid_motions import rigid_motions
-from stickslip.structure.solid import box_mesh, solid
+from stickslip.model.readers.describe import describe
+from stickslip.model.readers.model import Model
+from stickslip.model.rigs.beam_element import beam_mass, beam_stiffness
+from stickslip.model.structure.cyclic import sector_chain
+from stickslip.model.structure.lowest_modes import lowest_modes
+from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.modes import natural_modes
+from stickslip.model.structure.rigid_motions import rigid_motions
+from stickslip.model.structure.solid import box_mesh, solid
 
 YOUNG, DENSITY, WIDTH = 2.1e11, 7800.0, 0.02
 

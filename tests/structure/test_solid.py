@@ -5,9 +5,9 @@ import pytest
 import skfem
 from scipy import linalg
 
-from stickslip.checks import InputError
-from stickslip.structure.craig_bampton import craig_bampton
-from stickslip.structure.solid import STEEL, Material, Solid, box_mesh, solid
+from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.solid import STEEL, Material, Solid, box_mesh, solid
+from stickslip.support.checks import InputError
 
 SIDES = (0.05, 0.03, 0.02)
 

@@ -5,9 +5,9 @@ import pytest
 from each import each
 from scipy import sparse
 
-from stickslip.checks import InputError
-from stickslip.structure.cyclic import sector_chain
-from stickslip.structure.matrices import Structure
+from stickslip.model.structure.cyclic import sector_chain
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.checks import InputError
 
 DOFS = ("1.x", "2.x", "3.x")
 M, C, K = np.diag([2, 3, 4]), np.diag([1, 0, 2]), np.array([[5, -2, 0], [-2, 6, -1], [0, -1, 7]])

@@ -7,12 +7,12 @@ from structure.cantilever import PLACES, cantilever, cantilever_rig, cantilever_
 
 import stickslip as ss
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.checks import InputError
-from stickslip.dampers.flat_cylinder import FlatCylinder
-from stickslip.rigs.platform_blade import PlatformBlade
-from stickslip.rigs.single_blade import pads, placed_dampers
-from stickslip.structure.solid import STEEL, box_mesh, solid
-from stickslip.structure.stress import stress_recovery, stress_rows, von_mises
+from stickslip.model.dampers.flat_cylinder import FlatCylinder
+from stickslip.model.rigs.platform_blade import PlatformBlade
+from stickslip.model.rigs.single_blade import pads, placed_dampers
+from stickslip.model.structure.solid import STEEL, box_mesh, solid
+from stickslip.model.structure.stress import stress_recovery, stress_rows, von_mises
+from stickslip.support.checks import InputError
 
 
 def test_constant_strain_gives_its_stress_anywhere():

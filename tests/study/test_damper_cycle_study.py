@@ -7,16 +7,16 @@ import pytest
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.analyses.damper_alone.cycles import steady_cycles
-from stickslip.analyses.identification.line_laws import LINE_LAWS
-from stickslip.checks import InputError
 from stickslip.cli import main
-from stickslip.dampers import Cylinder, in_phase, out_of_phase
-from stickslip.dampers.between_platforms import LAWS, BetweenPlatforms
-from stickslip.platforms.relaxation import elements_of, relaxed_cycle
-from stickslip.report.damper_cycle import sentences, tables
+from stickslip.laboratory.identification.line_laws import LINE_LAWS
+from stickslip.model.dampers import Cylinder, in_phase, out_of_phase
+from stickslip.model.dampers.between_platforms import LAWS, BetweenPlatforms
+from stickslip.model.rigs import laboratory_damper
 from stickslip.results.files import open_results
-from stickslip.rigs import laboratory_damper
+from stickslip.show.report.damper_cycle import sentences, tables
+from stickslip.solve.platforms.relaxation import elements_of, relaxed_cycle
 from stickslip.study import read, templates
+from stickslip.support.checks import InputError
 
 KINDS = ("damper_cycle", "steady_cycles", "damper_evolution")
 TEMPLATES = [(Path(templates.__file__).parent / f"{kind}.toml").read_text() for kind in KINDS]

@@ -7,8 +7,8 @@ import pytest
 from each import each
 
 import stickslip as ss
-from stickslip.checks import Faults, InputError
 from stickslip.study import job, read
+from stickslip.support.checks import Faults, InputError
 
 GOOD = """
 [study]

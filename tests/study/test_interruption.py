@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip import console
-from stickslip.checks import counted
 from stickslip.results.files import open_results
+from stickslip.support import console
+from stickslip.support.checks import counted
 
 resource = pytest.importorskip("resource", reason="limits of file sizes need a Unix")
 

@@ -5,9 +5,9 @@ Each slip is a factor of a thousand or a million, an exchange, or a sign, in the
 
 import pytest
 
-from stickslip.checks import InputError
 from stickslip.study.read import job
 from stickslip.study.templates import KINDS, write_new
+from stickslip.support.checks import InputError
 
 MASS = """
 [study]

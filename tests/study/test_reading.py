@@ -5,8 +5,8 @@ import pytest
 from scipy import io, sparse
 
 import stickslip as ss
-from stickslip.checks import InputError
 from stickslip.study import job, read
+from stickslip.support.checks import InputError
 
 HEAD = """
 [study]

@@ -47,7 +47,7 @@ def test_listed_frequencies_and_other_analyses_have_no_estimate(tmp_path):
 
 
 def test_without_compiled_kernels_a_check_compiles_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr("stickslip.kernels.cache.FOLDER", tmp_path / "empty")
+    monkeypatch.setattr("stickslip.support.kernels.cache.FOLDER", tmp_path / "empty")
     assert "compiles for about a minute" in run_time(read(study(tmp_path)))
 
 

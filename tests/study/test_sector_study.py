@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.checks import InputError
 from stickslip.cli import main
 from stickslip.study import job, read
 from stickslip.study.model_summary import model_summary
 from stickslip.study.templates import write_new
+from stickslip.support.checks import InputError
 
 
 @pytest.fixture(scope="module")

@@ -10,16 +10,16 @@ import pytest
 from each import each
 
 import stickslip as ss
-from stickslip.analyses.identification.contact_law import ContactLawWork
 from stickslip.analyses.work_parts import EXECUTION
-from stickslip.checks import Faults, InputError
-from stickslip.harmonic.measure import QUANTITIES, Measure
+from stickslip.laboratory.identification.contact_law import ContactLawWork
+from stickslip.solve.balance.measure import QUANTITIES, Measure
 from stickslip.study import job
 from stickslip.study.kinds import KINDS
 from stickslip.study.lines import with_line
 from stickslip.study.tables import SweepTable
 from stickslip.study.templates import KINDS as TEMPLATES
 from stickslip.study.templates import write_new
+from stickslip.support.checks import Faults, InputError
 
 FUNCTIONS = {"identification": "identify", "response_identification": "identify_response"}
 """Analyses that have another name in Python."""

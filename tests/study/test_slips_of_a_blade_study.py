@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip import rigs
-from stickslip.checks import InputError
+from stickslip.model import rigs
 from stickslip.study.analysis import Sweep
 from stickslip.study.plausibility import plausibility_warnings
 from stickslip.study.read import job
+from stickslip.support.checks import InputError
 
 DATA = Path(__file__).parents[1] / "data" / "calculix"
 STUDY = """

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.checks import InputError
 from stickslip.study import job
+from stickslip.support.checks import InputError
 
 STUDY = """
 [study]

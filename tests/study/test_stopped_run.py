@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from stickslip import study
-from stickslip.outcome import Outcome
-from stickslip.report.conclusions import level_sentence
 from stickslip.results.files import open_results
+from stickslip.show.report.conclusions import level_sentence
 from stickslip.study.run import Run
+from stickslip.support.outcome import Outcome
 
 STUDY = """
 [study]

@@ -9,8 +9,8 @@ from structure.cantilever import cantilever_rig, cantilever_stress, resonant_str
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip import rigs
 from stickslip.cli import app
+from stickslip.model import rigs
 from stickslip.results.files import open_results
 from stickslip.study import job
 

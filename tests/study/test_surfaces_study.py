@@ -9,9 +9,9 @@ import pytest
 from each import each
 
 import stickslip as ss
-from stickslip.checks import InputError
-from stickslip.problem.at_rest import normal_loads_at_rest
+from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.study import read
+from stickslip.support.checks import InputError
 
 DATA = Path(__file__).parents[1] / "data" / "calculix"
 STUDY = """

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.checks import InputError
 from stickslip.cli import main
-from stickslip.contact.start import TractionRatio
-from stickslip.rigs import three_mass_wedge
+from stickslip.model.contact.start import TractionRatio
+from stickslip.model.rigs import three_mass_wedge
 from stickslip.study import read, templates
 from stickslip.study.reference import SECTIONS, kind_of, limits, reference
 from stickslip.study.templates import KINDS, write_new
+from stickslip.support.checks import InputError
 
 TEMPLATES = Path(templates.__file__).parent
 DOCS = Path(__file__).parents[2] / "docs"

@@ -5,10 +5,10 @@ import subprocess
 
 import numpy as np
 import pytest
-from models.test_calculix import DATA, printed_frequencies
+from readers.test_calculix import DATA, printed_frequencies
 
 import stickslip as ss
-from stickslip.structure.lowest_modes import lowest_modes
+from stickslip.model.structure.lowest_modes import lowest_modes
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(not shutil.which("ccx"), reason="needs CalculiX (calculix-ccx)")]
 

@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.report import write
 from stickslip.results.files import open_results
+from stickslip.show.report import write
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(program() is None, reason="no Chromium: see make verify-system")]
 

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from stickslip.contact.friction_disc import FrictionDisc
-from stickslip.contact.gap import Gap
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.microslip import MicroslipArray
-from stickslip.contact.point import Contact, between
-from stickslip.loads import Force
-from stickslip.problem import Problem
-from stickslip.rigs import three_mass_wedge
-from stickslip.structure.matrices import Structure
+from stickslip.model.contact.friction_disc import FrictionDisc
+from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import three_mass_wedge
+from stickslip.model.structure.matrices import Structure
 
 
 def three_masses(limit: float) -> Problem:

@@ -7,13 +7,13 @@ from time_domain.systems import damped_wedge, line_contact, orbiting_mass, rubbi
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.time_response import time_response
-from stickslip.contact.cubic import CubicSpring
-from stickslip.contact.point import Contact, between
-from stickslip.loads import Force
-from stickslip.problem import Problem
-from stickslip.rigs import single_mass
-from stickslip.structure.matrices import Structure
-from stickslip.units import radians_per_second
+from stickslip.model.contact.cubic import CubicSpring
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_mass
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.units import radians_per_second
 
 
 def checked(problem, frequencies, harmonics, samples=2048, **options):

@@ -5,10 +5,10 @@ import pytest
 from laws.kernel import contact_of
 from laws.samples import DISC_SAMPLES, EVERY_SAMPLE, SAMPLES
 
-from stickslip.contact.start import SliderOffset
-from stickslip.contact.table import contact_table
-from stickslip.kernels import uncompiled
-from stickslip.time.contact_law import Earlier, contact_law, no_slopes
+from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.table import contact_table
+from stickslip.solve.time.contact_law import Earlier, contact_law, no_slopes
+from stickslip.support.kernels import uncompiled
 
 RATE = 0.7
 """Velocity after a step by the motion after it, 1/s."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.time_response import time_response
-from stickslip.rigs import single_mass
+from stickslip.model.rigs import single_mass
 
 STIFFNESSES = np.array([1e2, 1e3, 1e4])
 

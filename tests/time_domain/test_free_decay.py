@@ -6,8 +6,8 @@ from stability.hybrid import OPEN, STICK, of_problem
 from stability.test_multipliers import lifting
 
 import stickslip as ss
-from stickslip.rigs import three_mass_wedge
-from stickslip.time.start import TimeStart
+from stickslip.model.rigs import three_mass_wedge
+from stickslip.solve.time.start import TimeStart
 
 RELEASED, STIFFNESS, LIMIT = 0.85e-3, 1e4, 1.0
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stickslip.checks import InputError
-from stickslip.time.methods import GeneralisedAlpha, Newmark
+from stickslip.solve.time.methods import GeneralisedAlpha, Newmark
+from stickslip.support.checks import InputError
 
 
 def amplification(method, frequency_step: float) -> np.ndarray:

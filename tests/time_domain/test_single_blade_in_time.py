@@ -3,7 +3,7 @@
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.rigs import single_blade
+from stickslip.model.rigs import single_blade
 
 MEASURED = {
     (20.0, 543.77): {3: 2.1e-2, 5: 2.0e-2, 7: 2.2e-2, 11: 2.7e-3, 21: 1.1e-3, 41: 4e-5},

@@ -7,18 +7,18 @@ from time_domain.systems import rubbing_mass
 
 import stickslip as ss
 from stickslip.analyses.forced_response import forced_response
-from stickslip.contact.dahl import Dahl
-from stickslip.contact.lugre import LuGre
-from stickslip.contact.point import Contact, between
-from stickslip.contact.tanh_coulomb import TanhCoulomb
-from stickslip.contact.valanis import Valanis
-from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.loads import Force
-from stickslip.problem import Problem
-from stickslip.solve.continuation import first_point
-from stickslip.solve.newton import correct, fixed
-from stickslip.structure.matrices import Structure
-from stickslip.units import radians_per_second
+from stickslip.model.contact.dahl import Dahl
+from stickslip.model.contact.lugre import LuGre
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.tanh_coulomb import TanhCoulomb
+from stickslip.model.contact.valanis import Valanis
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.structure.matrices import Structure
+from stickslip.solve.balance.balance import HarmonicBalance, Point
+from stickslip.solve.continuation.continuation import first_point
+from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.support.units import radians_per_second
 
 CONSTANT = {
     "dahl": Dahl(kt=2.0, mu=0.5, normal_load=0.6),

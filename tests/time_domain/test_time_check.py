@@ -6,16 +6,16 @@ from time_domain.systems import landing_foot
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.time_response import time_response
-from stickslip.checks import InputError
-from stickslip.contact.cubic import CubicSpring
-from stickslip.contact.point import Contact, between
-from stickslip.loads import Force
-from stickslip.problem import Problem
-from stickslip.rigs import single_mass, three_mass_wedge
-from stickslip.structure.matrices import Structure
-from stickslip.time.march import distance, growth
-from stickslip.time.methods import Newmark
-from stickslip.units import hertz, radians_per_second
+from stickslip.model.contact.cubic import CubicSpring
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_mass, three_mass_wedge
+from stickslip.model.structure.matrices import Structure
+from stickslip.solve.time.march import distance, growth
+from stickslip.solve.time.methods import Newmark
+from stickslip.support.checks import InputError
+from stickslip.support.units import hertz, radians_per_second
 
 FREQUENCY = 1.1 / (2.0 * np.pi)
 

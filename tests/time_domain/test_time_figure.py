@@ -3,8 +3,8 @@
 import numpy as np
 
 from stickslip.analyses.time_response import time_response
-from stickslip.plots.time_response import widest_loops
-from stickslip.rigs import three_mass_wedge
+from stickslip.model.rigs import three_mass_wedge
+from stickslip.show.plots.time_response import widest_loops
 
 
 def test_the_last_period_is_drawn():

@@ -9,11 +9,11 @@ the spring has been relaxed by 2 μN, x = A − 2 μN/kt; it ends where ẋ = 0 
 import numpy as np
 import pytest
 
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.point import Contact, between
-from stickslip.contact.table import contact_table
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.harmonic.fourier import fourier
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.table import contact_table
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.fourier import fourier
 
 SAMPLES = 4096
 

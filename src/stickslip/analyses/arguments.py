@@ -9,13 +9,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.settings import Setting, Whole
-from stickslip.checks import LARGEST_SEED, InputError, among, fault, finite, numbers, of_kind, positive, unique, vector, whole
-from stickslip.harmonic.fourier import fourier
-from stickslip.harmonic.measure import measure_of
-from stickslip.harmonic.orders import MOST_SAMPLES, Harmonics, checked_harmonics, fineness, highest
-from stickslip.problem import Problem
-from stickslip.starts.space import Rules, Sharing, rules_of
-from stickslip.units import Band
+from stickslip.model.problem import Problem
+from stickslip.solve.balance.fourier import fourier
+from stickslip.solve.balance.measure import measure_of
+from stickslip.solve.balance.orders import MOST_SAMPLES, Harmonics, checked_harmonics, fineness, highest
+from stickslip.solve.starts.space import Rules, Sharing, rules_of
+from stickslip.support.checks import (
+    LARGEST_SEED,
+    InputError,
+    among,
+    fault,
+    finite,
+    numbers,
+    of_kind,
+    positive,
+    unique,
+    vector,
+    whole,
+)
+from stickslip.support.units import Band
 
 Ends = tuple[float, float]
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.loads import BaseMotion
-from stickslip.problem import Problem
+from stickslip.model.loads import BaseMotion
+from stickslip.model.problem import Problem
 from stickslip.results.view import periods_of
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.contact.point import DIRECTION_NAMES
-from stickslip.problem import Problem
+from stickslip.model.contact.point import DIRECTION_NAMES
+from stickslip.model.problem import Problem
 
 
 class ContactRows:

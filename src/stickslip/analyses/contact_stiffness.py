@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import of_kind, positive, vector
-from stickslip.contact.stiffness import NORMAL_STIFFNESS, LineContact
+from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact
 from stickslip.results.result import Result
+from stickslip.support.checks import of_kind, positive, vector
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -28,31 +28,31 @@ from stickslip.analyses.forced_response import band_or_list
 from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked
 from stickslip.analyses.settings import Setting, Settings, takes
 from stickslip.analyses.work_parts import OneBalance
-from stickslip.checks import Array, fault, of_kind, positive, unique, vector
-from stickslip.contact.point import DIRECTION_NAMES
-from stickslip.curves.controlled import (
+from stickslip.model.contact.point import DIRECTION_NAMES
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_mass
+from stickslip.results.files import save
+from stickslip.results.result import Result
+from stickslip.results.schema import SCHEMA
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.measure import QUANTITIES, Quantity, quantity_named
+from stickslip.solve.balance.orders import attribute, checked_harmonics, highest
+from stickslip.solve.balance.system import Control
+from stickslip.solve.curves.controlled import (
     controlled_curve,
     followed_resonances,
     force_phase,
     phase_resonances,
     turned_motion,
 )
-from stickslip.curves.curve import Curve
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.harmonic.energy import EnergyBalance
-from stickslip.harmonic.measure import QUANTITIES, Quantity, quantity_named
-from stickslip.harmonic.orders import attribute, checked_harmonics, highest
-from stickslip.harmonic.system import Control
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
-from stickslip.results.files import save
-from stickslip.results.result import Result
-from stickslip.results.schema import SCHEMA
-from stickslip.rigs import single_mass
-from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
-from stickslip.units import Band, followed
+from stickslip.solve.curves.curve import Curve
+from stickslip.support.checks import Array, fault, of_kind, positive, unique, vector
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import Band, followed
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.checks import between, fault, of_kind
-from stickslip.disks.tuned import TunedDisk
+from stickslip.model.disks.tuned import TunedDisk
 from stickslip.results.result import Result
+from stickslip.support.checks import between, fault, of_kind
 
 if TYPE_CHECKING:
     import pandas as pd

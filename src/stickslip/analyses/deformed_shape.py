@@ -12,19 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.checks import Array, Index, InputError, between, fault
-from stickslip.disks.full import FullDisk
-from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.fourier import complex_harmonics
-from stickslip.loads import excited_harmonics
-from stickslip.problem import Problem
+from stickslip.model.disks.full import FullDisk
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.loads import excited_harmonics
+from stickslip.model.problem import Problem
+from stickslip.model.structure.cyclic_reduction import rotation
+from stickslip.model.structure.mesh_surface import thinned, triangulated
+from stickslip.model.structure.sector_surface import SectorSurface
 from stickslip.results.representative import spread
 from stickslip.results.shown_units import system_of
 from stickslip.results.view import highest_peak, level_text, periods_of
-from stickslip.structure.cyclic_reduction import rotation
-from stickslip.structure.mesh_surface import thinned, triangulated
-from stickslip.structure.sector_surface import SectorSurface
-from stickslip.units import UnitSystem
+from stickslip.solve.balance.fourier import complex_harmonics
+from stickslip.support.checks import Array, Index, InputError, between, fault
+from stickslip.support.units import UnitSystem
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,11 +12,11 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.response_dataset import point_values
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.checks import Array, InputError, fault, numbers, positive
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
+from stickslip.model.problem import Problem
 from stickslip.results.schema import COORDINATES, SCHEMA, stamped
-from stickslip.solve.interpolation import SAME, Interpolation, Value
+from stickslip.solve.continuation.interpolation import SAME, Interpolation, Value
+from stickslip.support.checks import Array, InputError, fault, numbers, positive
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

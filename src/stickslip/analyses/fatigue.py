@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from stickslip.analyses.stress import has_stress
-from stickslip.checks import Array, InputError, among, fault, finite, nearest
-from stickslip.structure.fatigue import FatigueLimit
-from stickslip.structure.stress import von_mises
+from stickslip.model.structure.fatigue import FatigueLimit
+from stickslip.model.structure.stress import von_mises
+from stickslip.support.checks import Array, InputError, among, fault, finite, nearest
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -51,40 +51,40 @@ from stickslip.analyses.truncation import (
     work_warning,
 )
 from stickslip.analyses.work_parts import OneBalance
-from stickslip.checks import InputError, between, fault, of_kind, positive
-from stickslip.checks import whole as whole_number
-from stickslip.curves.curve import Curve, CurveStopped, solve_curve, stopped_curve
-from stickslip.curves.refine import refined
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.cycle import ContactCycle, contact_cycle
-from stickslip.harmonic.fourier import fourier
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
-from stickslip.harmonic.orders import MOST_SAMPLES, Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
-from stickslip.peaks.search import TOLERANCE
-from stickslip.problem import Problem
-from stickslip.problem.many_periods import over_periods
-from stickslip.problem.truncation import on_few_coordinates
-from stickslip.problem.warnings import negative_damping
-from stickslip.renamed import renamed_arguments
-from stickslip.renderers import FIGURES
+from stickslip.model.problem import Problem
+from stickslip.model.problem.many_periods import over_periods
+from stickslip.model.problem.truncation import on_few_coordinates
+from stickslip.model.problem.warnings import negative_damping
+from stickslip.model.rigs import single_mass
 from stickslip.results.curve_kind import CurveKind, kinds_in, with_kinds
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity
 from stickslip.results.result import Result
 from stickslip.results.stability import has_stability, words
 from stickslip.results.view import measure_in, nearest_point, periods_of
-from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, CaseStopped, Checkpoint, Progress, Report, Workers
-from stickslip.time.methods import DEFAULT_METHOD, Method
-from stickslip.units import Band, followed
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.cycle import ContactCycle, contact_cycle
+from stickslip.solve.balance.fourier import fourier
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
+from stickslip.solve.balance.orders import MOST_SAMPLES, Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
+from stickslip.solve.curves.curve import Curve, CurveStopped, solve_curve, stopped_curve
+from stickslip.solve.curves.refine import refined
+from stickslip.solve.peaks.search import TOLERANCE
+from stickslip.solve.time.methods import DEFAULT_METHOD, Method
+from stickslip.support.checks import InputError, between, fault, of_kind, positive
+from stickslip.support.checks import whole as whole_number
+from stickslip.support.renamed import renamed_arguments
+from stickslip.support.renderers import FIGURES
+from stickslip.support.units import Band, followed
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from stickslip.structure.fatigue import FatigueLimit
-    from stickslip.structure.stress import StressRecovery
+    from stickslip.model.structure.fatigue import FatigueLimit
+    from stickslip.model.structure.stress import StressRecovery
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -220,7 +220,7 @@ class ForcedResponse(Result):
     def stress(self, case: int, point: int, recovery: StressRecovery | None = None) -> xr.Dataset:
         """Stress of one point: harmonics and largest values, Pa, at the places that its models name
         (`read_structure(stress=...)`)
-        unless a recovery is given (`stickslip.structure.stress`).
+        unless a recovery is given (`stickslip.model.structure.stress`).
         """
         return stress(self.dataset, self.problem, case, point, self._recovery(recovery))
 

@@ -10,15 +10,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.contact_rows import ContactRows
-from stickslip.checks import Array, InputError, between, fault, finite, of_kind, positive
-from stickslip.contact.point import DIRECTION_NAMES
-from stickslip.problem import Problem
+from stickslip.model.contact.point import DIRECTION_NAMES
+from stickslip.model.problem import Problem
 from stickslip.results.result import Result
-from stickslip.time.march import no_history, state_at
-from stickslip.time.methods import DEFAULT_METHOD, Method
-from stickslip.time.model import time_model
-from stickslip.time.period import Loads, march_period, settle
-from stickslip.time.start import TimeStart, from_rest
+from stickslip.solve.time.march import no_history, state_at
+from stickslip.solve.time.methods import DEFAULT_METHOD, Method
+from stickslip.solve.time.model import time_model
+from stickslip.solve.time.period import Loads, march_period, settle
+from stickslip.solve.time.start import TimeStart, from_rest
+from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,19 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.checks import Array, InputError, fault, positive, whole
-from stickslip.curves.curve import Curve, with_peaks
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.harmonic.fourier import complex_harmonics
-from stickslip.harmonic.measure import Measure
-from stickslip.harmonic.orders import of_attribute
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
+from stickslip.model.problem import Problem
 from stickslip.results.view import measure_in, periods_of
-from stickslip.solve.branch_points import BranchPoint, branch_points, determinant_jumps, starts
-from stickslip.solve.curve_points import CurvePoint
-from stickslip.solve.interpolation import Interpolation
-from stickslip.solve.two_ways import Followed, joined, one_way
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.fourier import complex_harmonics
+from stickslip.solve.balance.measure import Measure
+from stickslip.solve.balance.orders import of_attribute
+from stickslip.solve.continuation.branch_points import BranchPoint, branch_points, determinant_jumps, starts
+from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.continuation.interpolation import Interpolation
+from stickslip.solve.continuation.two_ways import Followed, joined, one_way
+from stickslip.solve.curves.curve import Curve, with_peaks
+from stickslip.support.checks import Array, InputError, fault, positive, whole
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import pandas as pd

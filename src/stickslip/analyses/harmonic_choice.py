@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.checks import InputError, between, fault, positive
-from stickslip.curves.curve import solve_curve
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
-from stickslip.problem import Problem
-from stickslip.solve.more_harmonics import resolved
-from stickslip.solve.truncation import Truncation, enough_beyond, truncation_at
+from stickslip.model.problem import Problem
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.continuation.more_harmonics import resolved
+from stickslip.solve.continuation.truncation import Truncation, enough_beyond, truncation_at
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.support.checks import InputError, between, fault, positive
 
 FIRST, MOST = 3, 63
 SAMPLES_PER_HARMONIC = 8

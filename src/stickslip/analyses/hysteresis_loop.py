@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, fault, numbers, positive
-from stickslip.contact.law import Law, NormalElements
-from stickslip.contact.point import Contact
-from stickslip.contact.start import SliderOffset, Start
-from stickslip.contact.table import contact_table
-from stickslip.harmonic.cycle import forces_of_motion
+from stickslip.model.contact.law import Law, NormalElements
+from stickslip.model.contact.point import Contact
+from stickslip.model.contact.start import SliderOffset, Start
+from stickslip.model.contact.table import contact_table
+from stickslip.solve.balance.cycle import forces_of_motion
+from stickslip.support.checks import Array, fault, numbers, positive
 
 FEWEST_SAMPLES = 8
 

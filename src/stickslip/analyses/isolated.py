@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 
 from stickslip.analyses.contact_rows import ContactRows
 from stickslip.analyses.further_curves import SolvedCurve, passes
-from stickslip.checks import Array
-from stickslip.curves.curve import Curve
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
-from stickslip.harmonic.fourier import real_harmonics
-from stickslip.solve.continuation import trace
-from stickslip.solve.curve_points import CurvePoint, LostCurveError, Tangent
-from stickslip.solve.more_harmonics import pad
-from stickslip.solve.newton import correct, fixed
-from stickslip.solve.steps import StepControl
-from stickslip.solve.two_ways import Followed, followed_both_ways
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
+from stickslip.solve.balance.fourier import real_harmonics
+from stickslip.solve.continuation.continuation import trace
+from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, Tangent
+from stickslip.solve.continuation.more_harmonics import pad
+from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.solve.continuation.steps import StepControl
+from stickslip.solve.continuation.two_ways import Followed, followed_both_ways
+from stickslip.solve.curves.curve import Curve
+from stickslip.support.checks import Array
 
 if TYPE_CHECKING:
     import xarray as xr

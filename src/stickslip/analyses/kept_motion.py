@@ -8,10 +8,10 @@ import numpy as np
 
 from stickslip.analyses.motion import BodyMotion, FaceMotion, LoopMotion, PeriodOfMotion, PointMotion, largest_loops
 from stickslip.analyses.response_motion import response_motion
-from stickslip.checks import Array
-from stickslip.problem import Problem
+from stickslip.model.problem import Problem
 from stickslip.results.shown_units import system_of
 from stickslip.results.view import highest_peak, level_text
+from stickslip.support.checks import Array
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,13 +11,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stickslip.checks import SMALLEST, Array, Index
-from stickslip.contact.period import OPEN, STICK
-from stickslip.contact.point import Contact
-from stickslip.harmonic.cycle import ContactCycle
-from stickslip.problem import Problem
-from stickslip.structure.rigid_body import arm_of
-from stickslip.units import UnitSystem
+from stickslip.model.contact.period import OPEN, STICK
+from stickslip.model.contact.point import Contact
+from stickslip.model.problem import Problem
+from stickslip.model.structure.rigid_body import arm_of
+from stickslip.solve.balance.cycle import ContactCycle
+from stickslip.support.checks import SMALLEST, Array, Index
+from stickslip.support.units import UnitSystem
 
 FRAMES = 48
 """Pictures of a period."""

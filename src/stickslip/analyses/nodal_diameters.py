@@ -9,11 +9,11 @@ import numpy as np
 
 from stickslip.analyses.damping_by_nodal_diameter import VARIABLES as WAVE_VARIABLES
 from stickslip.analyses.damping_by_nodal_diameter import damping_by_nodal_diameter
-from stickslip.checks import between, of_kind
-from stickslip.disks.full import FullDisk
-from stickslip.disks.tuned import TunedDisk
-from stickslip.problem import Problem
+from stickslip.model.disks.full import FullDisk
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
 from stickslip.results.result import Result
+from stickslip.support.checks import between, of_kind
 
 if TYPE_CHECKING:
     import xarray as xr

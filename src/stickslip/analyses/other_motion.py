@@ -10,14 +10,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from stickslip.checks import Array
-from stickslip.curves.curve import Curve
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import Measure
-from stickslip.outcome import Outcome
-from stickslip.solve.continuation import solve_cold, trace
-from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
-from stickslip.solve.steps import StepControl
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import Measure
+from stickslip.solve.continuation.continuation import solve_cold, trace
+from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, solve_at
+from stickslip.solve.continuation.steps import StepControl
+from stickslip.solve.curves.curve import Curve
+from stickslip.support.checks import Array
+from stickslip.support.outcome import Outcome
 
 BEYOND = (1.25, 2.0)
 """How many times beyond an end of the band, in frequency, other curves begin: a resonance may lean farther than the first."""

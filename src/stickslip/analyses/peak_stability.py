@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from stickslip.analyses.stability import KEPT, flags_of
 from stickslip.analyses.truncation import SAME_PEAK, finer_balance, highest_points
-from stickslip.checks import InputError
-from stickslip.curves.curve import Curve
-from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import Measure
-from stickslip.solve.curve_points import CurvePoint
-from stickslip.solve.more_harmonics import resolved
-from stickslip.solve.truncation import enough_beyond
-from stickslip.stability.multipliers import MOST_STEPS, TIMES_ERROR, Multipliers, PeriodMap, Stability
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import Measure
+from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.continuation.more_harmonics import resolved
+from stickslip.solve.continuation.truncation import enough_beyond
+from stickslip.solve.curves.curve import Curve
+from stickslip.solve.stability.multipliers import MOST_STEPS, TIMES_ERROR, Multipliers, PeriodMap, Stability
+from stickslip.support.checks import InputError
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.checks import InputError
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.harmonic.energy import EnergyBalance
-from stickslip.harmonic.measure import Measure
-from stickslip.loads import excited_harmonics
-from stickslip.peaks.search import PeakSearch
-from stickslip.problem import Problem
-from stickslip.solve.interpolation import Interpolation
+from stickslip.model.loads import excited_harmonics
+from stickslip.model.problem import Problem
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.measure import Measure
+from stickslip.solve.continuation.interpolation import Interpolation
+from stickslip.solve.peaks.search import PeakSearch
+from stickslip.support.checks import InputError
 
 if TYPE_CHECKING:
     import pandas as pd

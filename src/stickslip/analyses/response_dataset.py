@@ -12,21 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.contact_rows import ContactRows
-from stickslip.checks import Array
-from stickslip.contact.point import DIRECTION_NAMES
-from stickslip.curves.curve import Curve
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
-from stickslip.harmonic.cycle import ContactCycle, contact_cycle
-from stickslip.harmonic.energy import EnergyBalance
-from stickslip.harmonic.fourier import complex_harmonics
-from stickslip.harmonic.linear_response import linear_amplitudes, linear_frequencies
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.harmonic.trigonometric import largest_absolute
-from stickslip.loads import BaseMotion, excited_harmonics
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
+from stickslip.model.contact.point import DIRECTION_NAMES
+from stickslip.model.loads import BaseMotion, excited_harmonics
+from stickslip.model.problem import Problem
 from stickslip.results.schema import SCHEMA, Variable, labelled
-from stickslip.solve.curve_points import CurvePoint
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.balance.cycle import ContactCycle, contact_cycle
+from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.fourier import complex_harmonics
+from stickslip.solve.balance.linear_response import linear_amplitudes, linear_frequencies
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.solve.balance.trigonometric import largest_absolute
+from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.curves.curve import Curve
+from stickslip.support.checks import Array
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

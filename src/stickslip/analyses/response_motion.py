@@ -8,13 +8,13 @@ import numpy as np
 
 from stickslip.analyses.motion import PeriodOfMotion, Wheel, contact_loops, frames_of, sections
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.checks import Array, fault
-from stickslip.disks.full import FullDisk
-from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.problem import Problem
+from stickslip.model.disks.full import FullDisk
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
 from stickslip.results.shown_units import system_of
 from stickslip.results.view import level_text, periods_of
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.support.checks import Array, fault
 
 if TYPE_CHECKING:
     import xarray as xr

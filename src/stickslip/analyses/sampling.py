@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.analyses.truncation import ALLOWED, sampling_error
-from stickslip.checks import Array
-from stickslip.contact.point import Contact
-from stickslip.curves.curve import Curve
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.outcome import Outcome
-from stickslip.solve.curve_points import CurvePoint
+from stickslip.model.contact.point import Contact
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.curves.curve import Curve
+from stickslip.support.checks import Array
+from stickslip.support.outcome import Outcome
 
 FEWEST = 1.0
 """Samples that a change of the force must spread over: peaks of one mass are off by 2e-7 at 3, 2.4e-4 at 1.2, 1.4e-3 at 0.6."""

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.checks import Array, Index, InputError, fault, finite, of_kind, positive
-from stickslip.contact.table import contact_table
-from stickslip.curves.curve import solve_curve
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
-from stickslip.harmonic.fourier import complex_harmonics
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
-from stickslip.problem.speed import refuse_speed
-from stickslip.solve.sensitivity import parameter_slopes, respond, solved_factors, start_slopes
+from stickslip.model.contact.table import contact_table
+from stickslip.model.problem import Problem
+from stickslip.model.problem.speed import refuse_speed
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.balance.fourier import complex_harmonics
+from stickslip.solve.continuation.sensitivity import parameter_slopes, respond, solved_factors, start_slopes
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.support.checks import Array, Index, InputError, fault, finite, of_kind, positive
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

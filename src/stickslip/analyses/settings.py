@@ -13,7 +13,7 @@ from functools import wraps
 from typing import Any, ParamSpec, TypeVar, get_type_hints
 
 from stickslip.analyses.work_parts import EXECUTION, StateOfFields
-from stickslip.checks import MOST, between
+from stickslip.support.checks import MOST, between
 
 Arguments = ParamSpec("Arguments")
 Given = TypeVar("Given")

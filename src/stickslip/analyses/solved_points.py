@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.analyses.contact_rows import ContactRows
-from stickslip.checks import SMALLEST, Array, fault, whole
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.harmonic.fourier import real_harmonics
-from stickslip.harmonic.orders import of_attribute
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
-from stickslip.problem.truncation import on_few_coordinates
+from stickslip.model.problem import Problem
+from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.results.view import periods_of
-from stickslip.solve.newton import correct, fixed
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.fourier import real_harmonics
+from stickslip.solve.balance.orders import of_attribute
+from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.support.checks import SMALLEST, Array, fault, whole
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

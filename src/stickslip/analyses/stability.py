@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.checks import Array, positive
-from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
 from stickslip.results.view import measure_in, nearest_point
-from stickslip.solve.interpolation import Interpolation
-from stickslip.stability.multipliers import ROUNDING, TIMES_ERROR, Multipliers, PeriodMap, Stability
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
+from stickslip.solve.continuation.interpolation import Interpolation
+from stickslip.solve.stability.multipliers import ROUNDING, TIMES_ERROR, Multipliers, PeriodMap, Stability
+from stickslip.support.checks import Array, positive
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

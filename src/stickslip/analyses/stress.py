@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.checks import Array, fault
-from stickslip.disks.full import FullDisk
-from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
-from stickslip.harmonic.linear_response import without_contacts
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
-from stickslip.structure.stress import COMPONENTS, StressRecovery, critical_plane, joined, principal_size, von_mises
+from stickslip.model.disks.full import FullDisk
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
+from stickslip.model.structure.stress import COMPONENTS, StressRecovery, critical_plane, joined, principal_size, von_mises
+from stickslip.solve.balance.balance import HarmonicBalance, Point
+from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
+from stickslip.solve.balance.linear_response import without_contacts
+from stickslip.support.checks import Array, fault
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,13 +9,13 @@ import numpy as np
 
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.time_response import TimeResponse, harmonics_of, time_response
-from stickslip.checks import Array
-from stickslip.harmonic.orders import Harmonics, in_words, of_attribute
-from stickslip.problem import Problem
-from stickslip.time.march import LOAD_STEPS, NEAR, March, MarchOutcome, march
-from stickslip.time.methods import DEFAULT_METHOD, Method
-from stickslip.time.shooting import shoot
-from stickslip.time.start import from_harmonics
+from stickslip.model.problem import Problem
+from stickslip.solve.balance.orders import Harmonics, in_words, of_attribute
+from stickslip.solve.time.march import LOAD_STEPS, NEAR, March, MarchOutcome, march
+from stickslip.solve.time.methods import DEFAULT_METHOD, Method
+from stickslip.solve.time.shooting import shoot
+from stickslip.solve.time.start import from_harmonics
+from stickslip.support.checks import Array
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.analyses.contact_rows import ContactRows
-from stickslip.checks import Array, fault, finite, of_kind, positive
-from stickslip.contact.point import DIRECTION_NAMES
-from stickslip.problem import Problem
+from stickslip.model.contact.point import DIRECTION_NAMES
+from stickslip.model.problem import Problem
 from stickslip.results.result import Result
-from stickslip.time.march import March, MarchOutcome, TimeCycle, march
-from stickslip.time.methods import DEFAULT_METHOD, Method
-from stickslip.time.start import TimeStart, from_rest
+from stickslip.solve.time.march import March, MarchOutcome, TimeCycle, march
+from stickslip.solve.time.methods import DEFAULT_METHOD, Method
+from stickslip.solve.time.start import TimeStart, from_rest
+from stickslip.support.checks import Array, fault, finite, of_kind, positive
 
 if TYPE_CHECKING:
     import xarray as xr

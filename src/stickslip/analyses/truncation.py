@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import Array
-from stickslip.contact.point import Contact
-from stickslip.curves.curve import Curve
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.harmonic.measure import Measure
-from stickslip.harmonic.orders import Harmonics, in_words
-from stickslip.problem import Problem
+from stickslip.model.contact.point import Contact
+from stickslip.model.problem import Problem
 from stickslip.results.shown_units import shown_sentence
-from stickslip.solve.all_modes import solved_on_all_modes
-from stickslip.solve.curve_points import CurvePoint
-from stickslip.solve.finer_peak import finer_peak, phase_condition
-from stickslip.solve.more_harmonics import STEPS, pad, resolved
-from stickslip.solve.newton import correct, fixed
-from stickslip.solve.truncation import change_by, contact_work, enough_beyond
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.measure import Measure
+from stickslip.solve.balance.orders import Harmonics, in_words
+from stickslip.solve.continuation.all_modes import solved_on_all_modes
+from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.continuation.finer_peak import finer_peak, phase_condition
+from stickslip.solve.continuation.more_harmonics import STEPS, pad, resolved
+from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.solve.continuation.truncation import change_by, contact_work, enough_beyond
+from stickslip.solve.curves.curve import Curve
+from stickslip.support.checks import Array
 
 if TYPE_CHECKING:
     import xarray as xr

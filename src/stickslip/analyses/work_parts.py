@@ -8,9 +8,9 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import Measure, measure_of
-from stickslip.problem import Problem
+from stickslip.model.problem import Problem
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import Measure, measure_of
 
 EXECUTION = ("workers", "checkpoint", "progress")
 """Arguments that say how cases are computed: they do not travel, and no result depends on them."""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import stickslip
-from stickslip.console import INTERRUPTED, TERMINATED, plain_warnings, report_fault, say
-from stickslip.interrupts import termination_as_interrupt
+from stickslip.support.console import INTERRUPTED, TERMINATED, plain_warnings, report_fault, say
+from stickslip.support.interrupts import termination_as_interrupt
 
 if TYPE_CHECKING:
     pass

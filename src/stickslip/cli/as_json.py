@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from stickslip.console import say
+from stickslip.support.console import say
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from stickslip.models.describe import Description
+    from stickslip.model.readers.describe import Description
     from stickslip.study import Job
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for scripts, instead of text.")]
@@ -63,7 +63,7 @@ def of_model(found: Description) -> dict[str, Any]:
 
 def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
     """A study without errors: its notes, the numbers of its model in the units of the study, the estimated time of a run."""
-    from stickslip.problem.at_rest import normal_loads_at_rest
+    from stickslip.model.problem.at_rest import normal_loads_at_rest
     from stickslip.results.shown_units import in_system
     from stickslip.study.run import WARNING
 
@@ -91,8 +91,8 @@ def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
 
 def of_peaks(name: str, dataset: xr.Dataset, table: pd.DataFrame) -> dict[str, Any]:
     """The peaks of one result, a record each, with the units of their columns and everything that was warned of."""
-    from stickslip.report.failures import failures_of, warnings_of
     from stickslip.results.schema import analysis_of
+    from stickslip.show.report.failures import failures_of, warnings_of
 
     heads = {str(head): UNIT.fullmatch(str(head)) for head in table}
     names = {head: match[1] if match else head for head, match in heads.items()}

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from stickslip.cli.app import guarded
-from stickslip.console import progress_bar, progress_is_seen, say
+from stickslip.support.console import progress_bar, progress_is_seen, say
 
 if TYPE_CHECKING:
-    from stickslip.contact.law import Law
-    from stickslip.problem import Problem
+    from stickslip.model.contact.law import Law
+    from stickslip.model.problem import Problem
     from stickslip.runs.work import Arrays, Report
 
 
@@ -62,7 +62,7 @@ class Compilation:
 
     def solve(self, case: int, report: Report) -> Arrays:
         """Run a case, with kernels for this processor, also where the package brought others."""
-        from stickslip.kernels import cache
+        from stickslip.support.kernels import cache
 
         cache.OWN_ONLY = True
         list(small_cases().values())[case]()
@@ -77,13 +77,13 @@ def small_cases() -> dict[str, Callable[[], Any]]:
     import numpy as np
 
     import stickslip as ss
-    from stickslip.analyses.identification.loop_law import ContactLoop, law_force
-    from stickslip.contact.march import prepare
-    from stickslip.dampers import in_phase
-    from stickslip.harmonic.on_states import factorised_on_states, solve_on_states
-    from stickslip.kernels import compiled
-    from stickslip.platforms.relaxation import elements_of, relaxed_cycle
-    from stickslip.rigs import laboratory_damper, single_mass
+    from stickslip.laboratory.identification.loop_law import ContactLoop, law_force
+    from stickslip.model.contact.march import prepare
+    from stickslip.model.dampers import in_phase
+    from stickslip.model.rigs import laboratory_damper, single_mass
+    from stickslip.solve.balance.on_states import factorised_on_states, solve_on_states
+    from stickslip.solve.platforms.relaxation import elements_of, relaxed_cycle
+    from stickslip.support.kernels import compiled
 
     mass, damper, motion = single_mass(), laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)), in_phase(30e-6)
     band, laws, loop = ss.Band(0.15, 0.25), mass_with_laws(), np.sin(np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False))
@@ -110,8 +110,8 @@ def transposed_system(problem: Problem) -> None:
     """Solve Newton's linear system with its transpose, as the search of branch points does."""
     import numpy as np
 
-    from stickslip.harmonic.balance import HarmonicBalance, Point
-    from stickslip.solve.sensitivity import solved_factors
+    from stickslip.solve.balance.balance import HarmonicBalance, Point
+    from stickslip.solve.continuation.sensitivity import solved_factors
 
     balance = HarmonicBalance(problem, 3, 64)
     forces = np.zeros((balance.rows, balance.columns))
@@ -121,7 +121,7 @@ def transposed_system(problem: Problem) -> None:
 
 def every_law() -> list[type[Law]]:
     """The laws that study files know."""
-    from stickslip.contact.law import Law
+    from stickslip.model.contact.law import Law
     from stickslip.study import contacts
 
     members = [each for each in vars(contacts).values() if isinstance(each, type) and issubclass(each, Law)]

@@ -8,11 +8,11 @@ from typing import Annotated
 
 import typer
 
-from stickslip.checks import existing, fault
 from stickslip.cli.app import guarded
 from stickslip.cli.places import free_folder
 from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out
-from stickslip.console import say
+from stickslip.support.checks import existing, fault
+from stickslip.support.console import say
 
 
 @guarded

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stickslip.checks import fault
 from stickslip.cli.app import guarded
-from stickslip.console import say
+from stickslip.support.checks import fault
+from stickslip.support.console import say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,8 +30,8 @@ def contact_stiffness(
 ) -> None:
     """Stiffness of a line contact from geometry: Harris, Brändlein, Allara; print it and draw it against the load."""
     from stickslip.analyses.contact_stiffness import contact_stiffness as stiffness_over
-    from stickslip.contact.stiffness import LineContact, static_normal_load
-    from stickslip.units import mm
+    from stickslip.model.contact.stiffness import LineContact, static_normal_load
+    from stickslip.support.units import mm
 
     if (load is None) == (pull is None):
         raise fault("--load and --pull", "must be given one without the other", {"load": load, "pull": pull})
@@ -61,7 +61,7 @@ def range_of_loads(load: float) -> list[float]:
 
 def drawn_to(path: Path, figure: Figure) -> Path:
     """The figure in a file, PNG or SVG by its ending."""
-    from stickslip.plots.files import write_figure
+    from stickslip.show.plots.files import write_figure
 
     if path.suffix not in (".png", ".svg"):
         raise fault("--out", "must end in .png or .svg", str(path))

@@ -9,12 +9,12 @@ from typing import Annotated, Any
 
 import typer
 
-from stickslip.checks import InputError, existing, fault, finite
 from stickslip.cli.app import guarded
 from stickslip.cli.contact_law import pairs
 from stickslip.cli.places import free_folder
 from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out
-from stickslip.console import say
+from stickslip.support.checks import InputError, existing, fault, finite
+from stickslip.support.console import say
 
 
 @guarded

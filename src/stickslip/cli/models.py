@@ -9,7 +9,7 @@ import typer
 
 from stickslip.cli.app import guarded
 from stickslip.cli.as_json import Json, of_model, say_json
-from stickslip.console import progress_bar, say
+from stickslip.support.console import progress_bar, say
 
 
 @guarded
@@ -29,9 +29,9 @@ def info(
     """Describe a finite-element model: size, mass, extent, sets, first modes, rigid motions, and what is odd."""
     import warnings
 
-    from stickslip.checks import fault
-    from stickslip.models.describe import describe
-    from stickslip.models.read import read_model
+    from stickslip.model.readers.describe import describe
+    from stickslip.model.readers.read import read_model
+    from stickslip.support.checks import fault
 
     named = {}
     for text in variables or ():

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from stickslip.checks import InputError, counted, fault
+from stickslip.support.checks import InputError, counted, fault
 
 
 def writable_folder(folder: Path) -> Path:

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stickslip.checks import fault, nearest
 from stickslip.cli.app import guarded
 from stickslip.cli.as_json import Json, of_peaks, say_json
 from stickslip.cli.places import results_in, writable_folder
-from stickslip.console import say
+from stickslip.support.checks import fault, nearest
+from stickslip.support.console import say
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from stickslip.report.presentation import Presentation
+    from stickslip.show.report.presentation import Presentation
 
 FORMULA = re.compile(r"^(?![+-]?[\d.]+(e[+-]?\d+)?\Z)(?=[=+\-@\t\r\n＝＋－＠])|(?<=[;\t\r\n])(?=[=+\-@＝＋－＠])", re.IGNORECASE)
 """Where a spreadsheet may see a formula begin: at the start of a text that is no number, or behind what it may take for the end
@@ -50,11 +50,11 @@ def peaks(
     as_json: Json = False,
 ) -> None:
     """Print the peaks of response curves in the units of the study, with the estimates of their errors and all warnings."""
-    from stickslip.report.failures import failures_of, warnings_of
-    from stickslip.report.presentation import presentation_of
     from stickslip.results.files import open_results
     from stickslip.results.quantities import peak_table
     from stickslip.results.shown_units import shown_table
+    from stickslip.show.report.failures import failures_of, warnings_of
+    from stickslip.show.report.presentation import presentation_of
 
     datasets = {name: open_results(file) for name, file in results_in(results).items()}
     for dataset in datasets.values():
@@ -121,11 +121,11 @@ def export(
 ) -> None:
     """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force, or
     the deformed shapes for VTK (.vtu), in the units of the study."""
-    from stickslip.files import write_text
-    from stickslip.report.presentation import presentation_of
     from stickslip.results.files import open_results
     from stickslip.results.quantities import other_peaks, peak_table, quantity_table
     from stickslip.results.shown_units import shown_table
+    from stickslip.show.report.presentation import presentation_of
+    from stickslip.support.files import write_text
 
     if out.suffix not in (".csv", ".mat", ".vtu"):
         raise fault("--out", "must end in .csv, .mat or .vtu", str(out))
@@ -163,7 +163,7 @@ def export(
 def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool) -> None:
     """Write the deformed shapes of each result; of several results NAME_RESULT.vtu."""
     from stickslip.analyses.deformed_shape import has_shapes, kept_shapes
-    from stickslip.plots.vtk import save_vtu
+    from stickslip.show.plots.vtk import save_vtu
 
     several = len(datasets) > 1
     files = {out.with_name(f"{out.stem}_{name}.vtu") if several else out: dataset for name, dataset in datasets.items()}
@@ -174,8 +174,8 @@ def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool
 
 def _further(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
     """The tables that only some responses have, in the units of the study."""
-    from stickslip.report.responses import further_tables
     from stickslip.results.shown_units import shown_table
+    from stickslip.show.report.responses import further_tables
 
     return {caption: shown_table(table, dataset) for caption, table in further_tables(dataset).items()}
 
@@ -235,7 +235,7 @@ def refuse_existing(files: Iterable[Path], overwrite: bool) -> None:
 
 def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path, figures: bool = False) -> None:
     """report.html for all; the figures of each where they are wanted, or lie there from an earlier time."""
-    from stickslip.report import write
+    from stickslip.show.report import write
 
     single = datasets.get("") if len(datasets) == 1 else None
     page = write(datasets if single is None else single, folder / "report.html")
@@ -248,9 +248,9 @@ def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path, figures: boo
 
 def drawn(dataset: xr.Dataset, folder: Path, names: Sequence[str] = (), formats: Sequence[str] = ()) -> list[Path]:
     """Figures of a result as files, all without names, moving pictures where they or their formats are asked for; the paths."""
-    from stickslip.plots.files import write_figures
-    from stickslip.report.motion import moving_pictures
-    from stickslip.report.presentation import presentation_of
+    from stickslip.show.plots.files import write_figures
+    from stickslip.show.report.motion import moving_pictures
+    from stickslip.show.report.presentation import presentation_of
 
     figures, moving = presentation_of(dataset).figures(dataset), moving_pictures(dataset)
     known = (*OF_FIGURES, *(OF_MOTION if moving else ()))

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stickslip.checks import Faults, InputError, counted, fault, positive, unique
 from stickslip.cli.app import guarded
 from stickslip.cli.as_json import Json, of_study, say_json
 from stickslip.cli.places import claimed, free_folder, remove_if_empty
 from stickslip.cli.results import write_reports
-from stickslip.console import INCOMPLETE, WRONG_INPUT, progress_bar, say, warn
-from stickslip.files import write_text
+from stickslip.support.checks import Faults, InputError, counted, fault, positive, unique
+from stickslip.support.console import INCOMPLETE, WRONG_INPUT, progress_bar, say, warn
+from stickslip.support.files import write_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -142,7 +142,7 @@ def check_as_json(study: Path, show: bool) -> None:
 
 def written_model(job: Job, study: Path) -> Path:
     """A page with the model of a study, in its units, in the folder where the command runs."""
-    from stickslip.plots.model_view import model_view
+    from stickslip.show.plots.model_view import model_view
 
     if job.sweep is None:
         raise InputError(f"--show draws a structure with contacts, but {study} has none: its analysis takes a damper or records.")
@@ -257,7 +257,7 @@ def prepared(job: Job, say: Callable[[str], None] = say) -> Job:
     """A job whose work is made: it reads the files that the study names, and chooses harmonics where this is left to it."""
     from stickslip.analyses.forced_response import ForcedResponseWork
     from stickslip.analyses.harmonic_choice import watched
-    from stickslip.harmonic.orders import in_words
+    from stickslip.solve.balance.orders import in_words
 
     if job.sweep is not None and job.sweep.harmonics == "auto":
         say("Choosing the harmonics and samples that the highest peaks need; this computes curves with few harmonics.")
@@ -349,7 +349,7 @@ def hint_at_the_report(folder: Path) -> Iterator[None]:
 
 def finish(datasets: Mapping[str, xr.Dataset], folder: Path, figures: bool) -> list[str]:
     """What came out to the screen, the report to the folder; returns what failed."""
-    from stickslip.report.presentation import presentation_of
+    from stickslip.show.report.presentation import presentation_of
 
     broken = []
     for name, dataset in datasets.items():

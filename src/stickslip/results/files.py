@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import Faults, InputError, fault, similar_file
-from stickslip.files import replacing
-from stickslip.models.hdf5 import refuse_other_files, refuse_too_much
+from stickslip.model.readers.hdf5 import refuse_other_files, refuse_too_much
 from stickslip.results.schema import FILE_FORMAT, RENAMED_VARIABLES, SCHEMA, check_results, labelled, stamped, with_frequency
+from stickslip.support.checks import Faults, InputError, fault, similar_file
+from stickslip.support.files import replacing
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 from scipy import io
 
-from stickslip.checks import fault
-from stickslip.files import replacing
 from stickslip.results.quantities import as_quantity
 from stickslip.results.shown_units import shown_dataset
 from stickslip.results.view import measure_in
+from stickslip.support.checks import fault
+from stickslip.support.files import replacing
 
 if TYPE_CHECKING:
     import xarray as xr

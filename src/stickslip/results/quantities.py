@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.harmonic.measure import Measure, Quantity, quantity_named
 from stickslip.results.curve_kind import kinds_in
 from stickslip.results.stability import has_stability
 from stickslip.results.stability import words as words_of_flags
 from stickslip.results.view import levels_in_newtons, measure_in, nearest_point, periods_of, sizes
+from stickslip.solve.balance.measure import Measure, Quantity, quantity_named
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from stickslip.checks import InputError, fault, nearest
-from stickslip.renderers import FIGURES, SENTENCES
+from stickslip.support.checks import InputError, fault, nearest
+from stickslip.support.renderers import FIGURES, SENTENCES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 class Result:
-    """A result with figures: those that `stickslip.plots` registers for the name of its class, `@FIGURES.of("Curve", "loops")`.
+    """A result with figures: those that `show/plots` registers for the name of its class, `@FIGURES.of("Curve", "loops")`.
 
     That without a name is the figure of `plot()`. Functions get the `dataset` of a result, or a result without one, and return a
     chart, or a matplotlib figure that is a drawing.

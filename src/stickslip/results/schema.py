@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.checks import Faults, nearest
-from stickslip.outcome import Outcome
+from stickslip.support.checks import Faults, nearest
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.units import FORCES, LENGTHS, MASSES, UnitSystem
+from stickslip.support.units import FORCES, LENGTHS, MASSES, UnitSystem
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import Array, counted, first_of
 from stickslip.results.view import level_text, points
+from stickslip.support.checks import Array, counted, first_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import Array
-from stickslip.harmonic.fourier import real_harmonics
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, measure_of
-from stickslip.outcome import Outcome
 from stickslip.results.curve_kind import kind_words
 from stickslip.results.shown_units import in_system, system_of
-from stickslip.units import UnitSystem, um
+from stickslip.solve.balance.fourier import real_harmonics
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, measure_of
+from stickslip.support.checks import Array
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import UnitSystem, um
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from stickslip.checks import fault
 from stickslip.runs.processes import Processes
 from stickslip.runs.work import Arrays, Checkpoint, Executor, Progress, Report, Stopped, Work, Workers, checked_progress
+from stickslip.support.checks import fault
 
 
 def all_cases(

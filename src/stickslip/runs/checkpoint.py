@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import InputError
-from stickslip.files import write_arrays, write_text
-from stickslip.models import numpy_archive
+from stickslip.model.readers import numpy_archive
+from stickslip.support.checks import InputError
+from stickslip.support.files import write_arrays, write_text
 
 ABOUT = "about.json"
 _NAME = "__name__"

@@ -22,8 +22,8 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 import stickslip
-from stickslip.checks import InputError, fault
 from stickslip.runs.work import Arrays, Keep, Progress, Work
+from stickslip.support.checks import InputError, fault
 
 PACKAGE = "distributed"
 ADDRESS = re.compile(r"(\w+://)?\S+:\d+")

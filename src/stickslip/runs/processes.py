@@ -26,9 +26,9 @@ from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
 
-from stickslip.checks import fault
-from stickslip.interrupts import for_this_process_only
 from stickslip.runs.work import Arrays, CaseStopped, Keep, Progress, Stopped, Work
+from stickslip.support.checks import fault
+from stickslip.support.interrupts import for_this_process_only
 
 if TYPE_CHECKING:
     from multiprocessing.context import SpawnProcess

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from numpy.typing import NDArray
 
-from stickslip.checks import fault
+from stickslip.support.checks import fault
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,5 +1,6 @@
-"""Solving harmonic balance: Newton's method, arc-length continuation through folds and kinks, sweeps and sensitivities.
+"""The numerical methods: harmonic balance, continuation, peaks, stability and time integration.
 
-One sweep at one force level is the largest thing here. Imports `harmonic` and below. Begin with `newton.py` (one solution), then
-`continuation.py` (the steps along a curve) and `sweep.py` (from one end of a band to the other).
+`balance` evaluates the residual, `continuation` follows its solutions, `peaks` finds and proves maxima, `curves` joins both for
+one force level, `starts` varies the start state of the contacts, `stability` judges solutions, `time` integrates the same problem
+as a referee, `platforms` solves the cycle of a damper alone. Imports `model` and below.
 """

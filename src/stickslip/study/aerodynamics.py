@@ -6,12 +6,12 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from stickslip.checks import MOST, fault
-from stickslip.disks.tuned import TunedDisk
-from stickslip.problem import Problem
-from stickslip.structure.aerodynamics import Aerodynamics
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
+from stickslip.model.structure.aerodynamics import Aerodynamics
 from stickslip.study.fields import Groups, Number, Place, Positive, Table, Words
 from stickslip.study.units import FREQUENCY, MASS, STIFFNESS, Units, in_si
+from stickslip.support.checks import MOST, fault
 
 Complex = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
 Influence = Annotated[list[Number], Field(min_length=3, max_length=3), Words("list of three numbers")]

@@ -12,16 +12,16 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.checks import counted
-from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.harmonic.orders import Harmonics, in_words
-from stickslip.problem import Problem
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
+from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
-from stickslip.structure.cyclic import CyclicStructure
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.solve.balance.orders import Harmonics, in_words
 from stickslip.study.fields import Table
 from stickslip.study.units import Units
-from stickslip.units import Band
+from stickslip.support.checks import counted
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,18 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from stickslip import rigs
-from stickslip.checks import Array, Faults, InputError, fault, nearest
-from stickslip.contact.point import Contact
-from stickslip.contact.start import SliderOffset
-from stickslip.dampers import SHAPES
-from stickslip.dampers.shape import Shape
-from stickslip.disks.tuned import TunedDisk
-from stickslip.loads import DERIVATIVES, BaseMotion, Force, Output
-from stickslip.problem import Problem
-from stickslip.structure.assembly import Spring
-from stickslip.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
-from stickslip.structure.rigid_body import RigidBody
+from stickslip.model import rigs
+from stickslip.model.contact.point import Contact
+from stickslip.model.contact.start import SliderOffset
+from stickslip.model.dampers import SHAPES
+from stickslip.model.dampers.shape import Shape
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
+from stickslip.model.problem import Problem
+from stickslip.model.structure.assembly import Spring
+from stickslip.model.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
+from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.study.contacts import ContactTable, FrictionTable
 from stickslip.study.faults import parsed
 from stickslip.study.names import Names
@@ -37,7 +36,8 @@ from stickslip.study.tables import (
     SweepTable,
 )
 from stickslip.study.units import DENSITY, LENGTH, MASS, Units, in_si, scaled
-from stickslip.units import Band, followed, listed
+from stickslip.support.checks import Array, Faults, InputError, fault, nearest
+from stickslip.support.units import Band, followed, listed
 
 COUNTS = ("lines", "flat_points")
 """Arguments of damper shapes that are numbers of lines and points."""

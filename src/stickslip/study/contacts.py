@@ -7,20 +7,19 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, create_model
 
-from stickslip.checks import fault, nearest
-from stickslip.contact.cubic import CubicSpring
-from stickslip.contact.dahl import Dahl
-from stickslip.contact.friction_disc import FrictionDisc
-from stickslip.contact.gap import Gap
-from stickslip.contact.iwan import Iwan
-from stickslip.contact.law import Law
-from stickslip.contact.lugre import LuGre
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.microslip import MicroslipArray
-from stickslip.contact.single_load import Own, SingleLoad, own_numbers
-from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
-from stickslip.contact.tanh_coulomb import TanhCoulomb
-from stickslip.contact.valanis import Valanis
+from stickslip.model.contact.cubic import CubicSpring
+from stickslip.model.contact.dahl import Dahl
+from stickslip.model.contact.friction_disc import FrictionDisc
+from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.iwan import Iwan
+from stickslip.model.contact.law import Law
+from stickslip.model.contact.lugre import LuGre
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.single_load import Own, SingleLoad, own_numbers
+from stickslip.model.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
+from stickslip.model.contact.tanh_coulomb import TanhCoulomb
+from stickslip.model.contact.valanis import Valanis
 from stickslip.study.fields import (
     Direction,
     Directions,
@@ -37,6 +36,7 @@ from stickslip.study.fields import (
 )
 from stickslip.study.starts import Starts
 from stickslip.study.units import BY_SYMBOL, CUBIC_STIFFNESS, DIMENSIONLESS, FORCE, LENGTH, PRESSURE, STIFFNESS, Units, in_si
+from stickslip.support.checks import fault, nearest
 
 
 class ContactTable(Table):

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 from pydantic import Field
 
 from stickslip.analyses.fatigue import with_fatigue
-from stickslip.checks import InputError, fault, nearest
-from stickslip.structure.fatigue import FatigueLimit
-from stickslip.structure.stress import StressRecovery
+from stickslip.model.structure.fatigue import FatigueLimit
+from stickslip.model.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked
 from stickslip.study.fields import Groups, Number, Positive, Table, Words
 from stickslip.study.units import PRESSURE, in_si
+from stickslip.support.checks import InputError, fault, nearest
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,8 +9,8 @@ from typing import Any, TypeVar, get_args
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from stickslip.checks import LARGEST, SMALLEST, Faults, InputError, counted, fault, nearest
 from stickslip.study.fields import Table
+from stickslip.support.checks import LARGEST, SMALLEST, Faults, InputError, counted, fault, nearest
 
 Made = TypeVar("Made")
 Model = TypeVar("Model", bound=Table)

@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from stickslip.checks import LARGEST, LARGEST_SEED, SMALLEST
+from stickslip.support.checks import LARGEST, LARGEST_SEED, SMALLEST
 
 Groups = tuple[tuple[str, ...], ...]
 

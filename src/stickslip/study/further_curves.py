@@ -10,12 +10,12 @@ from pydantic import Field, Tag
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, nonlinear_modes
 from stickslip.analyses.modes.work import AMPLITUDES, NonlinearModesWork
-from stickslip.checks import MOST, fault, unique
-from stickslip.problem.many_periods import MOST_PERIODS
+from stickslip.model.problem.many_periods import MOST_PERIODS
 from stickslip.study.analysis import Asked, Sweep
 from stickslip.study.fields import Table, by_form
 from stickslip.study.tables import Ends
 from stickslip.study.units import LENGTH, with_si
+from stickslip.support.checks import MOST, fault, unique
 
 ModeNumber = Annotated[int, Field(ge=1, le=MOST)]
 ModeNumbers = Annotated[

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from stickslip.analyses.identification.line_laws import LINE_LAWS
-from stickslip.checks import existing, fault, nearest
+from stickslip.laboratory.identification.line_laws import LINE_LAWS
 from stickslip.study.analyses.identification import IdentificationPlan
 from stickslip.study.read import Job
+from stickslip.support.checks import existing, fault, nearest
 
 
 def with_loops(job: Job, loops: Sequence[Path], laws: Sequence[str] = (), removals: Sequence[Path] = ()) -> Job:

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import fault, nearest, similar_file
-from stickslip.rigs import RIGS
+from stickslip.model.rigs import RIGS
 from stickslip.study.analyses.response_identification import (
     FACTORS,
     TABLE,
@@ -21,6 +20,7 @@ from stickslip.study.analyses.response_identification import (
 from stickslip.study.faults import parsed
 from stickslip.study.kinds import COMMON_KEYS
 from stickslip.study.read import text_of, toml
+from stickslip.support.checks import fault, nearest, similar_file
 
 UNSTATED = 10.0
 """Factor to either side of its value between which a parameter is searched that has no bounds."""

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from stickslip.checks import Array, counted, first_of
-from stickslip.curves.curve import HELD_BY_FRICTION, held_by_friction_alone
-from stickslip.disks.tuned import TunedDisk
-from stickslip.problem import Problem
-from stickslip.problem.at_rest import normal_loads_at_rest
-from stickslip.problem.loose_motions import soft_springs
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
+from stickslip.model.problem.at_rest import normal_loads_at_rest
+from stickslip.model.problem.loose_motions import soft_springs
 from stickslip.results.shown_units import in_system
+from stickslip.solve.curves.curve import HELD_BY_FRICTION, held_by_friction_alone
 from stickslip.study.analysis import Sweep
-from stickslip.units import UnitSystem
+from stickslip.support.checks import Array, counted, first_of
+from stickslip.support.units import UnitSystem
 
 SHOWN = 6
 """How many frequencies, and how many contacts, a sentence lists."""

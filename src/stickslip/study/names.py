@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from stickslip.contact.point import GROUND, between
-from stickslip.models.conversion import levers
-from stickslip.structure.matrices import nearest_dof, of_single_nodes
+from stickslip.model.contact.point import GROUND, between
+from stickslip.model.readers.conversion import levers
+from stickslip.model.structure.matrices import nearest_dof, of_single_nodes
 from stickslip.study.units import Units
 
 

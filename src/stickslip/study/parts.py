@@ -9,23 +9,23 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import InputError, fault
-from stickslip.loads import Force
-from stickslip.models.model import Model
-from stickslip.models.reduction import Progress
+from stickslip.model.loads import Force
+from stickslip.model.readers.model import Model
+from stickslip.model.readers.reduction import Progress
+from stickslip.model.structure.assembly import assemble
+from stickslip.model.structure.cyclic import NEXT, CyclicStructure, with_bodies
+from stickslip.model.structure.damping import Damping
+from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.results.shown_units import in_system
-from stickslip.structure.assembly import assemble
-from stickslip.structure.cyclic import NEXT, CyclicStructure, with_bodies
-from stickslip.structure.damping import Damping
-from stickslip.structure.matrices import Structure
-from stickslip.structure.rigid_body import RigidBody
 from stickslip.study import build
 from stickslip.study.faults import Found
 from stickslip.study.structure import Built
 from stickslip.study.structure import structure as structure_of_table
 from stickslip.study.tables import BodyTable, StructureTable
 from stickslip.study.units import Units
-from stickslip.units import UnitSystem
+from stickslip.support.checks import InputError, fault
+from stickslip.support.units import UnitSystem
 
 MOST_CORNERS = 8
 """Corners of a section that a note lists; a round one has more."""

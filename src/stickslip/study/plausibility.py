@@ -14,19 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.checks import Array, InputError
-from stickslip.contact.point import Contact
-from stickslip.disks.tuned import TunedDisk
-from stickslip.loads import excited_harmonics
-from stickslip.problem import Problem
-from stickslip.problem.at_rest import normal_loads_at_rest
-from stickslip.problem.static_balance import unbearable_loads
-from stickslip.problem.warnings import LARGEST_FRICTION
+from stickslip.model.contact.point import Contact
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.loads import excited_harmonics
+from stickslip.model.problem import Problem
+from stickslip.model.problem.at_rest import normal_loads_at_rest
+from stickslip.model.problem.static_balance import unbearable_loads
+from stickslip.model.problem.warnings import LARGEST_FRICTION
+from stickslip.model.structure.cyclic import NEXT
 from stickslip.results.shown_units import in_system
-from stickslip.structure.cyclic import NEXT
 from stickslip.study.analysis import Sweep
 from stickslip.study.surfaces import CHECK_FIT, CHECK_UNITS
-from stickslip.units import Band, UnitSystem
+from stickslip.support.checks import Array, InputError
+from stickslip.support.units import Band, UnitSystem
 
 LARGE = 0.1
 """Linear amplitude over the size of the structure from where on a theory of small motions is left."""

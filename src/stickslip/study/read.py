@@ -13,18 +13,17 @@ from typing import Any, Literal
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import force_levels
-from stickslip.checks import Faults, InputError, fault, nearest, similar_file, storable
-from stickslip.contact.point import GROUND, Contact
-from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.measure import measure_of
-from stickslip.harmonic.orders import Harmonics, checked_harmonics, harmonics_for
-from stickslip.loads import Force
-from stickslip.models.reduction import Progress, quiet
-from stickslip.problem import Problem
-from stickslip.structure.assembly import Spring
-from stickslip.structure.cyclic import NEXT, CyclicStructure
-from stickslip.structure.damping import Dashpot
-from stickslip.structure.matrices import Structure
+from stickslip.model.contact.point import GROUND, Contact
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.readers.reduction import Progress, quiet
+from stickslip.model.structure.assembly import Spring
+from stickslip.model.structure.cyclic import NEXT, CyclicStructure
+from stickslip.model.structure.damping import Dashpot
+from stickslip.model.structure.matrices import Structure
+from stickslip.solve.balance.measure import measure_of
+from stickslip.solve.balance.orders import Harmonics, checked_harmonics, harmonics_for
 from stickslip.study import build
 from stickslip.study.aerodynamics import AerodynamicsTable, with_aerodynamics
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
@@ -51,7 +50,8 @@ from stickslip.study.tables import (
     SweepTable,
 )
 from stickslip.study.units import SYSTEMS, Units
-from stickslip.units import UNIT_SYSTEMS, UnitSystem
+from stickslip.support.checks import Faults, InputError, fault, nearest, similar_file, storable
+from stickslip.support.units import UNIT_SYSTEMS, UnitSystem
 
 Stated = tuple[Problem, Mapping[float, CyclicStructure]]
 """A problem, and its disks by rotor speed where it is a sector whose speed is given."""

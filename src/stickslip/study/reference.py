@@ -13,7 +13,6 @@ from typing import Any, Literal, get_args, get_origin
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic.fields import FieldInfo
 
-from stickslip.files import write_text
 from stickslip.study.aerodynamics import AerodynamicsTable
 from stickslip.study.contacts import LAWS
 from stickslip.study.faults import tables_in
@@ -38,6 +37,7 @@ from stickslip.study.tables import (
     SweepTable,
 )
 from stickslip.study.units import SYSTEMS, Dimension, Units
+from stickslip.support.files import write_text
 
 SECTIONS: dict[str, tuple[type[Table], ...]] = {
     "[study]": (StudyTable,),

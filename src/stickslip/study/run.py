@@ -12,8 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import stickslip
-from stickslip.checks import InputError
-from stickslip.files import sweep
 from stickslip.results.files import open_results, save, stamped
 from stickslip.results.shown_units import attributes_of
 from stickslip.runs.cases import Together, all_cases
@@ -21,6 +19,8 @@ from stickslip.runs.checkpoint import CheckpointFolder, changed_line
 from stickslip.runs.work import Arrays, Progress, StoppableWork, Stopped, Work, Workers
 from stickslip.study.analysis import SearchingPlan
 from stickslip.study.read import Job
+from stickslip.support.checks import InputError
+from stickslip.support.files import sweep
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.checks import counted
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.kernels.cache import nothing_is_kept
-from stickslip.problem.truncation import on_few_coordinates
-from stickslip.solve.continuation import first_point, trace
-from stickslip.solve.curve_points import LostCurveError
+from stickslip.model.problem.truncation import on_few_coordinates
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.continuation import first_point, trace
+from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.study.analysis import Plan, Sweep
-from stickslip.units import Band
+from stickslip.support.checks import counted
+from stickslip.support.kernels.cache import nothing_is_kept
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     from stickslip.study.read import Job

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 from pydantic import Field, Tag
 
-from stickslip.checks import fault
-from stickslip.contact.start import STARTS, SliderOffset, Start
+from stickslip.model.contact.start import STARTS, SliderOffset, Start
 from stickslip.study.fields import Number, Numbers, Ratio, Table, Words, by_form
 from stickslip.study.units import FORCE, LENGTH, Units, in_si
+from stickslip.support.checks import fault
 
 Values = Annotated[Annotated[Number, Tag("<single>")] | Annotated[list[Numbers], Field(min_length=1), Tag("<list>")], by_form()]
 RatioOrList = Annotated[Annotated[Ratio, Tag("<single>")] | Annotated[list[Ratio], Tag("<list>")], by_form()]

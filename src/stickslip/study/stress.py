@@ -7,12 +7,12 @@ from typing import Annotated
 
 from pydantic import Field
 
-from stickslip import rigs
 from stickslip.analyses.stress import own_recovery
-from stickslip.checks import InputError
-from stickslip.structure.stress import StressRecovery
+from stickslip.model import rigs
+from stickslip.model.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked
 from stickslip.study.fields import Number, Table, Words
+from stickslip.support.checks import InputError
 
 Point = Annotated[list[Number], Field(min_length=3, max_length=3), Words("list of three numbers")]
 

@@ -9,22 +9,22 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import Array, InputError, fault
-from stickslip.models.content import Content
-from stickslip.models.describe import implausible
-from stickslip.models.model import Model, model_of
-from stickslip.models.named_rows import with_names
-from stickslip.models.places import places_of
-from stickslip.models.read import read_content
-from stickslip.models.reduction import Progress, structure_of
-from stickslip.models.sector import Faces, disks_of
-from stickslip.models.stress_places import StrainGauge, StressRows, stress_rows_of
-from stickslip.structure.cyclic import CyclicStructure
-from stickslip.structure.damping import Damping
-from stickslip.structure.matrices import Structure
-from stickslip.structure.rotation_axis import RotationAxis
+from stickslip.model.readers.content import Content
+from stickslip.model.readers.describe import implausible
+from stickslip.model.readers.model import Model, model_of
+from stickslip.model.readers.named_rows import with_names
+from stickslip.model.readers.places import places_of
+from stickslip.model.readers.read import read_content
+from stickslip.model.readers.reduction import Progress, structure_of
+from stickslip.model.readers.sector import Faces, disks_of
+from stickslip.model.readers.stress_places import StrainGauge, StressRows, stress_rows_of
+from stickslip.model.structure.cyclic import CyclicStructure
+from stickslip.model.structure.damping import Damping
+from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.study.tables import AxisTable, FilesTable, GaugeTable, MatricesTable, SectorTable, StructureTable
 from stickslip.study.units import SYSTEMS, Units
+from stickslip.support.checks import Array, InputError, fault
 
 OF_A_COPY = ("name", "keep", "modes", "shift", "stress", "speed", "axis")
 """What structures of one and the same model may differ in."""

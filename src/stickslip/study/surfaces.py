@@ -8,21 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import Array, InputError, counted, fault, first_of, nearest
-from stickslip.contact.law import Law
-from stickslip.contact.point import GROUND, Contact
-from stickslip.interfaces.node_surface import NodeSurface, mean_motion
-from stickslip.interfaces.surface_contacts import Opposite, surface_contacts
-from stickslip.loads import Force
+from stickslip.model.contact.law import Law
+from stickslip.model.contact.point import GROUND, Contact
+from stickslip.model.interfaces.node_surface import NodeSurface, mean_motion
+from stickslip.model.interfaces.surface_contacts import Opposite, surface_contacts
+from stickslip.model.loads import Force
+from stickslip.model.structure.cyclic import NEXT, CyclicStructure
 from stickslip.results.shown_units import in_system
-from stickslip.structure.cyclic import NEXT, CyclicStructure
 from stickslip.study.build import force_along
 from stickslip.study.contacts import ContactTable, FrictionTable, SurfaceTable
 from stickslip.study.parts import Parts
 from stickslip.study.starts import start_rules
 from stickslip.study.tables import ForceTable
 from stickslip.study.units import Units, in_si
-from stickslip.units import UnitSystem
+from stickslip.support.checks import Array, InputError, counted, fault, first_of, nearest
+from stickslip.support.units import UnitSystem
 
 AXES = ("x", "y", "z")
 

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias, 
 
 from pydantic import Field, Tag, WrapValidator, field_validator, model_validator
 
-from stickslip.checks import MOST
-from stickslip.dampers import SHAPES
-from stickslip.loads import HIGHEST_POWER
-from stickslip.structure.cyclic import MOST_SECTORS
+from stickslip.model.dampers import SHAPES
+from stickslip.model.loads import HIGHEST_POWER
+from stickslip.model.structure.cyclic import MOST_SECTORS
 from stickslip.study.fields import (
     Amplitude,
     Coefficients,
@@ -39,6 +38,7 @@ from stickslip.study.units import (
     VISCOSITY,
     Dimension,
 )
+from stickslip.support.checks import MOST
 
 if TYPE_CHECKING:
     ShapeKey: TypeAlias = str

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import Field
 
 from stickslip.study.fields import Table
-from stickslip.units import UNIT_SYSTEMS, UnitSystem
+from stickslip.support.units import UNIT_SYSTEMS, UnitSystem
 
 AnyTable = TypeVar("AnyTable", bound=Table)
 

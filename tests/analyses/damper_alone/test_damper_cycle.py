@@ -14,16 +14,16 @@ import pytest
 from stickslip.analyses.damper_alone.cycle import cycle_forces, damper_cycle
 from stickslip.analyses.damper_alone.cycles import damper_evolution, steady_cycles
 from stickslip.analyses.damper_alone.harmonic_cycle import harmonic_cycle
-from stickslip.checks import InputError
-from stickslip.contact.iwan import Iwan
-from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.spectrum import Parabolic
-from stickslip.dampers import SHAPES, ThreePoint
-from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.dampers.platform_motion import elliptic, in_phase, measured, out_of_phase
-from stickslip.platforms.cycle import CycleModel, CycleOutcome
-from stickslip.rigs.laboratory_damper import laboratory_damper
-from stickslip.time.methods import GeneralisedAlpha, Newmark
+from stickslip.model.contact.iwan import Iwan
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.spectrum import Parabolic
+from stickslip.model.dampers import SHAPES, ThreePoint
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.model.dampers.platform_motion import elliptic, in_phase, measured, out_of_phase
+from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome
+from stickslip.solve.time.methods import GeneralisedAlpha, Newmark
+from stickslip.support.checks import InputError
 
 MOTIONS = {"out-of-phase": out_of_phase, "in-phase": in_phase}
 KT, KN = 56e6, 84e6

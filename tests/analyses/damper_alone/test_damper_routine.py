@@ -4,11 +4,11 @@ import numpy as np
 
 from stickslip.analyses.damper_alone.routine import blade_with_routine
 from stickslip.analyses.forced_response import forced_response
-from stickslip.contact.point import Contact
-from stickslip.loads import Force
-from stickslip.problem import Problem
-from stickslip.rigs import laboratory_damper
-from stickslip.structure.matrices import Structure
+from stickslip.model.contact.point import Contact
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import laboratory_damper
+from stickslip.model.structure.matrices import Structure
 
 
 def blade() -> Structure:

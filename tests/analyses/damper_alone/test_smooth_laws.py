@@ -8,15 +8,15 @@ import pytest
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.analyses.damper_alone.harmonic_cycle import harmonic_cycle
-from stickslip.checks import InputError
-from stickslip.contact.dahl import Dahl
-from stickslip.contact.lugre import LuGre
-from stickslip.contact.tanh_coulomb import TanhCoulomb
-from stickslip.contact.valanis import Valanis
-from stickslip.dampers.platform_motion import in_phase, out_of_phase
-from stickslip.platforms.relaxation import elements_of
-from stickslip.rigs.laboratory_damper import laboratory_damper
-from stickslip.time.methods import GeneralisedAlpha
+from stickslip.model.contact.dahl import Dahl
+from stickslip.model.contact.lugre import LuGre
+from stickslip.model.contact.tanh_coulomb import TanhCoulomb
+from stickslip.model.contact.valanis import Valanis
+from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
+from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.solve.platforms.relaxation import elements_of
+from stickslip.solve.time.methods import GeneralisedAlpha
+from stickslip.support.checks import InputError
 
 SLIDING = laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32))
 FREQUENCY = 50.0

@@ -8,11 +8,11 @@ import pytest
 from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.analyses.damper_alone.cycles import damper_evolution, steady_cycles
 from stickslip.analyses.damper_alone.harmonic_cycle import harmonic_cycle
-from stickslip.checks import InputError
-from stickslip.dampers import Cylinder, ThreePoint, Wedge
-from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.dampers.platform_motion import measured, out_of_phase
-from stickslip.rigs.laboratory_damper import laboratory_damper
+from stickslip.model.dampers import Cylinder, ThreePoint, Wedge
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.model.dampers.platform_motion import measured, out_of_phase
+from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.support.checks import InputError
 
 RIG, MOTION = laboratory_damper(), out_of_phase(30e-6)
 

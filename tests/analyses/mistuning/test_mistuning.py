@@ -8,16 +8,16 @@ from scipy.stats import kstest, norm
 import stickslip as ss
 from stickslip.analyses.mistuning.disk import blade_dofs
 from stickslip.analyses.mistuning.work import PopulationWork
-from stickslip.checks import InputError
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.receptance import REAL_MODE
-from stickslip.report.presentation import presentation_of
+from stickslip.model.rigs import lumped_blisk
+from stickslip.model.structure.damping import ModalDamping
 from stickslip.results.files import open_results, save, stamped
-from stickslip.rigs import lumped_blisk
-from stickslip.solve.sweep import swept_curve
-from stickslip.structure.damping import ModalDamping
+from stickslip.show.report.presentation import presentation_of
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.receptance import REAL_MODE
+from stickslip.solve.continuation.sweep import swept_curve
 from stickslip.study import read
 from stickslip.study.templates import write_new
+from stickslip.support.checks import InputError
 
 SIX = lumped_blisk("W", sectors=6)
 AT = [float(SIX.frequencies(stuck=True)[0]) - 0.1]

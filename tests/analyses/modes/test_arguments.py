@@ -6,8 +6,8 @@ import pytest
 import stickslip as ss
 from stickslip.analyses.modes.characteristic import with_peaks
 from stickslip.analyses.modes.work import NonlinearModesWork
-from stickslip.outcome import Outcome
-from stickslip.report.nonlinear_modes import failures
+from stickslip.show.report.nonlinear_modes import failures
+from stickslip.support.outcome import Outcome
 
 RIG = ss.rigs.three_mass_wedge()
 
@@ -104,7 +104,7 @@ def test_force_levels_beyond_the_curve_and_forces_without_work_are_refused():
 
 
 def test_a_curve_that_is_lost_keeps_its_points_and_says_so(monkeypatch):
-    monkeypatch.setattr("stickslip.curves.mode_curve.POINTS", 5)
+    monkeypatch.setattr("stickslip.solve.curves.mode_curve.POINTS", 5)
     lost = ss.nonlinear_modes(ss.rigs.single_mass(), harmonics=1, samples=64).dataset
     assert lost["case_outcome"].item() == Outcome.NOT_CONVERGED
     assert "ended before the largest amplitude: The curve was not finished within 5 points" in lost["case_message"].item()

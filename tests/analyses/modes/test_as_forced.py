@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from harmonic.problems import everything, structure
+from balance.problems import everything, structure
 
 import stickslip as ss
-from stickslip.contact.law import Law
-from stickslip.curves.mode_curve import solve_mode
-from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.harmonic.fourier import complex_harmonics
-from stickslip.harmonic.mode_balance import ModeBalance
-from stickslip.outcome import Outcome
+from stickslip.model.contact.law import Law
+from stickslip.solve.balance.balance import HarmonicBalance, Point
+from stickslip.solve.balance.fourier import complex_harmonics
+from stickslip.solve.balance.mode_balance import ModeBalance
+from stickslip.solve.curves.mode_curve import solve_mode
+from stickslip.support.outcome import Outcome
 
 ALONG, ACROSS, NORMAL = ({f"{mass}.x": 1.0, "2.y": 0.3} for mass in (1, 2, 3))
 UNCOUPLED = np.diag([0.02, 0.05, 0.01, 0.03, 0.04, 0.02])

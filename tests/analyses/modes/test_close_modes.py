@@ -5,7 +5,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.modes.characteristic import CONSIDERABLE, with_peaks
-from stickslip.report.nonlinear_modes import sentences
+from stickslip.show.report.nonlinear_modes import sentences
 
 
 def two_masses(coupling):

@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
-from harmonic.full_balance import marched_forces
+from balance.full_balance import marched_forces
 
 import stickslip as ss
 from robustness.problems import CLASSES, random_case
-from stickslip.curves.mode_curve import solve_mode
-from stickslip.harmonic.fourier import complex_harmonics
-from stickslip.harmonic.mode_balance import ModeBalance
-from stickslip.harmonic.mode_energy import mode_energy
-from stickslip.outcome import Outcome
-from stickslip.solve.newton import fixed
+from stickslip.solve.balance.fourier import complex_harmonics
+from stickslip.solve.balance.mode_balance import ModeBalance
+from stickslip.solve.balance.mode_energy import mode_energy
+from stickslip.solve.continuation.newton import fixed
+from stickslip.solve.curves.mode_curve import solve_mode
+from stickslip.support.outcome import Outcome
 
 PROBLEMS = {
     **{f"{kind}, {seed}": random_case(kind, seed).problem for kind in CLASSES[:4] for seed in range(3)},

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from robustness.problems import CLASSES, random_case
-from stickslip.curves.mode_curve import solve_mode
-from stickslip.harmonic.mode_balance import ModeBalance
-from stickslip.outcome import Outcome
+from stickslip.solve.balance.mode_balance import ModeBalance
+from stickslip.solve.curves.mode_curve import solve_mode
+from stickslip.support.outcome import Outcome
 
 CASES = [random_case(kind, seed).problem for kind in CLASSES[:4] for seed in range(7)]
 TRACED = 0.95

@@ -9,10 +9,10 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import PchipInterpolator
 
 import stickslip as ss
-from stickslip.curves.mode_curve import slip_level, solve_mode
-from stickslip.harmonic.balance import Evaluation
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.harmonic.mode_balance import ModeBalance
+from stickslip.solve.balance.balance import Evaluation
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.mode_balance import ModeBalance
+from stickslip.solve.curves.mode_curve import slip_level, solve_mode
 
 DAMPING = 0.004
 

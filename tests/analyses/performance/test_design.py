@@ -13,8 +13,8 @@ from stickslip.analyses.performance.design_constraints import LargestForce, Line
 from stickslip.analyses.performance.design_ranges import design_ranges
 from stickslip.analyses.performance.design_search import Designs
 from stickslip.analyses.performance.design_starts import AllStarts
-from stickslip.plots.design import design_space
-from stickslip.report.design import failures, sentences, tables
+from stickslip.show.plots.design import design_space
+from stickslip.show.report.design import failures, sentences, tables
 
 KD = 0.5
 

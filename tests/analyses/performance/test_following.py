@@ -7,23 +7,23 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from harmonic.full_balance import balance_residual
+from balance.full_balance import balance_residual
 
 import stickslip as ss
 from stickslip.analyses.performance.peak_path import follow_peaks
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, with_friction, with_preload_factor
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.peaks.climb import COARSEST, PeakSolver, plane_at
-from stickslip.peaks.continuation import PeakContinuation
-from stickslip.peaks.frequency_band import peak_band_of
-from stickslip.peaks.sweep import swept_peaks
-from stickslip.plots.performance_curve import performance_curves
-from stickslip.report.performance import sentences, tables
-from stickslip.solve.continuation import first_point, trace
-from stickslip.solve.curve_points import solve_at
-from stickslip.solve.newton import correct
-from stickslip.structure.matrices import Structure
+from stickslip.model.structure.matrices import Structure
+from stickslip.show.plots.performance_curve import performance_curves
+from stickslip.show.report.performance import sentences, tables
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.solve.continuation.continuation import first_point, trace
+from stickslip.solve.continuation.curve_points import solve_at
+from stickslip.solve.continuation.newton import correct
+from stickslip.solve.peaks.climb import COARSEST, PeakSolver, plane_at
+from stickslip.solve.peaks.continuation import PeakContinuation
+from stickslip.solve.peaks.frequency_band import peak_band_of
+from stickslip.solve.peaks.sweep import swept_peaks
 
 CUSPS = 60.0
 BAND = ss.radians_per_second(0.8, 1.4)

@@ -14,11 +14,11 @@ from matplotlib.colors import to_rgb
 import stickslip as ss
 from stickslip.analyses.performance.curve import performance_curve
 from stickslip.analyses.performance.work import _event_arrays
-from stickslip.peaks.continuation import PeakContinuation
-from stickslip.plots.look import colour
-from stickslip.plots.performance_curve import REGIONS, performance_curves
-from stickslip.report.performance import sentences
-from stickslip.units import logspace
+from stickslip.show.plots.look import colour
+from stickslip.show.plots.performance_curve import REGIONS, performance_curves
+from stickslip.show.report.performance import sentences
+from stickslip.solve.peaks.continuation import PeakContinuation
+from stickslip.support.units import logspace
 
 KD = 0.5
 DAMPED = {0.2: 74.6605, 0.8: 11.7613, 1.2: 6.16452, 1.5: 5.87236, 3.0: 7.86732, 10.0: 21.2358, 50.0: 81.6503}

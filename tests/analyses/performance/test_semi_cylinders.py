@@ -7,7 +7,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.performance.band import performance_band
-from stickslip.rigs.two_semi_cylinders import DRY, OILED
+from stickslip.model.rigs.two_semi_cylinders import DRY, OILED
 
 RATIOS = (1.0, 2.0, 4.0, 8.0, 15.0, 170.0)
 STICK_SIDE = slice(1, 5)

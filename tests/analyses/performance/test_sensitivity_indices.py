@@ -9,8 +9,8 @@ from scipy.stats import qmc
 import stickslip as ss
 from stickslip.analyses.performance.sampled_peaks import DrawsWork
 from stickslip.analyses.performance.sensitivity_indices import _indices, _intervals, gathered
-from stickslip.plots.sensitivity_indices import tornado
-from stickslip.report.sensitivity_indices import sentences, tables
+from stickslip.show.plots.sensitivity_indices import tornado
+from stickslip.show.report.sensitivity_indices import sentences, tables
 
 BAND = ss.radians_per_second(0.85, 1.35)
 

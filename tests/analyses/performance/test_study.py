@@ -5,14 +5,14 @@ import pytest
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip import console
-from stickslip.checks import InputError
 from stickslip.cli import app
-from stickslip.report.presentation import presentation_of
 from stickslip.results.files import open_results, save, stamped
+from stickslip.show.report.presentation import presentation_of
 from stickslip.study import read
 from stickslip.study.analyses.damper_design import RigDesign
 from stickslip.study.templates import write_new
+from stickslip.support import console
+from stickslip.support.checks import InputError
 
 
 def changed(tmp_path, kind: str, before: str, after: str):

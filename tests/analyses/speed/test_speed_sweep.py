@@ -11,8 +11,8 @@ import stickslip as ss
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.speed.models import at_reference_speed, synchronous
 from stickslip.analyses.speed.speed_sweep import SpeedSweepWork
-from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.report.presentation import presentation_of
+from stickslip.show.report.presentation import presentation_of
+from stickslip.solve.balance.balance import HarmonicBalance, Point
 
 M = np.diag([1.0, 0.5, 0.2])
 K = np.array([[200.0, -100.0, 0.0], [-100.0, 180.0, -40.0], [0.0, -40.0, 90.0]])

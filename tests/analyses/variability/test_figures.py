@@ -10,17 +10,17 @@ from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.freedom import friction_freedom
 from stickslip.analyses.variability.history import response_history
 from stickslip.analyses.variability.samples import response_samples
-from stickslip.checks import InputError
-from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
-from stickslip.plots.cycles import Cycles, sample_cycles
-from stickslip.plots.force_plane import paths_in
-from stickslip.plots.response_bounds import loss_factors, start_states
-from stickslip.plots.response_percentiles import response_percentiles
-from stickslip.plots.response_samples import response_cloud
-from stickslip.report.bounds import bounds_table
-from stickslip.report.percentiles import percentiles_table
-from stickslip.rigs import three_mass_wedge
-from stickslip.units import hertz
+from stickslip.model.rigs import three_mass_wedge
+from stickslip.show.plots.bound_cycles import contact_forces, force_ratios, loops
+from stickslip.show.plots.cycles import Cycles, sample_cycles
+from stickslip.show.plots.force_plane import paths_in
+from stickslip.show.plots.response_bounds import loss_factors, start_states
+from stickslip.show.plots.response_percentiles import response_percentiles
+from stickslip.show.plots.response_samples import response_cloud
+from stickslip.show.report.bounds import bounds_table
+from stickslip.show.report.percentiles import percentiles_table
+from stickslip.support.checks import InputError
+from stickslip.support.units import hertz
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ import pytest
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.freedom import friction_freedom
-from stickslip.contact.start import SliderOffset
-from stickslip.rigs import single_mass, three_mass_wedge
+from stickslip.model.contact.start import SliderOffset
+from stickslip.model.rigs import single_mass, three_mass_wedge
 
 
 def test_constant_load_interval():

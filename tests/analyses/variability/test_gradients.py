@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from harmonic.problems import everything
+from balance.problems import everything
 
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.energy import EnergyBalance
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, measure_of
-from stickslip.rigs import single_blade, three_mass_wedge
-from stickslip.starts.extreme_peak import AtPeak
-from stickslip.starts.extremes import AtFrequency, loss_factor, size_of
-from stickslip.starts.states import explored_space
+from stickslip.model.rigs import single_blade, three_mass_wedge
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, measure_of
+from stickslip.solve.starts.extreme_peak import AtPeak
+from stickslip.solve.starts.extremes import AtFrequency, loss_factor, size_of
+from stickslip.solve.starts.states import explored_space
 
 STEP = 1e-6
 

@@ -5,10 +5,10 @@ import pytest
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.history import response_history
-from stickslip.checks import InputError
-from stickslip.contact.start import SliderOffset
-from stickslip.rigs import single_blade, single_mass, three_mass_wedge
-from stickslip.units import hertz
+from stickslip.model.contact.start import SliderOffset
+from stickslip.model.rigs import single_blade, single_mass, three_mass_wedge
+from stickslip.support.checks import InputError
+from stickslip.support.units import hertz
 
 
 @pytest.fixture(scope="module")

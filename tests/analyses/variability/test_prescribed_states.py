@@ -6,21 +6,21 @@ import pytest
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.samples import response_samples
-from stickslip.checks import InputError
-from stickslip.contact.friction_disc import FrictionDisc
-from stickslip.contact.point import Contact
-from stickslip.contact.start import SliderOffset, TractionRatio
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.loads import Force
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
-from stickslip.report.failures import bounds_failures, bounds_warnings
-from stickslip.rigs import single_blade, three_mass_wedge
-from stickslip.starts.extremes import AtFrequency
-from stickslip.starts.solutions import UnsolvedError
-from stickslip.starts.states import explored_space
-from stickslip.structure.matrices import Structure
-from stickslip.units import hertz
+from stickslip.model.contact.friction_disc import FrictionDisc
+from stickslip.model.contact.point import Contact
+from stickslip.model.contact.start import SliderOffset, TractionRatio
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_blade, three_mass_wedge
+from stickslip.model.structure.matrices import Structure
+from stickslip.show.report.failures import bounds_failures, bounds_warnings
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.starts.extremes import AtFrequency
+from stickslip.solve.starts.solutions import UnsolvedError
+from stickslip.solve.starts.states import explored_space
+from stickslip.support.checks import InputError
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import hertz
 
 
 @pytest.fixture(scope="module")

@@ -10,11 +10,11 @@ from stickslip.analyses.variability import samples
 from stickslip.analyses.variability.percentiles import percentiles
 from stickslip.analyses.variability.samples import SamplesWork, response_samples
 from stickslip.analyses.variability.start_draws import draw, named_law
-from stickslip.checks import InputError
-from stickslip.plots.response_percentiles import response_percentiles
-from stickslip.rigs import three_mass_wedge
-from stickslip.starts.states import explored_space
-from stickslip.units import hertz
+from stickslip.model.rigs import three_mass_wedge
+from stickslip.show.plots.response_percentiles import response_percentiles
+from stickslip.solve.starts.states import explored_space
+from stickslip.support.checks import InputError
+from stickslip.support.units import hertz
 
 
 def test_draws_cover_the_cube_and_repeat():

@@ -8,14 +8,14 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.bounds_dataset import attached, detached, has_bounds
 from stickslip.analyses.variability.percentiles import percentiles
-from stickslip.checks import Faults
 from stickslip.cli import main
-from stickslip.outcome import Outcome
+from stickslip.model.rigs import three_mass_wedge
 from stickslip.results.files import open_results, save
-from stickslip.rigs import three_mass_wedge
-from stickslip.starts.extremes import AtFrequency
-from stickslip.starts.solutions import UnsolvedError
+from stickslip.solve.starts.extremes import AtFrequency
+from stickslip.solve.starts.solutions import UnsolvedError
 from stickslip.study import read
+from stickslip.support.checks import Faults
+from stickslip.support.outcome import Outcome
 
 
 def run(arguments):
@@ -45,7 +45,7 @@ def test_bounds_come_with_results_report_and_figures(tmp_path, monkeypatch):
     table = pd.read_csv(tmp_path / "t_bounds.csv")
     np.testing.assert_allclose(table["frequency [Hz]"], [215.0, 218.5, 222.0])
     np.testing.assert_allclose(table[["lower amplitude [m]", "upper amplitude [m]"]].values.T, [low, high], rtol=1e-12)
-    monkeypatch.setattr("stickslip.plots.files.write_figure", lambda figure, path, suffix: None)
+    monkeypatch.setattr("stickslip.show.plots.files.write_figure", lambda figure, path, suffix: None)
     assert run(["report", out]) == 0
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.samples import response_samples
-from stickslip.contact.macroslip import Macroslip
-from stickslip.rigs import three_mass_wedge
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.rigs import three_mass_wedge
 
 
 def stuck():

@@ -10,18 +10,18 @@ from stickslip.analyses.variability import bounds_search
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.bounds_search import BoundsSearch
 from stickslip.analyses.variability.samples import response_samples
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.outcome import Outcome
-from stickslip.rigs import three_mass_wedge
-from stickslip.solve.continuation import TURNED_BACK
-from stickslip.solve.curve_points import LostCurveError
-from stickslip.starts import extreme_peak
-from stickslip.starts.extreme_peak import AtPeak, highest_peak
-from stickslip.starts.extremes import AtFrequency, Extreme, size_of
-from stickslip.starts.solutions import UnsolvedError
-from stickslip.starts.states import explored_space
-from stickslip.units import hertz
+from stickslip.model.rigs import three_mass_wedge
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.solve.continuation.continuation import TURNED_BACK
+from stickslip.solve.continuation.curve_points import LostCurveError
+from stickslip.solve.starts import extreme_peak
+from stickslip.solve.starts.extreme_peak import AtPeak, highest_peak
+from stickslip.solve.starts.extremes import AtFrequency, Extreme, size_of
+from stickslip.solve.starts.solutions import UnsolvedError
+from stickslip.solve.starts.states import explored_space
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import hertz
 
 OMEGA = 2.0 * np.pi * 222.0
 

@@ -15,17 +15,17 @@ from numpy.typing import ArrayLike
 from stickslip.analyses.damper_alone.cycle_dataset import contact_states, cycle_dataset, forces_on_platforms
 from stickslip.analyses.damper_alone.cycle_motion import cycle_motion
 from stickslip.analyses.settings import Setting, Settings, Whole, takes
-from stickslip.checks import Array, fault, of_kind, positive, vector, whole
-from stickslip.contact.period import STICK
-from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.dampers.jamming import jamming
-from stickslip.dampers.platform_motion import PlatformMotion
-from stickslip.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
-from stickslip.platforms.march import PlatformState, Record
-from stickslip.renderers import FIGURES
+from stickslip.model.contact.period import STICK
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.model.dampers.jamming import jamming
+from stickslip.model.dampers.platform_motion import PlatformMotion
 from stickslip.results.result import Result
 from stickslip.runs.work import Arrays, Report
-from stickslip.time.methods import Method
+from stickslip.solve.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
+from stickslip.solve.platforms.march import PlatformState, Record
+from stickslip.solve.time.methods import Method
+from stickslip.support.checks import Array, fault, of_kind, positive, vector, whole
+from stickslip.support.renderers import FIGURES
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.analyses.time_response import harmonics_of
-from stickslip.checks import Array, Index
-from stickslip.contact.period import OPEN, SLIP_DOWN, SLIP_UP, STICK
-from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.platforms.cycle import CycleModel, Marching, SteadyCycle
-from stickslip.platforms.march import Record
+from stickslip.model.contact.period import OPEN, SLIP_DOWN, SLIP_UP, STICK
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.solve.platforms.cycle import CycleModel, Marching, SteadyCycle
+from stickslip.solve.platforms.march import Record
+from stickslip.support.checks import Array, Index
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,7 @@ from stickslip.analyses.motion import (
     frames_of,
     point_states,
 )
-from stickslip.checks import Array, Index
+from stickslip.support.checks import Array, Index
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 from stickslip.analyses.arguments import Seed
 from stickslip.analyses.damper_alone.cycle import DamperCycle, Driven, damper_cycle, gathered, march_arrays, march_of
 from stickslip.analyses.settings import Setting, Whole, takes
-from stickslip.checks import Array, InputError, between, fault, positive, several, vector, whole
-from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.platforms.cycle import CycleModel, CycleOutcome
-from stickslip.platforms.march import PlatformState
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Progress, Report, silent
+from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome
+from stickslip.solve.platforms.march import PlatformState
+from stickslip.support.checks import Array, InputError, between, fault, positive, several, vector, whole
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.checks import Array, fault
-from stickslip.contact.point import Contact
-from stickslip.problem import Problem
+from stickslip.model.contact.point import Contact
+from stickslip.model.problem import Problem
+from stickslip.support.checks import Array, fault
 
 
 @dataclass(frozen=True, eq=False)

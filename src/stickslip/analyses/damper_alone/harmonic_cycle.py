@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.checks import Array, InputError, of_kind, positive, whole
-from stickslip.dampers.between_platforms import RIGHT, BetweenPlatforms
-from stickslip.dampers.platform_motion import PlatformMotion
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.harmonic.energy import cycle_work
-from stickslip.rigs.platform_problem import platform_problem
-from stickslip.solve.newton import correct, fixed
+from stickslip.model.dampers.between_platforms import RIGHT, BetweenPlatforms
+from stickslip.model.dampers.platform_motion import PlatformMotion
+from stickslip.model.rigs.platform_problem import platform_problem
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.energy import cycle_work
+from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.support.checks import Array, InputError, of_kind, positive, whole
 
 FIRST, FINEST = 0.02, 1e-4
 """Share of the motion by which it grows at first, from stuck contacts, and the smallest that is tried where Newton fails."""

@@ -15,13 +15,13 @@ from scipy import optimize
 
 from stickslip.analyses.damper_alone.cycle_dataset import forces_on_platforms
 from stickslip.analyses.time_response import harmonics_of
-from stickslip.checks import Array, InputError, positive
-from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.dampers.platform_motion import PlatformMotion
-from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
-from stickslip.loads import Force
-from stickslip.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
-from stickslip.structure.matrices import Structure
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.model.dampers.platform_motion import PlatformMotion
+from stickslip.model.loads import Force
+from stickslip.model.structure.matrices import Structure
+from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
+from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
+from stickslip.support.checks import Array, InputError, positive
 
 SOLVED = 1e-6
 """Residual of the motion, relative to the motion, at which the response counts as found."""

@@ -9,10 +9,10 @@ import numpy as np
 
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.response_dataset import levels_are_newtons
-from stickslip.checks import Array
-from stickslip.harmonic.orders import attribute
-from stickslip.outcome import Outcome
 from stickslip.runs.work import Arrays
+from stickslip.solve.balance.orders import attribute
+from stickslip.support.checks import Array
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

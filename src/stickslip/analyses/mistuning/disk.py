@@ -12,14 +12,14 @@ from scipy import linalg
 from scipy.special import ndtri
 
 from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
-from stickslip.checks import Array, InputError, fault, finite, nearest, several, vector
-from stickslip.contact.point import Contact
-from stickslip.disks.full import FullDisk
-from stickslip.disks.tuned import TunedDisk, sectors_of
-from stickslip.loads import Output
-from stickslip.structure.cyclic import sector_name
-from stickslip.structure.damping import ModalDamping
-from stickslip.structure.matrices import Structure
+from stickslip.model.contact.point import Contact
+from stickslip.model.disks.full import FullDisk
+from stickslip.model.disks.tuned import TunedDisk, sectors_of
+from stickslip.model.loads import Output
+from stickslip.model.structure.cyclic import sector_name
+from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.checks import Array, InputError, fault, finite, nearest, several, vector
 
 RELATIVE = ("blade", "kt", "kn", "mu", "pull")
 """What may deviate from sector to sector, in the order in which it is drawn."""

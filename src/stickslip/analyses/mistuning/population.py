@@ -10,11 +10,11 @@ from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.settings import takes
-from stickslip.disks.tuned import TunedDisk
-from stickslip.renamed import renamed_arguments
+from stickslip.model.disks.tuned import TunedDisk
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.units import Band
+from stickslip.support.renamed import renamed_arguments
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.checks import Array, InputError, of_kind
-from stickslip.contact.point import Contact
-from stickslip.contact.start import SliderOffset
-from stickslip.curves.curve import solve_curve
-from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.units import Band
+from stickslip.model.contact.point import Contact
+from stickslip.model.contact.start import SliderOffset
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.support.checks import Array, InputError, of_kind
+from stickslip.support.units import Band
 
 
 def run_in(

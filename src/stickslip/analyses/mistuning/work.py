@@ -18,21 +18,21 @@ from stickslip.analyses.mistuning.run_in import run_in_by
 from stickslip.analyses.settings import Setting, Settings, Whole
 from stickslip.analyses.stress import own_recovery, sector_stresses
 from stickslip.analyses.work_parts import Measured
-from stickslip.checks import Array, InputError, between, fault, of_kind
-from stickslip.curves.curve import solve_curve
-from stickslip.disks.full import FullDisk
-from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.energy import cycle_work
-from stickslip.harmonic.measure import Measure
-from stickslip.harmonic.orders import Harmonics, checked_harmonics
-from stickslip.outcome import Outcome
-from stickslip.peaks.search import PeakSearch
-from stickslip.problem import Problem
+from stickslip.model.disks.full import FullDisk
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
-from stickslip.solve.curve_points import CurvePoint, LostCurveError
-from stickslip.solve.sweep import swept_curve
-from stickslip.units import Band
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.energy import cycle_work
+from stickslip.solve.balance.measure import Measure
+from stickslip.solve.balance.orders import Harmonics, checked_harmonics
+from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError
+from stickslip.solve.continuation.sweep import swept_curve
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.solve.peaks.search import PeakSearch
+from stickslip.support.checks import Array, InputError, between, fault, of_kind
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import Band
 
 PEAK_TOLERANCE = 1e-4
 """Relative amplitude by which the maximum of a blade may be too low; a tenth of it doubles the work."""

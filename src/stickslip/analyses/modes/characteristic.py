@@ -9,8 +9,8 @@ import numpy as np
 
 from stickslip.analyses.modes.solved_peaks import with_solved
 from stickslip.analyses.modes.synthesis import Synthesis
-from stickslip.checks import Array, InputError, rounded
-from stickslip.problem import Problem
+from stickslip.model.problem import Problem
+from stickslip.support.checks import Array, InputError, rounded
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 
 from stickslip.analyses.contact_rows import ContactRows
 from stickslip.analyses.performance.work import stacked
-from stickslip.checks import Array
-from stickslip.contact.point import DIRECTION_NAMES
-from stickslip.curves.mode_curve import ModeCurve
-from stickslip.curves.mode_refine import first_harmonic_pace, pace
-from stickslip.harmonic.balance import Evaluation
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.harmonic.fourier import complex_harmonics
-from stickslip.harmonic.mode_balance import ModeBalance
-from stickslip.harmonic.mode_energy import mode_energy
-from stickslip.harmonic.trigonometric import largest_absolute
-from stickslip.problem import Problem
+from stickslip.model.contact.point import DIRECTION_NAMES
+from stickslip.model.problem import Problem
 from stickslip.runs.work import Arrays
+from stickslip.solve.balance.balance import Evaluation
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.fourier import complex_harmonics
+from stickslip.solve.balance.mode_balance import ModeBalance
+from stickslip.solve.balance.mode_energy import mode_energy
+from stickslip.solve.balance.trigonometric import largest_absolute
+from stickslip.solve.curves.mode_curve import ModeCurve
+from stickslip.solve.curves.mode_refine import first_harmonic_pace, pace
+from stickslip.support.checks import Array
 
 if TYPE_CHECKING:
     import xarray as xr

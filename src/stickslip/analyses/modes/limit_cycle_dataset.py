@@ -12,11 +12,11 @@ from stickslip.analyses.contact_rows import ContactRows
 from stickslip.analyses.modes.dataset import VARIABLES as MODE_VARIABLES
 from stickslip.analyses.modes.dataset import point_values
 from stickslip.analyses.performance.work import stacked
-from stickslip.contact.point import DIRECTION_NAMES
-from stickslip.curves.damping_roots import ROUNDING, DampingCurve, is_stable, slope
-from stickslip.problem import Problem
+from stickslip.model.contact.point import DIRECTION_NAMES
+from stickslip.model.problem import Problem
 from stickslip.results.view import length_text
 from stickslip.runs.work import Arrays
+from stickslip.solve.curves.damping_roots import ROUNDING, DampingCurve, is_stable, slope
 
 if TYPE_CHECKING:
     import xarray as xr

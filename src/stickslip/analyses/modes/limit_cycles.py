@@ -16,17 +16,17 @@ from stickslip.analyses.modes.limit_cycle_dataset import curve_arrays, limit_cyc
 from stickslip.analyses.modes.restored import restored
 from stickslip.analyses.modes.work import Modes
 from stickslip.analyses.settings import Setting, Settings, takes
-from stickslip.checks import fault, unique, vector
-from stickslip.curves.damping_roots import DampingCurve
-from stickslip.curves.mode_curve import ModeCurve, solve_mode
-from stickslip.harmonic.mode_balance import ModeBalance
-from stickslip.harmonic.orders import of_attribute
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_mass
 from stickslip.results.result import Result
-from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.solve.balance.mode_balance import ModeBalance
+from stickslip.solve.balance.orders import of_attribute
+from stickslip.solve.curves.damping_roots import DampingCurve
+from stickslip.solve.curves.mode_curve import ModeCurve, solve_mode
+from stickslip.support.checks import fault, unique, vector
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

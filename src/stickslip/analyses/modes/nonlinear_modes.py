@@ -16,11 +16,11 @@ from stickslip.analyses.modes.solved_peaks import with_solved
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
 from stickslip.analyses.modes.work import NonlinearModesWork
 from stickslip.analyses.settings import takes
-from stickslip.checks import between, fault, of_kind, positive, vector
-from stickslip.contact.start import TractionRatio
-from stickslip.problem import Problem
+from stickslip.model.contact.start import TractionRatio
+from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
+from stickslip.support.checks import between, fault, of_kind, positive, vector
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.contact_rows import ContactRows
-from stickslip.checks import InputError
-from stickslip.curves.mode_refine import directed
-from stickslip.harmonic.balance import Point
-from stickslip.harmonic.fourier import real_harmonics
-from stickslip.harmonic.mode_balance import ModeBalance
-from stickslip.solve.curve_points import CurvePoint, Tangent, moving_sizes, relative_metric
-from stickslip.solve.newton import Correction, correct, fixed
+from stickslip.solve.balance.balance import Point
+from stickslip.solve.balance.fourier import real_harmonics
+from stickslip.solve.balance.mode_balance import ModeBalance
+from stickslip.solve.continuation.curve_points import CurvePoint, Tangent, moving_sizes, relative_metric
+from stickslip.solve.continuation.newton import Correction, correct, fixed
+from stickslip.solve.curves.mode_refine import directed
+from stickslip.support.checks import InputError
 
 if TYPE_CHECKING:
     import xarray as xr

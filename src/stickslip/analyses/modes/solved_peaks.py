@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.isolated import ModeMotions
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition
-from stickslip.harmonic.orders import of_attribute
-from stickslip.problem import Problem
-from stickslip.solve.newton import correct, fixed
-from stickslip.units import um
+from stickslip.model.problem import Problem
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
+from stickslip.solve.balance.orders import of_attribute
+from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.support.units import um
 
 if TYPE_CHECKING:
     import pandas as pd

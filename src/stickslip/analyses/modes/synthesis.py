@@ -21,12 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
-from stickslip.checks import Array, fault, several
-from stickslip.harmonic.extended_structure import extended_gains_called
-from stickslip.harmonic.mode_balance import ModalStructures
-from stickslip.loads import Force
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.solve.balance.extended_structure import extended_gains_called
+from stickslip.solve.balance.mode_balance import ModalStructures
+from stickslip.support.checks import Array, fault, several
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import pandas as pd

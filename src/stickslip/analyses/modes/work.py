@@ -15,13 +15,13 @@ from stickslip.analyses.arguments import OfProblem, OutputNumber, Samples, outpu
 from stickslip.analyses.modes.characteristic import with_peaks
 from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset
 from stickslip.analyses.settings import Setting, Settings
-from stickslip.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector, whole
-from stickslip.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, slip_level, solve_mode
-from stickslip.harmonic.fourier import fourier
-from stickslip.harmonic.mode_balance import ModalStructures, ModeBalance
-from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics, harmonics_for, highest
-from stickslip.rigs import single_mass
+from stickslip.model.rigs import single_mass
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.solve.balance.fourier import fourier
+from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance
+from stickslip.solve.balance.orders import Harmonics, attribute, checked_harmonics, harmonics_for, highest
+from stickslip.solve.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, slip_level, solve_mode
+from stickslip.support.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector, whole
 
 if TYPE_CHECKING:
     import xarray as xr

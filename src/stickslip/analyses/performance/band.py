@@ -33,13 +33,13 @@ from stickslip.analyses.performance.work import Pull
 from stickslip.analyses.settings import Setting, Settings, Whole, takes
 from stickslip.analyses.variability.bounds_work import BoundsWork
 from stickslip.analyses.work_parts import Measured
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.problem import Problem
-from stickslip.renamed import renamed_arguments
+from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers, silent
-from stickslip.units import Band
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.support.renamed import renamed_arguments
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr

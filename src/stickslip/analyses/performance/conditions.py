@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.harmonic.orders import Harmonics
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.solve.balance.orders import Harmonics
 
 Case = tuple[float, float, int]
 """Force level, friction and start state of one case of a design."""

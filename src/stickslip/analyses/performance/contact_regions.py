@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.checks import Index
-from stickslip.contact.law import SLIDERS
-from stickslip.contact.period import OPEN, STICK, friction_period
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
-from stickslip.harmonic.cycle import ContactCycle, friction_limits
+from stickslip.model.contact.law import SLIDERS
+from stickslip.model.contact.period import OPEN, STICK, friction_period
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.balance.cycle import ContactCycle, friction_limits
+from stickslip.support.checks import Index
 
 REGIONS = ("stick", "microslip", "slip", "lift-off")
 STUCK, MICROSLIP, SLIP, LIFT_OFF = range(4)

@@ -15,15 +15,15 @@ import numpy as np
 from stickslip.analyses.performance.resonance_band import no_resonance
 from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, stacked
 from stickslip.analyses.settings import takes
-from stickslip.checks import fault
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import Measure
-from stickslip.harmonic.orders import attribute
-from stickslip.problem import Problem
-from stickslip.renamed import renamed_arguments
+from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import Measure
+from stickslip.solve.balance.orders import attribute
+from stickslip.support.checks import fault
+from stickslip.support.renamed import renamed_arguments
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -33,14 +33,14 @@ from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.analyses.performance.worst_case import WorstCase, searched_peak, worst_case
 from stickslip.analyses.settings import Setting, Settings, Whole, takes
 from stickslip.analyses.work_parts import Measured
-from stickslip.checks import Array, InputError, fault, of_kind, positive, vector
-from stickslip.harmonic.orders import attribute
-from stickslip.problem import Problem
-from stickslip.renamed import renamed_arguments
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_mass
 from stickslip.results.result import Result
-from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.solve.balance.orders import attribute
+from stickslip.support.checks import Array, InputError, fault, of_kind, positive, vector
+from stickslip.support.renamed import renamed_arguments
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from stickslip.checks import Array, fault, positive
+from stickslip.support.checks import Array, fault, positive
 
 
 @dataclass(frozen=True, eq=False)

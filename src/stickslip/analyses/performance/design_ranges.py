@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.analyses.performance.design_search import Designs, Record
-from stickslip.checks import Array
+from stickslip.support.checks import Array
 
 NEAR = 0.05
 """A variable may go alone to where the worst-case peak is higher by this share."""

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import differential_evolution, minimize
 
-from stickslip.checks import Array, InputError
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.support.checks import Array, InputError
 
 POPULATION = 5
 """Designs that differential evolution needs; the middle of the box stands in for missing ones."""

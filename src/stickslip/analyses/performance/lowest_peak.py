@@ -9,9 +9,9 @@ from math import exp, log
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from stickslip.checks import Array
-from stickslip.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
-from stickslip.solve.curve_points import LostCurveError
+from stickslip.solve.continuation.curve_points import LostCurveError
+from stickslip.solve.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
+from stickslip.support.checks import Array
 
 PLATEAU = 0.1
 """The plateau is where the peak is higher than at the optimum by at most this share."""

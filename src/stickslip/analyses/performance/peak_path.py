@@ -12,13 +12,13 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, output_of
 from stickslip.analyses.response_dataset import levels_are_newtons
-from stickslip.checks import between, fault, positive, vector
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import measure_of
-from stickslip.peaks.continuation import ContinuedPeaks, Event, PeakContinuation
-from stickslip.problem import Problem
+from stickslip.model.problem import Problem
 from stickslip.runs.work import Progress
-from stickslip.units import Band
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import measure_of
+from stickslip.solve.peaks.continuation import ContinuedPeaks, Event, PeakContinuation
+from stickslip.support.checks import between, fault, positive, vector
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr

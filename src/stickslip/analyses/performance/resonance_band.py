@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from stickslip.analyses.arguments import Ends
-from stickslip.checks import InputError, fault
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.peaks.linear import linear_peak
-from stickslip.units import Band
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.peaks.linear import linear_peak
+from stickslip.support.checks import InputError, fault
+from stickslip.support.units import Band
 
 OUTSIDE = (0.9, 1.1)
 """How far the band reaches beyond the free and the stuck resonance."""

@@ -29,15 +29,15 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.resonance_band import no_resonance
 from stickslip.analyses.settings import Setting, Settings
 from stickslip.analyses.work_parts import Measured
-from stickslip.checks import Array, fault, positive, whole
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
-from stickslip.peaks.sweep import swept_peaks
-from stickslip.problem import Problem
-from stickslip.rigs import single_mass
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_mass
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
-from stickslip.solve.curve_points import LostCurveError
-from stickslip.units import Band
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.curve_points import LostCurveError
+from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
+from stickslip.solve.peaks.sweep import swept_peaks
+from stickslip.support.checks import Array, fault, positive, whole
+from stickslip.support.units import Band
 
 MOST_DRAWS = 2**20
 """More would take months."""

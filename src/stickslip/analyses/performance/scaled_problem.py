@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import fault, not_negative, positive
-from stickslip.contact.law import Law
-from stickslip.contact.point import Contact
-from stickslip.loads import BaseMotion
-from stickslip.problem import Problem
+from stickslip.model.contact.law import Law
+from stickslip.model.contact.point import Contact
+from stickslip.model.loads import BaseMotion
+from stickslip.model.problem import Problem
+from stickslip.support.checks import fault, not_negative, positive
 
 PRELOADS = ("normal_load", "preload")
 """Fields of contact laws that hold a load in newtons."""

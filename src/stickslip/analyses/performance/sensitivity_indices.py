@@ -14,12 +14,12 @@ import numpy as np
 from stickslip.analyses.performance.sampled_peaks import DrawsWork
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import takes
-from stickslip.checks import Array
-from stickslip.harmonic.orders import attribute
-from stickslip.renamed import renamed_arguments
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays
+from stickslip.solve.balance.orders import attribute
+from stickslip.support.checks import Array
+from stickslip.support.renamed import renamed_arguments
 
 if TYPE_CHECKING:
     import xarray as xr

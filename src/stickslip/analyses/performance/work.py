@@ -33,19 +33,19 @@ from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
 from stickslip.analyses.settings import Setting, Settings, Whole
 from stickslip.analyses.work_parts import Measured
-from stickslip.checks import fault, positive
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.harmonic.energy import EnergyBalance
-from stickslip.outcome import Outcome
-from stickslip.peaks.climb import SolvedPeak
-from stickslip.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
-from stickslip.peaks.frequency_band import PeakBand
-from stickslip.peaks.linear import linear_peak
-from stickslip.problem import Problem
-from stickslip.rigs import single_mass
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_mass
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
-from stickslip.units import Band
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.peaks.climb import SolvedPeak
+from stickslip.solve.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
+from stickslip.solve.peaks.frequency_band import PeakBand
+from stickslip.solve.peaks.linear import linear_peak
+from stickslip.support.checks import fault, positive
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import Band
 
 Vary = Literal["force", "preload"]
 Pull = Annotated[float | None, Setting(positive, "centrifugal load F_C of the problem; default: its largest static force")]

@@ -12,17 +12,17 @@ from stickslip.analyses.performance.design_constraints import Constraint, Trial,
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.variability.bounds_search import UPPER
 from stickslip.analyses.variability.bounds_work import BoundsWork
-from stickslip.checks import Array, InputError, finite
-from stickslip.contact.table import remembering
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.cycle import contact_cycle, friction_reach
-from stickslip.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
-from stickslip.peaks.continuation import PeakContinuation
-from stickslip.peaks.sweep import swept_peaks
-from stickslip.problem import Problem
+from stickslip.model.contact.table import remembering
+from stickslip.model.problem import Problem
 from stickslip.runs.work import Report
-from stickslip.solve.curve_points import LostCurveError
-from stickslip.starts.solutions import SHORTEST, UnsolvedError
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.cycle import contact_cycle, friction_reach
+from stickslip.solve.continuation.curve_points import LostCurveError
+from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
+from stickslip.solve.peaks.continuation import PeakContinuation
+from stickslip.solve.peaks.sweep import swept_peaks
+from stickslip.solve.starts.solutions import SHORTEST, UnsolvedError
+from stickslip.support.checks import Array, InputError, finite
 
 SHARE = 0.7
 """Drawn start states reach this share of the largest offset that a slider can have."""

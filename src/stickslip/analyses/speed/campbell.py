@@ -12,11 +12,11 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.modes.nonlinear_modes import nonlinear_modes
 from stickslip.analyses.speed.models import Models, problem_at
-from stickslip.checks import Array, InputError, between, fault, finite, positive, several, unique, vector
-from stickslip.disks.tuned import TunedDisk
-from stickslip.problem import Problem
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.work import Progress, checked_progress
+from stickslip.support.checks import Array, InputError, between, fault, finite, positive, several, unique, vector
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,9 +10,9 @@ import numpy as np
 
 from stickslip.analyses.nodal_diameters import nodal_diameters
 from stickslip.analyses.speed.models import Models, problem_at
-from stickslip.checks import Array, between, fault, of_kind, positive, several, unique
-from stickslip.disks.tuned import TunedDisk
+from stickslip.model.disks.tuned import TunedDisk
 from stickslip.results.result import Result
+from stickslip.support.checks import Array, between, fault, of_kind, positive, several, unique
 
 if TYPE_CHECKING:
     import pandas as pd

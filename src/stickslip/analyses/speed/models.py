@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import InputError, fault, finite, of_kind
-from stickslip.loads import BaseMotion, Force
-from stickslip.problem import Problem
-from stickslip.problem.speed import SpeedDependence
-from stickslip.structure.cyclic import CyclicStructure
-from stickslip.structure.matrices import Structure
+from stickslip.model.loads import BaseMotion, Force
+from stickslip.model.problem import Problem
+from stickslip.model.problem.speed import SpeedDependence
+from stickslip.model.structure.cyclic import CyclicStructure
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.checks import InputError, fault, finite, of_kind
 
 ProblemAt = Callable[[float], Problem]
 ROUNDING = 1e-12

@@ -12,14 +12,14 @@ from threadpoolctl import threadpool_limits
 from stickslip.analyses.speed.models import synchronous
 from stickslip.analyses.speed.speed_sweep import excited
 from stickslip.analyses.time_response import harmonics_of
-from stickslip.checks import Array, InputError, between, fault, finite, of_kind, positive, vector
-from stickslip.problem import Problem
+from stickslip.model.problem import Problem
 from stickslip.results.result import Result
-from stickslip.time.march import March, MarchOutcome, loads_of_steps, march, no_history, state_at
-from stickslip.time.methods import DEFAULT_METHOD, Method
-from stickslip.time.model import time_model
-from stickslip.time.period import march_period, settle
-from stickslip.time.start import TimeStart, from_rest
+from stickslip.solve.time.march import March, MarchOutcome, loads_of_steps, march, no_history, state_at
+from stickslip.solve.time.methods import DEFAULT_METHOD, Method
+from stickslip.solve.time.model import time_model
+from stickslip.solve.time.period import march_period, settle
+from stickslip.solve.time.start import TimeStart, from_rest
+from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, vector
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,17 +12,17 @@ import numpy as np
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
 from stickslip.analyses.speed.models import synchronous
 from stickslip.analyses.work_parts import StateOfFields
-from stickslip.checks import Array, InputError, between, fault, several, unique, vector
-from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.orders import MOST_SAMPLES
-from stickslip.outcome import Outcome
-from stickslip.peaks.search import TOLERANCE
-from stickslip.problem import Problem
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
 from stickslip.results.quantities import ERRORS
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
-from stickslip.units import Band
+from stickslip.solve.balance.orders import MOST_SAMPLES
+from stickslip.solve.peaks.search import TOLERANCE
+from stickslip.support.checks import Array, InputError, between, fault, several, unique, vector
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 
 from stickslip.analyses.settings import takes
 from stickslip.analyses.variability.bounds_work import BoundsWork
-from stickslip.problem import Problem
-from stickslip.renamed import renamed_arguments
+from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
+from stickslip.support.renamed import renamed_arguments
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,15 +9,15 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import Array
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.harmonic.energy import EnergyBalance
-from stickslip.harmonic.measure import Measure
-from stickslip.outcome import Outcome
 from stickslip.runs.work import Report
-from stickslip.starts.extremes import Effort, Extreme, StartObjective, extreme, leapt
-from stickslip.starts.solutions import UnsolvedError
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.measure import Measure
+from stickslip.solve.starts.extremes import Effort, Extreme, StartObjective, extreme, leapt
+from stickslip.solve.starts.solutions import UnsolvedError
+from stickslip.support.checks import Array
+from stickslip.support.outcome import Outcome
 
 BOUNDS, SIGNS = ("lower", "upper"), (-1.0, 1.0)
 LOWER, UPPER = 0, 1

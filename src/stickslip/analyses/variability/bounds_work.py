@@ -30,17 +30,17 @@ from stickslip.analyses.settings import Setting, Settings, Whole
 from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
 from stickslip.analyses.variability.start_draws import search_cloud
 from stickslip.analyses.work_parts import Measured, OneBalance
-from stickslip.checks import InputError, among, fault
-from stickslip.harmonic.energy import EnergyBalance
-from stickslip.harmonic.orders import attribute
-from stickslip.problem import Problem
-from stickslip.rigs import single_mass
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_mass
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
-from stickslip.starts.extreme_peak import AtPeak
-from stickslip.starts.extremes import AtFrequency, Effort, loss_factor, size_of
-from stickslip.starts.space import StartSpace, refuse_forgetful, rule_words
-from stickslip.starts.states import explored_space
-from stickslip.units import Band, listed
+from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.orders import attribute
+from stickslip.solve.starts.extreme_peak import AtPeak
+from stickslip.solve.starts.extremes import AtFrequency, Effort, loss_factor, size_of
+from stickslip.solve.starts.space import StartSpace, refuse_forgetful, rule_words
+from stickslip.solve.starts.states import explored_space
+from stickslip.support.checks import InputError, among, fault
+from stickslip.support.units import Band, listed
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,17 +11,17 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import output_of
 from stickslip.analyses.response_dataset import as_given
-from stickslip.checks import InputError, fault, positive
-from stickslip.contact.period import OFFSET
-from stickslip.curves.curve import solve_curve
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
-from stickslip.problem import Problem
+from stickslip.model.contact.period import OFFSET
+from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.work import Progress, checked_progress
-from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
-from stickslip.starts.space import refuse_forgetful
-from stickslip.starts.states import element_states
-from stickslip.units import Band, in_order
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
+from stickslip.solve.curves.curve import solve_curve
+from stickslip.solve.starts.space import refuse_forgetful
+from stickslip.solve.starts.states import element_states
+from stickslip.support.checks import InputError, fault, positive
+from stickslip.support.units import Band, in_order
 
 if TYPE_CHECKING:
     import xarray as xr

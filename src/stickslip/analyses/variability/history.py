@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.checks import Array, InputError, between, fault, numbers, of_kind, positive
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
-from stickslip.harmonic.cycle import contact_cycle
-from stickslip.harmonic.fourier import complex_harmonics
-from stickslip.harmonic.orders import attribute
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
+from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.work import Progress, checked_progress
-from stickslip.solve.newton import Correction
-from stickslip.starts.history import march
-from stickslip.units import Band, in_order
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.fourier import complex_harmonics
+from stickslip.solve.balance.orders import attribute
+from stickslip.solve.continuation.newton import Correction
+from stickslip.solve.starts.history import march
+from stickslip.support.checks import Array, InputError, between, fault, numbers, of_kind, positive
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import Band, in_order
 
 if TYPE_CHECKING:
     import xarray as xr

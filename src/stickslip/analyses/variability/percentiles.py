@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import Array, InputError, fault
-from stickslip.outcome import Outcome
 from stickslip.results.view import measure_in, sizes
+from stickslip.support.checks import Array, InputError, fault
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr

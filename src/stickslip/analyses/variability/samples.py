@@ -29,24 +29,24 @@ from stickslip.analyses.settings import Setting, Settings, takes
 from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
 from stickslip.analyses.work_parts import Measured, OneBalance
-from stickslip.checks import Array, among, between, numbers
-from stickslip.curves.curve import Curve, solve_curve
-from stickslip.curves.refine import with_peaks
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.harmonic.orders import attribute
-from stickslip.outcome import Outcome
-from stickslip.problem import Problem
-from stickslip.renamed import renamed_arguments
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_mass
 from stickslip.results.result import Result
 from stickslip.results.view import measure_in
-from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
-from stickslip.starts.solutions import StartSolutions, UnsolvedError
-from stickslip.starts.space import StartSpace, number_of_variables, rule_words
-from stickslip.starts.states import explored_space
-from stickslip.units import Band, listed
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.solve.balance.orders import attribute
+from stickslip.solve.curves.curve import Curve, solve_curve
+from stickslip.solve.curves.refine import with_peaks
+from stickslip.solve.starts.solutions import StartSolutions, UnsolvedError
+from stickslip.solve.starts.space import StartSpace, number_of_variables, rule_words
+from stickslip.solve.starts.states import explored_space
+from stickslip.support.checks import Array, among, between, numbers
+from stickslip.support.outcome import Outcome
+from stickslip.support.renamed import renamed_arguments
+from stickslip.support.units import Band, listed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -219,7 +219,7 @@ def response_samples(work: SamplesWork) -> ResponseSamples:
     method: "latin" hypercube, "random", or "corners" (beyond 12 variables a seeded subset).
     distribution: a frozen distribution of scipy.stats for every variable; default uniform. A finite support, as of
     beta(0.5, 0.5), is mapped onto [−1, 1]; of other laws, such as norm(0, 0.4), only the part between −1 and 1 is used.
-    rule: what a variable sets (see `stickslip.contact.start`), or one rule for each tangential direction, of which "virgin" sets
+    rule: what a variable sets (see `model/contact/start.py`), or one rule for each tangential direction, of which "virgin" sets
     nothing; an offset of ±1 is the largest that any solution allows.
     share: one variable per friction "element", per "direction", per "contact", or for "all".
     quantity, measure: what the peaks are of, as for `forced_response`.

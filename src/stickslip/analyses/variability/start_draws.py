@@ -7,7 +7,7 @@ from typing import Literal, Protocol, get_args
 
 import numpy as np
 
-from stickslip.checks import Array, among, between, fault, nearest, numbers, seed_of
+from stickslip.support.checks import Array, among, between, fault, nearest, numbers, seed_of
 
 Method = Literal["latin", "random", "corners"]
 MOST_CORNERS = 12

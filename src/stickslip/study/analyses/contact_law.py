@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from stickslip.analyses.identification.contact_law import ContactLawWork
-from stickslip.analyses.identification.loop_law import LoopErrors
-from stickslip.checks import counted, fault, nearest
+from stickslip.laboratory.identification.contact_law import ContactLawWork
+from stickslip.laboratory.identification.loop_law import LoopErrors
 from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Column, Number, Positive, Table
 from stickslip.study.units import FORCE, STIFFNESS, Units, in_si
+from stickslip.support.checks import counted, fault, nearest
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field
 
 from stickslip.analyses.controlled_response import ControlledResponseWork, HeldMotion
-from stickslip.checks import counted, fault
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Positive
 from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.units import ACCELERATION, LENGTH, VELOCITY, Dimension, in_si, scaled
+from stickslip.support.checks import counted, fault
 
 if TYPE_CHECKING:
     import xarray as xr

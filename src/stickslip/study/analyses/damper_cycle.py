@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycle import CycleWork
-from stickslip.checks import MOST, counted, fault
-from stickslip.dampers import BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
-from stickslip.dampers.between_platforms import LAWS, suitable_gaps
-from stickslip.measurement.platform import read_motion
+from stickslip.laboratory.measurement.platform import read_motion
+from stickslip.model.dampers import BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
+from stickslip.model.dampers.between_platforms import LAWS, suitable_gaps
 from stickslip.runs.work import Arrays
+from stickslip.solve.time.methods import GeneralisedAlpha, Method, Newmark
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.build import shape_of
 from stickslip.study.fields import NotNegative, NotNegatives, Number, Positive, Positives, Table
 from stickslip.study.tables import ShapeKey
 from stickslip.study.units import FORCE, FREQUENCY, LENGTH, STIFFNESS, Units, in_si
-from stickslip.time.methods import GeneralisedAlpha, Method, Newmark
+from stickslip.support.checks import MOST, counted, fault
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycles import EvolutionWork, SteadyCyclesWork
-from stickslip.checks import counted
-from stickslip.dampers import BetweenPlatforms, PlatformMotion
+from stickslip.model.dampers import BetweenPlatforms, PlatformMotion
 from stickslip.runs.work import Arrays
 from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, suitable
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import NotNegatives, Positive
 from stickslip.study.settings_table import table_of
 from stickslip.study.units import LENGTH, in_si
+from stickslip.support.checks import counted
 
 if TYPE_CHECKING:
     import xarray as xr

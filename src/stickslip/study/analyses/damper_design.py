@@ -14,14 +14,14 @@ from stickslip.analyses.arguments import made
 from stickslip.analyses.performance.design import DesignSettings, finished_design
 from stickslip.analyses.performance.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.performance.scaled_problem import with_friction
-from stickslip.checks import MOST, fault, nearest
-from stickslip.problem import Problem
-from stickslip.rigs import RIGS
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Harmonics, Number, Positive, QuantityName, Seed, Table, Words
 from stickslip.study.tables import Ends
-from stickslip.units import STANDARD_GRAVITY
+from stickslip.support.checks import MOST, fault, nearest
+from stickslip.support.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.model.structure.stress import StressRecovery
 from stickslip.runs.work import Arrays
-from stickslip.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fatigue import FatigueTable, fatigue_of
 from stickslip.study.further_curves import BranchesTable, FurtherCurves, IsolatedTable, ordered

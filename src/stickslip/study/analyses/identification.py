@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from stickslip.analyses.identification.damper_fit import parameters
-from stickslip.analyses.identification.identify import IdentificationWork, usual_unknowns
-from stickslip.checks import MOST, InputError, counted, fault, nearest
-from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.measurement.cycles import CycleSet, whole_cycles
-from stickslip.measurement.load_removal import read_load_removal, zeroed
-from stickslip.measurement.reconstruction import damper_motion
-from stickslip.measurement.records import read_record
-from stickslip.measurement.rig_errors import RigErrors
+from stickslip.laboratory.identification.damper_fit import parameters
+from stickslip.laboratory.identification.identify import IdentificationWork, usual_unknowns
+from stickslip.laboratory.measurement.cycles import CycleSet, whole_cycles
+from stickslip.laboratory.measurement.load_removal import read_load_removal, zeroed
+from stickslip.laboratory.measurement.reconstruction import damper_motion
+from stickslip.laboratory.measurement.records import read_record
+from stickslip.laboratory.measurement.rig_errors import RigErrors
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.runs.work import Arrays
 from stickslip.study.analyses.damper_cycle import DamperTable, suitable
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Number, Positive, Seed, Table
 from stickslip.study.units import FORCE, FREQUENCY, LENGTH, Units, in_si
+from stickslip.support.checks import MOST, InputError, counted, fault, nearest
 
 if TYPE_CHECKING:
     import xarray as xr

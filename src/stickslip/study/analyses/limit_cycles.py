@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field, Tag
 
 from stickslip.analyses.modes.limit_cycles import LimitCyclesWork
-from stickslip.checks import counted
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.nonlinear_modes import FORMS, modes_settings, modes_summary
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import by_form
 from stickslip.study.settings_table import check_of, table_of
+from stickslip.support.checks import counted
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,12 +12,12 @@ from pydantic import Field, Tag
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
 from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork
-from stickslip.checks import InputError, counted
-from stickslip.disks.tuned import TunedDisk
+from stickslip.model.disks.tuned import TunedDisk
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
+from stickslip.support.checks import InputError, counted
 
 if TYPE_CHECKING:
     import xarray as xr

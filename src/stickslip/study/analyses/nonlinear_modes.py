@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from stickslip.analyses.modes.work import Modes, NonlinearModesWork
-from stickslip.checks import InputError, counted, fault
-from stickslip.harmonic.orders import in_words
-from stickslip.problem import Problem
+from stickslip.model.problem import Problem
 from stickslip.runs.work import Arrays, Work
+from stickslip.solve.balance.orders import in_words
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Table
@@ -20,7 +19,8 @@ from stickslip.study.further_curves import ModeNumbers
 from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.tables import Ends
 from stickslip.study.units import LENGTH, in_si
-from stickslip.units import Band
+from stickslip.support.checks import InputError, counted, fault
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,7 +14,6 @@ from stickslip.analyses.performance.band import BandSettings, band_dataset
 from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.variability.bounds_work import refuse_discs
-from stickslip.checks import MOST, InputError, counted, fault
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.response_variability import RuleOrRules
@@ -23,6 +22,7 @@ from stickslip.study.fields import Positive, Table
 from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.tables import Ends
 from stickslip.study.units import FORCE, Units, in_si
+from stickslip.support.checks import MOST, InputError, counted, fault
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,21 +13,21 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from stickslip.analyses.identification.identify_response import ResponseIdentificationWork
-from stickslip.analyses.identification.response_fit import FreeParameter
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.response_dataset import levels_are_newtons, newtons_a_level
-from stickslip.checks import MOST, Index, counted, fault, nearest
-from stickslip.measurement.measured_response import MeasuredResponse
-from stickslip.measurement.response_table import read_measured_response, read_measured_responses
-from stickslip.problem import Problem
-from stickslip.rigs import RIGS
+from stickslip.laboratory.identification.identify_response import ResponseIdentificationWork
+from stickslip.laboratory.identification.response_fit import FreeParameter
+from stickslip.laboratory.measurement.measured_response import MeasuredResponse
+from stickslip.laboratory.measurement.response_table import read_measured_response, read_measured_responses
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.response_variability import RuleOrRules
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Column, Number, Positive, Seed, Table
 from stickslip.study.tables import Ends
+from stickslip.support.checks import MOST, Index, counted, fault, nearest
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,14 +15,14 @@ from stickslip.analyses.variability.bounds_dataset import attached
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.variability.samples import SamplesWork
 from stickslip.analyses.variability.start_draws import Law, named_law
-from stickslip.checks import MOST, InputError, fault
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep, taken_over
 from stickslip.study.fields import Number, Words, by_form
 from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.units import in_si
-from stickslip.units import Band
+from stickslip.support.checks import MOST, InputError, fault
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,17 +12,17 @@ from pydantic import Field
 from stickslip.analyses.performance.sampled_peaks import MOST_DRAWS, DrawsWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.performance.sensitivity_indices import gathered
-from stickslip.checks import InputError, fault
-from stickslip.contact.point import Contact
-from stickslip.contact.start import SliderOffset
-from stickslip.problem import Problem
+from stickslip.model.contact.point import Contact
+from stickslip.model.contact.start import SliderOffset
+from stickslip.model.problem import Problem
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.performance import sweep_over_a_band
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep, taken_over
 from stickslip.study.fields import Seed, Table
 from stickslip.study.tables import Ends, Two
 from stickslip.study.units import LENGTH, in_si
-from stickslip.units import Band
+from stickslip.support.checks import InputError, fault
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr

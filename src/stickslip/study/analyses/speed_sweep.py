@@ -14,18 +14,18 @@ from pydantic import Field, Tag
 
 from stickslip.analyses.speed.models import at_reference_speed
 from stickslip.analyses.speed.speed_sweep import SpeedSweepWork, samples_for
-from stickslip.checks import Array, InputError, counted, fault, positive, unique
-from stickslip.disks.tuned import TunedDisk
-from stickslip.models.read import read_content
-from stickslip.models.spin_softening import SAME_SPEED
-from stickslip.problem import Problem
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem import Problem
+from stickslip.model.readers.read import read_content
+from stickslip.model.readers.spin_softening import SAME_SPEED
+from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.runs.work import Arrays, Work
-from stickslip.structure.cyclic import CyclicStructure
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Number, Positive, Table, by_form
 from stickslip.study.units import STIFFNESS
-from stickslip.units import Band
+from stickslip.support.checks import Array, InputError, counted, fault, positive, unique
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr

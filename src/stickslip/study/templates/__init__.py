@@ -11,9 +11,7 @@ from importlib import resources
 from pathlib import Path
 from string import Template
 
-from stickslip.checks import fault, similar
-from stickslip.dampers import SHAPES
-from stickslip.files import write_text
+from stickslip.model.dampers import SHAPES
 from stickslip.study.templates.beside import (
     synthetic_contact_record,
     synthetic_loops,
@@ -27,6 +25,8 @@ from stickslip.study.templates.models import (
     two_beams_with_a_gap,
     two_jointed_beams,
 )
+from stickslip.support.checks import fault, similar
+from stickslip.support.files import write_text
 
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
 """Force levels of the published experiment on the single blade, N."""

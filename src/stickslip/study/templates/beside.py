@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.dampers.platform_motion import in_phase, out_of_phase
-from stickslip.files import write_arrays, write_text
-from stickslip.measurement.records import write_record
-from stickslip.measurement.rig_errors import RigErrors
-from stickslip.measurement.synthetic import loop_of, synthetic_record, true_cycle
-from stickslip.rigs import blade_and_wedge, three_mass_wedge
-from stickslip.rigs.laboratory_damper import laboratory_damper
+from stickslip.laboratory.measurement.records import write_record
+from stickslip.laboratory.measurement.rig_errors import RigErrors
+from stickslip.laboratory.measurement.synthetic import loop_of, synthetic_record, true_cycle
+from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
+from stickslip.model.rigs import blade_and_wedge, three_mass_wedge
+from stickslip.model.rigs.laboratory_damper import laboratory_damper
+from stickslip.support.files import write_arrays, write_text
 
 
 def wedge_matrices(study: Path) -> tuple[dict[str, str], list[Path]]:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array
-from stickslip.files import write_arrays, write_text
-from stickslip.structure.solid import Solid, box_mesh, solid
+from stickslip.model.structure.solid import Solid, box_mesh, solid
+from stickslip.support.checks import Array
+from stickslip.support.files import write_arrays, write_text
 
 MM = 1e-3
 Where = Callable[[Array], bool]

@@ -1,1 +1,0 @@
-"""Contact parameters and laws from measured loops."""

@@ -1,0 +1,289 @@
+"""Misfit between a damper model and measured cycles, which an identification minimises.
+
+The computed cycle is smoothed to the harmonics of the measured one. Gains of the channels are unknown, with a prior, the same in
+all cases; so is the lag of the forces behind the motions, and so are the zeros of the cells, one a case; lasers have no zero. All
+are solved for inside the misfit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.laboratory.identification.line_laws import LINE_LAWS, microslip
+from stickslip.laboratory.measurement.cycles import CycleSet, analysis, delayed, synthesis
+from stickslip.laboratory.measurement.rig_errors import SIGNALS, RigErrors
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.solve.platforms.relaxation import Elements, elements_of, relaxed_cycle
+from stickslip.support.checks import Array, InputError, fault
+
+PARTS = ("kt", "kn", "mu")
+FLOOR = {"force": 0.12, "rotation": 8e-6, "damper": 0.06e-6}
+"""Standard deviation of one harmonic's amplitude that no model of a rig is held to: N, rad, m."""
+
+COLUMNS = {"force_x": 0, "force_y": 1, "damper_y": 3, "rotation": 4}
+"""Where a computed cycle holds each channel."""
+
+LAYERS = 3
+"""Parallel elements of a contact with gaps."""
+
+NOISE = 2.2
+"""A harmonic of the platform's motion is noise below so many standard errors of its mean (one in a hundred stays)."""
+
+UNSOLVED = 1e3
+"""Residual where no steady cycle was found."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An unknown: its name (kt, kn or mu, then _ and how the names of its lines begin: mu_L1, mu_L, kt), and its bounds."""
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def part(self) -> str:
+        """kt, kn or mu."""
+        return self.name.split("_")[0]
+
+    def lines(self, names: Sequence[str]) -> list[int]:
+        """Which lines of contact it belongs to."""
+        start = self.name.partition("_")[2]
+        return [i for i, name in enumerate(names) if name.startswith(start)]
+
+
+BOUNDS = {"kt": (2e6, 1e9), "kn": (2e6, 2e9), "mu": (0.02, 1.2), "gaps": (0.02, 2.0)}
+"""Range in which an unknown is looked for, N/m and 1, unless given."""
+
+
+def parameters(names: Sequence[str], rig: BetweenPlatforms, bounds: Mapping[str, tuple[float, float]]) -> tuple[Parameter, ...]:
+    """The unknowns by name, checked."""
+    lines, found = [point.name for point in rig.points], []
+    for name in names:
+        part = name.split("_")[0]
+        if part not in PARTS:
+            raise fault("unknown", "must begin with kt, kn or mu", name)
+        low, high = bounds.get(name, BOUNDS[part])
+        if not 0.0 < low < high:
+            raise fault(f"Bounds of {name}", "must be positive and ascending", (low, high))
+        one = Parameter(name, low, high)
+        if not one.lines(lines):
+            raise fault("unknown", f"must name lines of contact among {', '.join(lines)}", name)
+        found.append(one)
+    if not found or len({p.name for p in found}) < len(found):
+        raise fault("unknown", "must be at least one, each once", list(names))
+    return tuple(found)
+
+
+LAG_ROUNDS, SAME_LAG = 8, 1e-8
+"""Newton's steps for the lag, and the change [s] at which they end."""
+
+MOST_LAG = 0.08
+"""Share of the shortest period within which the lag is looked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuringChain:
+    """What cells and lasers do to signals: gain errors (channels,), and the lag of the forces behind the motions [s]."""
+
+    gains: Array
+    lag: float
+
+
+@dataclass(frozen=True, eq=False)
+class DamperFit:
+    """Measured cases, the model of each, and the unknowns. Data (cases, channels, 2H+1) are kept apart from the model, so
+    that resampled ones can be put in their place. law: of every line (`line_laws.py`). gaps: above 0, every contact is three
+    parallel elements with gaps so wide: what a microslip law in place of macroslip changes."""
+
+    cases: tuple[CycleSet, ...]
+    elements: Elements
+    pulls: tuple[float, ...]
+    drives: tuple[Array, ...]
+    unknowns: tuple[Parameter, ...]
+    lines: tuple[str, ...]
+    channels: tuple[str, ...]
+    data: Array
+    spread: Array
+    errors: RigErrors
+    law: str = "macroslip"
+    gaps: float = 0.0
+
+    @classmethod
+    def of(
+        cls, cases: Sequence[CycleSet], rig: BetweenPlatforms, unknowns: tuple[Parameter, ...], errors: RigErrors, steps: int
+    ) -> DamperFit:
+        """The fit of cases to a damper with macroslip contacts, marched in so many steps a cycle."""
+        if any(len(law.elements(1, True).friction[0].stiffness) != 1 for law in rig.laws):
+            raise InputError(
+                "Every law of the damper must be macroslip, as a frame for the fit. The law that is fitted is named apart."
+            )
+        channels = tuple(name for name in SIGNALS if all(case.has(name) for case in cases))
+        pulls = tuple(float(rig.pull[1]) if case.pull is None else case.pull for case in cases)
+        data = np.stack([[case.channel(name) for name in channels] for case in cases])
+        noise = np.stack([[case.standard_error[case.channels.index(name)] for name in channels] for case in cases])
+        floor = np.array([FLOOR[name.split("_")[0]] for name in channels])
+        spread = np.sqrt(floor[:, None] ** 2 + noise**2)
+        for c, name in enumerate(channels):
+            zeros = [errors.with_zeros(case.zero_errors).zero_of(name) if name.startswith("force") else np.inf for case in cases]
+            spread[:, c, 0] = np.hypot(spread[:, c, 0], zeros)
+        names = tuple(point.name for point in rig.points)
+        drives = tuple(_drive(case, steps) for case in cases)
+        return cls(tuple(cases), elements_of(rig), pulls, drives, unknowns, names, channels, data, spread, errors)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Of the logarithms of the unknowns."""
+        return np.log([p.low for p in self.unknowns]), np.log([p.high for p in self.unknowns])
+
+    def steps(self, count: int) -> DamperFit:
+        """A copy marched in so many steps a cycle."""
+        drives = tuple(_drive(case, count) for case in self.cases)
+        return replace(self, drives=drives)
+
+    def with_cases(self, cases: Sequence[CycleSet], data: Array) -> DamperFit:
+        """A copy driven by other cycles of the same cases, with other data (cases, channels, 2H+1)."""
+        drives = tuple(_drive(case, drive.shape[0]) for case, drive in zip(cases, self.drives, strict=True))
+        return replace(self, cases=tuple(cases), drives=drives, data=data)
+
+    def with_lag(self, prior: float) -> DamperFit:
+        """A copy whose forces lag behind the motions with this standard deviation [s]; 0: not at all."""
+        return replace(self, errors=replace(self.errors, lag=prior))
+
+    def with_law(self, law: str) -> DamperFit:
+        """A copy whose lines follow another law, with what that has unknown."""
+        own = tuple(Parameter(name, *BOUNDS[name]) for name in LINE_LAWS[law][1])
+        return replace(self, law=law, unknowns=(*(p for p in self.unknowns if p.part in PARTS), *own))
+
+    def only(self, numbers: Sequence[int]) -> DamperFit:
+        """A copy with some of the cases."""
+        cases, pulls = tuple(self.cases[i] for i in numbers), tuple(self.pulls[i] for i in numbers)
+        drives = tuple(self.drives[i] for i in numbers)
+        return replace(self, cases=cases, pulls=pulls, drives=drives, data=self.data[numbers], spread=self.spread[numbers])
+
+    def values(self, theta: Array) -> dict[str, Array]:
+        """kt, kn, mu and gaps of every line, (lines,), from logarithms of the unknowns."""
+        found = {part: np.array(getattr(self.elements, part)) for part in PARTS} | {"gaps": np.full(len(self.lines), self.gaps)}
+        for p, value in sorted(zip(self.unknowns, np.exp(theta), strict=True), key=lambda pair: len(pair[0].name)):
+            found[p.part][p.lines(self.lines)] = value
+        return found
+
+    def _elements(self, theta: Array) -> Elements:
+        values, load = self.values(theta), max(self.pulls) / len(self.lines)
+        if self.gaps:
+            return microslip(self.elements, values, load, LAYERS)
+        return LINE_LAWS[self.law][0](self.elements, values, load)
+
+    def predicted(self, theta: Array) -> Array | None:
+        """Harmonics (cases, channels, 2H+1) of the computed cycles; None where a case has no steady one."""
+        elements, found, count = self._elements(theta), [], (self.data.shape[2] - 1) // 2
+        for pull, drive in zip(self.pulls, self.drives, strict=True):
+            cycle = relaxed_cycle(elements, pull, drive)
+            if cycle is None:
+                return None
+            found.append(analysis(cycle[:, [COLUMNS[name] for name in self.channels]].T, count))
+        return np.asarray(found)
+
+    @property
+    def forces(self) -> list[int]:
+        """Which channels are of load cells."""
+        return [c for c, name in enumerate(self.channels) if name.startswith("force")]
+
+    def late(self, computed: Array, lag: float) -> Array:
+        """Computed harmonics with forces that lag behind the motions [s]."""
+        found, forces = computed.copy(), self.forces
+        found[:, forces] = delayed(computed[:, forces], lag * self._omega)
+        return found
+
+    def recorded(self, computed: Array, chain: MeasuringChain) -> Array:
+        """Harmonics (cases, channels, 2H+1) that the measuring chain shows of computed ones."""
+        return np.asarray((1.0 + chain.gains[:, None]) * self.late(computed, chain.lag))
+
+    def zeros(self, computed: Array, chain: MeasuringChain) -> Array:
+        """Zeros of the cells, (cases, forces) [N]: mean forces measured less those recorded of computed ones."""
+        forces = self.forces
+        return np.asarray((self.data - self.recorded(computed, chain))[:, forces, 0])
+
+    def chain(self, computed: Array) -> MeasuringChain:
+        """The most likely gains and lag. Each is found with the other held: they hardly depend on each other, for a lag changes
+        every harmonic at right angles to what a gain does."""
+        if not self.errors.lag:
+            return MeasuringChain(self._gains(computed), 0.0)
+        forces, lag, most = self.forces, 0.0, MOST_LAG * 2.0 * np.pi / float(self._omega.max())
+        weight, prior = 1.0 / self.spread[:, forces] ** 2, 1.0 / self.errors.lag**2
+        for _ in range(LAG_ROUNDS):
+            late = self.late(computed, lag)
+            gains = self._gains(late)
+            shown = (1.0 + gains[forces, None]) * late[:, forces]
+            slope = self._omega[..., None] * _by_angle(shown)
+            missed = float(np.sum(weight * slope * (self.data[:, forces] - shown))) - prior * lag
+            step = missed / (float(np.sum(weight * slope**2)) + prior)
+            lag = float(np.clip(lag + step, -most, most))
+            if abs(step) < SAME_LAG:
+                break
+        return MeasuringChain(gains, lag)
+
+    @property
+    def _omega(self) -> Array:
+        """Angular frequency of every case, (cases, 1) [rad/s]."""
+        return 2.0 * np.pi * np.array([[case.frequency] for case in self.cases])
+
+    def _gains(self, computed: Array) -> Array:
+        """The most likely gain errors of the channels, (channels,)."""
+        weight = 1.0 / self.spread**2
+        prior = np.array([1.0 / max(self.errors.gain(name), 1e-9) ** 2 for name in self.channels])
+        above = np.sum(weight * computed * (self.data - computed), axis=(0, 2))
+        return np.asarray(above / (np.sum(weight * computed**2, axis=(0, 2)) + prior))
+
+    def residuals(self, theta: Array) -> Array:
+        """Weighted differences (cases × channels × (2H+1) + channels + 1,): measured less computed with the best gains and lag;
+        gains; lag."""
+        computed = self.predicted(theta)
+        if computed is None:
+            return np.full(self.data.size + len(self.channels) + 1, UNSOLVED)
+        chain = self.chain(computed)
+        left = (self.data - self.recorded(computed, chain)) / self.spread
+        scale = np.array([max(self.errors.gain(name), 1e-9) for name in self.channels])
+        return np.concatenate([left.ravel(), chain.gains / scale, [chain.lag / (self.errors.lag or 1.0)]])
+
+    def cost(self, theta: Array) -> float:
+        """Half the sum of squared residuals."""
+        return 0.5 * float(np.sum(self.residuals(theta) ** 2))
+
+    def misfit(self, theta: Array, chain: MeasuringChain) -> float:
+        """Root mean square of the weighted differences (cases, channels, 2H+1) with given gains and lag: 1 where errors explain
+        all."""
+        computed = self.predicted(theta)
+        if computed is None:
+            return UNSOLVED
+        left = (self.data - self.recorded(computed, chain)) / self.spread
+        return float(np.sqrt(np.mean(left[np.isfinite(self.spread)] ** 2)))
+
+
+def _by_angle(harmonics: Array) -> Array:
+    """Derivative of `delayed` harmonics (..., 2H+1) by the angle."""
+    orders, found = np.arange(1, (harmonics.shape[-1] + 1) // 2), np.zeros_like(harmonics)
+    found[..., 1::2], found[..., 2::2] = -orders * harmonics[..., 2::2], orders * harmonics[..., 1::2]
+    return found
+
+
+def _drive(case: CycleSet, steps: int) -> Array:
+    """Motion of the left platform in equal steps, (steps, 2) [m]; a direction that was not recorded is at rest."""
+    table, found = synthesis(steps, (case.harmonics.shape[2] - 1) // 2), np.zeros((steps, 2))
+    for axis, name in enumerate(("platform_x", "platform_y")):
+        if case.has(name):
+            index = case.channels.index(name)
+            found[:, axis] = table @ _seen(case.mean[index], case.standard_error[index])
+    return found
+
+
+def _seen(mean: Array, error: Array) -> Array:
+    """The harmonics of a motion that stand out of their scatter between cycles; noise of a laser would move the contacts."""
+    found = mean.copy()
+    power = mean[1::2] ** 2 + mean[2::2] ** 2
+    lost = power <= NOISE**2 * (error[1::2] ** 2 + error[2::2] ** 2)
+    found[1::2][lost] = found[2::2][lost] = 0.0
+    return found

@@ -1,0 +1,236 @@
+"""Intervals from refits: cycles resampled, errors of the rig drawn, the misfit turned about, contacts with and without gaps.
+
+Each refit begins where the loops themselves led, in turn where they led to several minima. It follows one Jacobian, kept up by
+Broyden's updates, and then fresh ones as long as they gain anything. Refits that find no way down although they see one, and
+cycles that are missing, are counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.laboratory.identification.damper_fit import UNSOLVED, DamperFit
+from stickslip.laboratory.measurement.cycles import CycleSet, analysis, synthesis
+from stickslip.laboratory.measurement.rig_errors import distorted
+from stickslip.support.checks import Array
+
+COARSE = 120
+"""Steps a cycle in the search, and in refits where they are enough."""
+
+COST = 1.0
+"""By how much coarser steps may raise the cost of the final fit; refits take twice as many where they do more."""
+
+LAW_GAPS = 0.6
+"""Refits of macroslip take contacts with gaps up to this: the true law is not known to be it (`DamperFit.gaps`)."""
+
+GAP_STEPS = 5
+"""Gaps with which the loops themselves are fitted, to know how likely each is."""
+
+ALIKE = 2.0
+"""Costs are divided by this to weigh how likely gaps are: errors of neighbouring harmonics are alike. Minima whose costs
+differ by less are about as good."""
+
+WIDE_STEP = 5e-3
+"""Step of the logarithms for slopes: wide, since the cost has kinks where a contact begins to slip or to lift off."""
+
+EVALUATIONS = 10
+ROUNDS = 4
+GAIN = 0.03
+"""Share of the cost that a descent with fresh slopes must gain to be followed by another one."""
+
+RADIUS = 0.3
+"""Largest change of a logarithm in the first step of a refit."""
+
+STILL = 1e-3
+"""Step of the logarithms from which a refit is at its end."""
+
+LOST = 0.25
+"""Share of refits that found no way down from which no interval is given."""
+
+MISSING = 0.05
+"""Share of cycles without a steady state in the refits from which no interval is given."""
+
+
+@dataclass(frozen=True, eq=False)
+class Refits:
+    """Logarithms of the unknowns (refits, unknowns), shifted to the final fit; how many more refits found no way down, and the
+    cycles that were computed and those of them that are missing. Changes of the lag (refits,) [s] and of the zeros of the cells
+    (refits, cases, forces) [N] from the final fit, less what was drawn of them."""
+
+    values: Array
+    lost: int
+    cycles: int
+    missing: int
+    lags: Array
+    zeros: Array
+
+    def errors(self, theta: Array) -> tuple[Array, float, Array]:
+        """Standard deviations of the unknowns (unknowns,), of the lag [s] and of the zeros (cases, forces) [N] about the final
+        fit; NaN where intervals are refused."""
+        if self.refusal:
+            return np.full(theta.size, np.nan), float("nan"), np.full(self.zeros.shape[1:], np.nan)
+        values, lag, zeros = (np.sqrt(np.mean(x**2, axis=0)) for x in (self.values - theta, self.lags, self.zeros))
+        return values, float(lag), zeros
+
+    @property
+    def refusal(self) -> str:
+        """Why no interval is given, a sentence; empty where intervals may be given."""
+        count = len(self.values) + self.lost
+        if self.lost > LOST * count:
+            return (
+                f"No intervals are given: {self.lost} of {count} refits to resampled cycles found no way down from where they "
+                "began. The misfit is not smooth there; measure other amplitudes or pulls as well."
+            )
+        if self.missing > MISSING * self.cycles:
+            return (
+                f"No intervals are given: {self.missing} of {self.cycles} cycles in the refits never became steady. Narrow "
+                "`bounds`, or measure where the damper settles."
+            )
+        return ""
+
+    @property
+    def remark(self) -> str:
+        """The note on failed refits beside the intervals."""
+        if not self.lost or self.refusal:
+            return ""
+        return f"{self.lost} of {len(self.values) + self.lost} refits found no way down and are left out of the intervals."
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """Where a descent ended, its cost, whether it moved or was at its end at once, and cycles computed and missing."""
+
+    theta: Array
+    cost: float
+    moved: bool
+    cycles: int
+    missing: int
+
+
+def slopes(fit: DamperFit, theta: Array) -> Array:
+    """Jacobian of the residuals by wide differences, (residuals, unknowns)."""
+    high = fit.bounds[1]
+    steps = np.where(theta + WIDE_STEP <= high, WIDE_STEP, -WIDE_STEP)
+    here = fit.residuals(theta)
+    return np.stack([(fit.residuals(theta + step) - here) / step[k] for k, step in enumerate(np.diag(steps))], axis=1)
+
+
+def descend(fit: DamperFit, start: Array, jacobian: Array, evaluations: int = EVALUATIONS) -> Descent:
+    """Least squares by Gauss-Newton steps within a radius; the Jacobian is that of the start, kept up by Broyden's updates."""
+    low, high = fit.bounds
+    J, theta, radius, missing = jacobian.copy(), start, RADIUS, 0
+    here = fit.residuals(theta)
+    cost, moved, cycles = 0.5 * float(here @ here), False, len(fit.cases)
+    for _ in range(evaluations):
+        step = np.clip(theta + np.linalg.lstsq(J, -here, rcond=1e-8)[0], low, high) - theta
+        whole = float(np.max(np.abs(step)))
+        if min(whole, radius) < STILL:
+            moved = moved or whole < STILL
+            break
+        length = min(whole, radius)
+        step *= length / whole
+        there = fit.residuals(theta + step)
+        cycles += len(fit.cases)
+        if np.max(np.abs(there)) >= UNSOLVED:
+            missing += len(fit.cases)
+            radius = 0.25 * length
+            continue
+        J += np.outer(there - here - J @ step, step) / float(step @ step)
+        reached = 0.5 * float(there @ there)
+        if reached < cost:
+            theta, here, cost, moved = theta + step, there, reached, True
+        else:
+            radius = 0.25 * length
+    return Descent(theta, cost, moved, cycles, missing)
+
+
+def refitted(fit: DamperFit, start: Array, jacobian: Array) -> Descent:
+    """A descent from the start, and again with the slopes at its end as long as that gains anything."""
+    one = descend(fit, start, jacobian)
+    for _ in range(ROUNDS):
+        again = descend(fit, one.theta, slopes(fit, one.theta))
+        cycles = one.cycles + again.cycles + (1 + start.size) * len(fit.cases)
+        gained = one.cost - again.cost
+        one = Descent(again.theta, again.cost, one.moved or again.moved, cycles, one.missing + again.missing)
+        if gained <= GAIN * one.cost:
+            break
+    return one
+
+
+def enough_steps(fit: DamperFit, theta: Array) -> DamperFit:
+    """The fit with as few steps a cycle as its cost at theta allows, at most its own."""
+    own, cost, count = fit.drives[0].shape[0], fit.cost(theta), COARSE
+    while count < own and fit.steps(count).cost(theta) > cost + COST:
+        count *= 2
+    return fit.steps(count) if count < own else fit
+
+
+def refits(fit: DamperFit, theta: Array, minima: Array, count: int, seed: int, report: Callable[[float], object]) -> Refits:
+    """Refits to perturbed data of a final fit theta; minima (count, unknowns): others that are about as good, to begin there."""
+    coarse, generator = enough_steps(fit, theta), np.random.default_rng(seed)
+    jacobian = slopes(coarse, theta)
+    base = refitted(coarse, theta, jacobian).theta
+    computed = coarse.predicted(base)
+    assert computed is not None
+    chain = coarse.chain(computed)
+    zeros, left = coarse.zeros(computed, chain), fit.data - coarse.recorded(computed, chain)
+    left[..., 0] = 0.0
+    gaps, weights, places = likely_gaps(coarse, base, jacobian)
+    found, lags, shifts, lost, cycles, missing = [], [], [], 0, 0, 0
+    for number in range(count):
+        cases, data, drawn_lag, drawn_zeros = _perturbed(fit, generator)
+        data += generator.normal(size=(*left.shape[:2], 1)) * left
+        gap = float(generator.choice(gaps, p=weights))
+        start = np.array([np.interp(gap, places[0], values) for values in places[1].T])
+        start = np.clip(start + minima[number % len(minima)] - theta, *fit.bounds)
+        drawn = replace(coarse.with_cases(cases, data), gaps=gap)
+        one = refitted(drawn, start, jacobian)
+        cycles, missing = cycles + one.cycles, missing + one.missing
+        computed = drawn.predicted(one.theta) if one.moved else None
+        if computed is not None:
+            again = drawn.chain(computed)
+            found.append(one.theta - base + theta)
+            lags.append(again.lag - drawn_lag - chain.lag)
+            shifts.append(drawn.zeros(computed, again) - drawn_zeros - zeros)
+        else:
+            lost += 1
+        report((number + 1) / count)
+    values = np.array(found).reshape(-1, theta.size)
+    return Refits(values, lost, cycles, missing, np.array(lags), np.array(shifts).reshape(-1, *zeros.shape))
+
+
+def likely_gaps(fit: DamperFit, base: Array, jacobian: Array) -> tuple[Array, Array, tuple[Array, Array]]:
+    """Gaps of the contacts and how likely each is by the loops themselves; some gaps and the unknowns fitted with them.
+
+    A law other than macroslip stays as it is."""
+    if fit.law != "macroslip":
+        return np.zeros(1), np.ones(1), (np.zeros(1), base[None])
+    some, places, costs = np.linspace(0.0, LAW_GAPS, GAP_STEPS), [base], [fit.cost(base)]
+    for gap in some[1:]:
+        one = refitted(replace(fit, gaps=float(gap)), places[-1], jacobian)
+        places.append(one.theta)
+        costs.append(one.cost)
+    gaps = np.linspace(0.0, LAW_GAPS, 12 * GAP_STEPS + 1)
+    cost = np.interp(gaps, some, costs)
+    weights = np.exp((cost.min() - cost) / ALIKE)
+    return gaps, weights / weights.sum(), (some, np.array(places))
+
+
+def _perturbed(fit: DamperFit, generator: np.random.Generator) -> tuple[list[CycleSet], Array, float, Array]:
+    """Resampled cycles, which also drive the model anew, and their mean harmonics with drawn systematic errors: gains, shapes and
+    the lag common to all cases, zeros not. The lag and the zeros (cases, forces) that were drawn."""
+    count = (fit.data.shape[2] - 1) // 2
+    table, shared = synthesis(4 * count + 4, count), fit.errors.draw(generator)
+    cases = [case.resampled(generator) for case in fit.cases]
+    found, zeros, lag = [], [], fit.errors.lag * float(generator.normal()) if fit.errors.lag else 0.0
+    for case in cases:
+        fresh, rows = fit.errors.with_zeros(case.zero_errors).draw(generator), []
+        for name in fit.channels:
+            gain, shape, _ = shared[name]
+            rows.append(analysis(distorted(table @ case.channel(name), (gain, shape, fresh[name][2])), count))
+        found.append(rows)
+        zeros.append([fresh[fit.channels[c]][2] for c in fit.forces])
+    return cases, fit.late(np.asarray(found), lag), lag, np.array(zeros)

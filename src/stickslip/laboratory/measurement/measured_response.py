@@ -1,0 +1,112 @@
+"""Measured frequency responses: stepped sines of one output under a measured force, with amplitude and, if known, phase."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.laboratory.measurement.records import longest_run
+from stickslip.laboratory.measurement.response_units import FileUnit
+from stickslip.support.checks import Array, among, fault, of_kind, positive, storable, truth, vector, whole
+
+Held = Literal["force", "response"]
+
+LARGEST_PHASE = 20.0
+"""rad; a curve turns by π at each resonance, and in degrees the first one already goes beyond."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredResponse:
+    """A test: at each frequency [Hz] the amplitude of the first harmonic of an output and the force; (n,) each.
+
+    amplitude: in m, m/s or m/s² by `quantity`, a number for all or (n,). force: the force level, factor on the harmonic forces of
+    the problem (N where these are 1 N), a number or (n,): shakers drop out at resonance, so that it varies. phase: of the
+    displacement against the force in rad (n,), or None where only amplitudes are known.
+    held: what each computed point takes as measured, its "force", or its "response" amplitude, the force then being computed.
+    output: number of the output. settings: keywords of the problem for this test, say its preload or mounting.
+    error: standard error of a measured response per force, relative to it, or where `of_largest` to the largest of the curve.
+    free_gain, free_phase: a constant factor and a constant phase of the measuring chain are free variables of this test.
+    notes: what was assumed in reading, one sentence each. units: of the columns of its file, by what they hold.
+    """
+
+    frequency: ArrayLike
+    amplitude: ArrayLike
+    force: ArrayLike
+    phase: ArrayLike | None = None
+    quantity: str = "acceleration"
+    output: int = 0
+    name: str = ""
+    held: Held = "force"
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    error: float = 0.01
+    of_largest: bool = False
+    free_gain: bool = False
+    free_phase: bool = False
+    notes: tuple[str, ...] = ()
+    units: Mapping[str, FileUnit] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        what = f"test {storable('The name of a test', self.name)!r}" if self.name else "A test"
+        frequency = vector(f"{what}, frequency", self.frequency)
+        if frequency.size < 3:
+            raise fault(f"{what}, frequency", "must hold at least three values", frequency.size)
+        object.__setattr__(self, "frequency", frequency)
+        for key in ("amplitude", "force"):
+            object.__setattr__(self, key, vector(f"{what}, {key}", getattr(self, key), frequency.size))
+        for key in ("frequency", "amplitude", "force"):
+            if np.any(getattr(self, key) <= 0.0):
+                raise fault(f"{what}, {key}", "must be positive", float(np.min(getattr(self, key))))
+        if self.phase is not None:
+            object.__setattr__(self, "phase", vector(f"{what}, phase", self.phase, frequency.size))
+            largest = float(np.max(np.abs(np.asarray(self.phase))))
+            if largest > LARGEST_PHASE:
+                raise fault(f"{what}, phase", "must be in rad", largest, "Are these degrees?")
+        elif self.free_phase:
+            raise fault(f"{what}, free_phase", "must go with measured phases", True)
+        if not all(isinstance(key, str) for key in of_kind(f"{what}, settings", self.settings, Mapping)):  # type: ignore[type-abstract]
+            raise fault(f"{what}, settings", "must be {argument of the problem: value}", self.settings)
+        for key in ("of_largest", "free_gain", "free_phase"):
+            truth(f"{what}, {key}", getattr(self, key))
+        whole(f"{what}, output", self.output)
+        among(f"{what}, held", self.held, ("force", "response"))
+        among(f"{what}, quantity", self.quantity, ("displacement", "velocity", "acceleration"))
+        positive(f"{what}, error", self.error)
+
+    @property
+    def per_force(self) -> Array:
+        """Response per force level (n,): complex with the phase of the displacement where that is known, else its size."""
+        size = np.asarray(self.amplitude, dtype=float) / np.asarray(self.force, dtype=float)
+        return size if self.phase is None else np.asarray(size * np.exp(1j * np.asarray(self.phase, dtype=float)))
+
+    @property
+    def deviation(self) -> Array:
+        """Standard error of `per_force` (n,)."""
+        size = np.abs(self.per_force)
+        return np.asarray(self.error * (np.full(size.shape, size.max()) if self.of_largest else size))
+
+
+def flat_top(test: MeasuredResponse) -> list[str]:
+    """A sentence where neighbouring points have the largest amplitude of a test to the last digit, as a clipped sensor shows it,
+    while other neighbours differ, and where all are equal; none where the response is held."""
+    amplitude = np.asarray(test.amplitude)[np.argsort(np.asarray(test.frequency), kind="stable")]
+    top = amplitude == amplitude.max()
+    longest, others = longest_run(top), longest_run((np.diff(amplitude) == 0.0) & ~top[1:])
+    if test.held == "response" or longest <= max(1, others + 1):
+        return []
+    if longest == amplitude.size and np.ptp(np.asarray(test.force)) > 0.0:
+        return [
+            f"The {test.quantity} of {test.name} is the same at all points, while the force varies. Was it held "
+            "(held='response', --held response), or are the columns of force and response swapped?"
+        ]
+    limited = "" if np.ptp(np.asarray(test.force)) == 0.0 else ", and a response that the controller limits"
+    unit = test.units.get(test.quantity, FileUnit("", 1.0))
+    factor, text = (1.0, "") if "/N" in unit.text else (unit.factor, f" {unit.text}".rstrip())
+    return [
+        f"{longest} points of {test.name} in a row have the largest {test.quantity}, {amplitude.max() / factor:.6g}{text}, "
+        "to the last digit: "
+        f"a clipped sensor looks so{limited}. Clipped points make the damping too high: leave them out."
+    ]

@@ -1,0 +1,207 @@
+"""Tables of numbers from text files with any common separator and from MATLAB files, with titles and units where they are."""
+
+from __future__ import annotations
+
+import json
+import re
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip.laboratory.measurement.records import UNITS, number_or_gap
+from stickslip.laboratory.measurement.response_units import response_unit
+from stickslip.model.readers.process import arrays_of
+from stickslip.support.checks import Array, counted, fault, nearest
+
+SEPARATORS = ("\t", ";", ",", None)
+"""None stands for blanks. The comma comes last but one: before it, it may be a decimal comma."""
+
+COMMENT = "#%!"
+HYSTERESIS = "hyst"
+"""Name of the matrix (displacement, force) in MATLAB files of single loops."""
+
+
+@dataclass(frozen=True, eq=False)
+class NumberTable:
+    """numbers (rows, columns), titles of the columns without their units or None, units or None of each, notes."""
+
+    name: str
+    numbers: Array
+    titles: tuple[str, ...] | None
+    units: tuple[str | None, ...]
+    notes: tuple[str, ...] = ()
+
+
+def text_table(path: Path) -> NumberTable:
+    """The numbers of a text file: from the first line of at least two numbers that the next line continues."""
+    lines = [(number, line) for number, line in enumerate(_text(path).splitlines(), start=1) if line.strip()]
+    for place, (_, line) in enumerate(lines[:-1]):
+        for separator in SEPARATORS:
+            count = len(_split(line, separator))
+            if _all_numbers(line, separator) and count == len(_split(lines[place + 1][1], separator)):
+                body = [pair for pair in lines[place:] if pair[1].lstrip()[0] not in COMMENT]
+                numbers = _numbers(path.name, body, separator, count)
+                titles, units = _head([text for _, text in lines[:place]], separator, count)
+                notes = (
+                    () if titles is not None or place == 0 else (f"{path.name}: {place} lines above the numbers are no titles.",)
+                )
+                return NumberTable(path.name, numbers, titles, units, notes)
+    shown = f"{counted(len(lines), 'line')} without two such rows in turn" if lines else "empty"
+    raise fault(path.name, "must hold two rows of numbers or more, in two columns or more", shown)
+
+
+def _text(path: Path) -> str:
+    """The text of a file in UTF-8, UTF-16 or, failing these, the code page of Western Europe."""
+    data = path.read_bytes()
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return data.decode("utf-16", errors="replace")
+    if b"\0" in data[:4096]:
+        remedy = "Export it as text, or save it as .mat."
+        raise fault(path.name, "must be a text file, or a MATLAB file that ends in .mat", "binary", remedy)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", errors="replace")
+
+
+def _split(line: str, separator: str | None) -> list[str]:
+    cells = [cell.strip().strip('"').strip() for cell in line.strip().split(separator)]
+    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+
+
+def _number(cell: str, separator: str | None) -> float | None:
+    return number_or_gap(cell if separator == "," else cell.replace(",", ".")) if cell else None
+
+
+def _all_numbers(line: str, separator: str | None) -> bool:
+    cells = _split(line, separator)
+    return len(cells) > 1 and all(_number(cell, separator) is not None for cell in cells)
+
+
+def _numbers(name: str, lines: Sequence[tuple[int, str]], separator: str | None, count: int) -> Array:
+    """(rows, columns) of lines of text; each comes with its number in the file, for messages."""
+    texts = [text if separator == "," else text.replace(",", ".") for _, text in lines]
+    try:
+        found = np.loadtxt([text.strip().rstrip(separator) for text in texts], delimiter=separator, ndmin=2)
+        if found.shape[1] == count and not np.isinf(found).any():
+            return np.asarray(found)
+    except ValueError:
+        pass
+    found = np.empty((len(lines), count))
+    for row, (number, text) in enumerate(lines):
+        cells = _split(text, separator)
+        if len(cells) != count:
+            raise fault(f"Line {number} of {name}", f"must have {count} cells", len(cells), "Is the file cut off?")
+        for column, cell in enumerate(cells):
+            value = _number(cell, separator)
+            if value is None:
+                raise fault(f"Line {number}, column {column + 1} of {name}", "must be a number", cell)
+            found[row, column] = value
+    return found
+
+
+def _head(lines: Sequence[str], separator: str | None, count: int) -> tuple[tuple[str, ...] | None, tuple[str | None, ...]]:
+    """Titles and units from the lines above the numbers: one of titles with or without units, or a second one of units alone."""
+    rows = [cells for line in lines if (cells := _titles(line, separator, count))]
+    if not rows:
+        return None, (None,) * count
+    alone = [_known_unit(cell.strip("[]() ")) for cell in rows[-1]]
+    if len(rows) > 1 and all(
+        unit is not None or cell.strip("[]()- ") in ("", "1") for unit, cell in zip(alone, rows[-1], strict=True)
+    ):
+        return tuple(bare(title) for title in rows[-2]), tuple(alone)
+    return tuple(bare(title) for title in rows[-1]), tuple(stated_unit(title) for title in rows[-1])
+
+
+def _titles(line: str, separator: str | None, count: int) -> list[str]:
+    """The cells of a line of titles; empty unless there is one for each column."""
+    text = line.strip().lstrip(COMMENT).strip()
+    for mark in dict.fromkeys((separator, "\t", ";", ",", None)):
+        cells = _split(text, mark) if mark is not None else _WORD_AND_UNIT.findall(text)
+        if len(cells) == count and any(re.search(r"[^\W\d]", cell) for cell in cells):
+            return cells
+    return []
+
+
+_UNIT = r"[\[(](?:[^\[\]()]|\([^\[\]()]*\))*[\])]"  # of (m/s^2)/N, too
+_WORD_AND_UNIT = re.compile(rf"[^\s\[(]+(?:\([^()\s]*\))?(?:\s*{_UNIT})?|{_UNIT}")
+_IN_BRACKETS = re.compile(r"\s*[\[(]\s*((?:[^\[\]()]|\([^\[\]()]*\))*?)\s*[\])]\s*$")
+_AT_END = re.compile(r"(?:\s*/\s*|\s+in\s+|_|,\s*|\s+)(\S+)\s*$")
+
+
+def _known_unit(text: str) -> str | None:
+    short = text in (*UNITS, "Hz", "g", "°")  # not "n", which ends F_n
+    return text if short or (len(text) > 2 and response_unit(text) is not None) else None
+
+
+def stated_unit(title: str) -> str | None:
+    """The unit in a title: "Friction [uN]", "Force (N)", "x / mm", "force_N"; None where it has none."""
+    if match := _IN_BRACKETS.search(title):
+        return match.group(1) or None
+    match = _AT_END.search(title)
+    return _known_unit(match.group(1)) if match else None
+
+
+def bare(title: str) -> str:
+    """A title without its unit."""
+    if _IN_BRACKETS.search(title):
+        return _IN_BRACKETS.sub("", title).strip()
+    match = _AT_END.search(title)
+    return title[: match.start()].strip() if match and _known_unit(match.group(1)) else title.strip()
+
+
+def named_column(table: NumberTable, name: str, which: str | int) -> int:
+    """Index of a column that is given by its title, with its unit or without, or by its number from 1."""
+    count = table.numbers.shape[1]
+    titles = [title.strip() for title in table.titles or ()]
+    if isinstance(which, str) and which.strip() in titles:
+        return titles.index(which.strip())
+    if isinstance(which, str):
+        whole = [k for k, unit in enumerate(table.units) if titles and (titles[k], unit) == (bare(which), stated_unit(which))]
+        if len(whole) == 1:
+            return whole[0]
+    if isinstance(which, int) or which.isdigit():
+        if not 1 <= int(which) <= count:
+            raise fault(f"The column of {name} in {table.name}", f"must be a number from 1 to {count}", which)
+        return int(which) - 1
+    raise fault(f"The column of {name} in {table.name}", "must be one of its titles", which, nearest(which, titles))
+
+
+def matlab_tables(paths: Sequence[Path]) -> list[NumberTable]:
+    """The numbers of MATLAB files, read in one process of their own."""
+    with tempfile.TemporaryDirectory() as folder:
+        listed = Path(folder) / "files.json"
+        listed.write_text(json.dumps([str(path.absolute()) for path in paths]), encoding="utf-8")
+        found = arrays_of(listed, "stickslip.model.readers.matlab_files")
+    own: list[dict[str, Any]] = [{} for _ in paths]
+    for key, values in found.items():
+        number, name = key.split(":", 1)
+        own[int(number)][name] = values
+    return [_matlab_table(path.name, arrays) for path, arrays in zip(paths, own, strict=True)]
+
+
+def _matlab_table(name: str, arrays: dict[str, Any]) -> NumberTable:
+    """The matrix `hyst`, or else the only matrix of two to four columns, or else vectors of one length by their names."""
+    arrays |= {
+        f"{key}_{part}": getattr(np.asarray(value), part)
+        for key, value in arrays.items()
+        if np.iscomplexobj(value)
+        for part in ("real", "imag")
+    }
+    numeric = {key: np.atleast_2d(np.asarray(value)) for key, value in arrays.items() if np.asarray(value).dtype.kind in "fiub"}
+    upright = {key: value.T if value.shape[0] < value.shape[1] else value for key, value in numeric.items()}
+    tables = {key: value for key, value in upright.items() if 2 <= value.shape[1] <= 4 and value.shape[0] > 4}
+    if HYSTERESIS in tables or len(tables) == 1:
+        values = np.asarray(tables.get(HYSTERESIS, next(iter(tables.values()))), dtype=float)
+        return NumberTable(name, values, None, (None,) * values.shape[1])
+    vectors = {key: value[:, 0] for key, value in upright.items() if value.shape[1] == 1 and value.shape[0] > 4}
+    if tables or not vectors or len({value.size for value in vectors.values()}) > 1:
+        shapes = {key: value.shape for key, value in numeric.items()} or "a file without arrays of numbers"
+        remedy = "save('loop.mat', 'hyst') with hyst = [displacement, force] writes one."
+        raise fault(f"{name}", "must hold the matrix hyst, one matrix of columns, or vectors of one length", shapes, remedy)
+    values = np.stack([np.asarray(value, dtype=float) for value in vectors.values()], axis=1)
+    return NumberTable(name, values, tuple(map(bare, vectors)), tuple(map(stated_unit, vectors)))

@@ -1,0 +1,252 @@
+"""Records of a rig: time and named signals in SI, read from a table and checked.
+
+platform_x, platform_y   motion of the left platform relative to the right one, m
+force_x, force_y         force of the damper on the right platform, from its load cells, N
+rotation, damper_y       of the damper: counter-clockwise rotation, rad; motion along the pull, m
+laser_1, laser_2         motion of two points of the damper along the pull, from lasers, m
+left_outward, left_upward, right_outward, right_upward   force of each damper of the blade rig on its separator, from its cells, N
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.model.readers.numbers import number_of
+from stickslip.support.checks import Array, InputError, fault, nearest
+from stickslip.support.files import write_text
+
+UNITS: dict[str, tuple[str, float]] = {
+    "s": ("s", 1.0),
+    "ms": ("s", 1e-3),
+    "us": ("s", 1e-6),
+    "µs": ("s", 1e-6),
+    "min": ("s", 60.0),
+    "m": ("m", 1.0),
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "µm": ("m", 1e-6),
+    "μm": ("m", 1e-6),
+    "nm": ("m", 1e-9),
+    "N": ("N", 1.0),
+    "mN": ("N", 1e-3),
+    "uN": ("N", 1e-6),
+    "µN": ("N", 1e-6),
+    "μN": ("N", 1e-6),
+    "kN": ("N", 1e3),
+    "rad": ("rad", 1.0),
+    "mrad": ("rad", 1e-3),
+    "deg": ("rad", np.pi / 180.0),
+}
+"""Units of columns: the SI unit that each stands for, and the factor to it."""
+
+BLADE_CELLS = ("left_outward", "left_upward", "right_outward", "right_upward")
+"""The load cells behind the dampers of the blade rig, two each."""
+
+QUANTITIES = {
+    "time": "s",
+    **dict.fromkeys(("platform_x", "platform_y", "laser_1", "laser_2", "damper_y"), "m"),
+    **dict.fromkeys(("force_x", "force_y", *BLADE_CELLS), "N"),
+    "rotation": "rad",
+}
+"""Names of columns and the SI unit of each."""
+
+RANGES = {"m": (1e-7, 5e-3), "N": (1e-2, 1e5), "rad": (1e-6, 0.5)}
+"""Smallest and largest peak-to-peak value of a signal on a damper rig: outside, the unit is taken for wrong."""
+
+ALIASES = {"t": "time", "h_lp": "platform_x", "w_lp": "platform_y", "h_r": "force_x", "v_r": "force_y", "beta": "rotation"}
+"""Other names of columns: those of Gola and Gastaldi."""
+
+IDLE = 1e-6
+"""A direction of the platform that moves by less [m] is at rest; one of the two must move."""
+
+LONGEST_CLIP = 4
+"""Equal extreme samples in a row from which a signal counts as clipped."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """time (n,) [s] and signals {name: (n,)}, SI; warnings: what was noticed, one sentence each; ranges {name: (low, high)}:
+    the measuring range of a signal, where known, against which saturation is judged."""
+
+    time: Array
+    signals: Mapping[str, Array]
+    name: str = "record"
+    warnings: tuple[str, ...] = ()
+    ranges: Mapping[str, tuple[float, float]] | None = None
+
+    def __post_init__(self) -> None:
+        _check_time(self.name, self.time)
+        signals = {key: np.asarray(values, dtype=float) for key, values in self.signals.items()}
+        for key, values in signals.items():
+            _check_signal(f"{key} of {self.name}", key, values, self.time.size)
+            if key not in ("platform_x", "platform_y") or np.ptp(values) >= IDLE:
+                _check_clipping(f"{key} of {self.name}", values, (self.ranges or {}).get(key))
+        object.__setattr__(self, "signals", signals)
+
+    def with_warning(self, *sentences: str) -> Record:
+        """A copy with further warnings."""
+        return replace(self, warnings=(*self.warnings, *sentences))
+
+    def needs(self, *names: str) -> None:
+        """Refuse a record in which a signal is missing."""
+        missing = [name for name in names if name not in self.signals]
+        if missing:
+            raise fault(f"Columns of {self.name}", f"must hold {', '.join(missing)}", sorted(self.signals))
+
+
+def _check_time(name: str, time: Array) -> None:
+    if time.ndim != 1 or time.size < 16:
+        raise fault(f"{name}", "must have at least 16 samples", int(np.size(time)))
+    if not np.all(np.isfinite(time)):
+        raise fault(f"time of {name}", "must be finite", f"not so in {np.count_nonzero(~np.isfinite(time))} rows")
+    back = np.flatnonzero(np.diff(time) <= 0.0)
+    if back.size:
+        raise fault(f"time of {name}", "must increase", f"not so after row {back[0] + 1}", "Was the record cut together?")
+
+
+def _check_signal(what: str, key: str, values: Array, size: int) -> None:
+    if key not in QUANTITIES or key == "time":
+        raise InputError(f"{what} has no known meaning. {nearest(key, [name for name in QUANTITIES if name != 'time'])}")
+    if values.shape != (size,):
+        raise fault(what, f"must have {size} samples, as time has", values.shape)
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise fault(what, "must be finite", f"not so in {bad.size} rows, first in row {bad[0] + 1}", "Cut them out.")
+    smallest, largest = RANGES[QUANTITIES[key]]
+    span = float(np.ptp(values))
+    if key.startswith("platform") and span < IDLE:
+        return
+    if span == 0.0:
+        raise fault(what, "must vary", f"constant at {values[0]:g}", "Is the channel connected?")
+    if not smallest <= span <= largest:
+        rule = f"must vary by {smallest:g} to {largest:g} {QUANTITIES[key]} peak to peak"
+        raise fault(what, rule, float(f"{span:.4g}"), "Is its unit right?")
+
+
+def _check_clipping(what: str, values: Array, limits: tuple[float, float] | None) -> None:
+    """Refuse a saturated signal: runs of equal samples at its highest or lowest value, or samples at the end of its range."""
+    if limits is not None and (values.max() >= limits[1] or values.min() <= limits[0]):
+        raise fault(what, f"must stay inside its range {limits[0]:g} to {limits[1]:g}", "saturated", "Choose a larger range.")
+    for extreme, side in ((values.max(), "highest"), (values.min(), "lowest")):
+        longest = longest_run(values == extreme)
+        if longest >= LONGEST_CLIP:
+            raise fault(what, "must not be clipped", f"{longest} samples in a row at its {side} value {extreme:.6g}")
+
+
+def longest_run(marks: Array) -> int:
+    """Length of the longest run of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(marks, dtype=np.int8), [0]])))
+    return int(np.max(edges[1::2] - edges[::2], initial=0))
+
+
+def read_record(
+    path: str | Path,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+) -> Record:
+    """A record from a table (CSV; comma, semicolon or tab) whose first line names the columns, with units: `force_x [N]`.
+
+    columns: {name here: header in the file} where they differ; units: {name: unit} where the header states none. Columns that
+    are not known are left out, with a warning.
+    """
+    time, found, warnings = read_columns(path, columns, units)
+    return Record(time, found, Path(path).stem, warnings, ranges)
+
+
+def read_columns(
+    path: str | Path, columns: Mapping[str, str] | None = None, units: Mapping[str, str] | None = None
+) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
+    """Time and the other known columns of a table, in SI, and warnings; see `read_record`."""
+    path = Path(path)
+    header, rows = _table(path)
+    found: dict[str, Array] = {}
+    warnings, strange = [], []
+    renamed = {_bare(header_name): name for name, header_name in (columns or {}).items()}
+    for index, title in enumerate(header):
+        bare = _bare(title)
+        name = renamed.get(bare, ALIASES.get(bare.lower(), bare.lower()))
+        if name not in QUANTITIES:
+            strange.append(title)
+            continue
+        if name in found:
+            raise fault(f"Columns of {path.name}", "must have different names", header)
+        unit = (units or {}).get(name) or _unit(title)
+        if unit is None:
+            remedy = f"Name the column `{name} [{QUANTITIES[name]}]`, or give it in `units`."
+            raise fault(f"The unit of {name} in {path.name}", "must be stated", "missing", remedy)
+        found[name] = rows[:, index] * to_si(f"The unit of {name} in {path.name}", unit, QUANTITIES[name])
+    if strange:
+        warnings.append(f"{path.name}: columns without a known meaning are left out: {', '.join(strange)}.")
+    if "time" not in found:
+        raise fault(f"Columns of {path.name}", "must hold time", header, "Name it `time [s]`.")
+    return found.pop("time"), found, tuple(warnings)
+
+
+def write_record(record: Record, path: str | Path) -> Path:
+    """Write a record as the table that `read_record` reads, in s, um, N and rad."""
+    shown = {"time [s]": record.time}
+    for name, values in record.signals.items():
+        metres = QUANTITIES[name] == "m"
+        shown[f"{name} [{'um' if metres else QUANTITIES[name]}]"] = values * (1e6 if metres else 1.0)
+    rows = [",".join(f"{value:.8g}" for value in row) for row in np.stack(list(shown.values()), axis=1)]
+    return write_text(path, "\n".join([",".join(shown), *rows]) + "\n")
+
+
+def _table(path: Path) -> tuple[list[str], Array]:
+    """Header and numbers; empty cells are NaN."""
+    if not path.is_file():
+        raise fault("Record", "must be a file", str(path))
+    try:
+        lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip() and not line.startswith("#")]
+    except UnicodeDecodeError:
+        raise fault(f"{path.name}", "must be a text file", "binary", "Export it as CSV.") from None
+    if len(lines) < 2:
+        raise fault(f"{path.name}", "must hold a header and rows of numbers", f"{len(lines)} lines")
+    mark = max(",;\t", key=lines[0].count)
+    table = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=mark)]
+    header, body = table[0], table[1:]
+    numbers = np.empty((len(body), len(header)))
+    for i, row in enumerate(body):
+        if len(row) != len(header):
+            raise fault(f"Row {i + 1} of {path.name}", f"must have {len(header)} cells", len(row), "Is the file cut off?")
+        for j, cell in enumerate(row):
+            numbers[i, j] = _number(f"Row {i + 1}, column {header[j]!r} of {path.name}", cell)
+    return header, numbers
+
+
+def _number(what: str, cell: str) -> float:
+    value = number_or_gap(cell)
+    if value is None:
+        raise fault(what, "must be a number", cell)
+    return value
+
+
+def number_or_gap(cell: str) -> float | None:
+    """The number of a cell, NaN where it is empty or says so, None where it is something else."""
+    return float("nan") if cell.lower() in ("", "nan") else number_of(cell)
+
+
+def _bare(title: str) -> str:
+    return re.sub(r"\s*[\[(].*?[\])]\s*$", "", title).strip()
+
+
+def _unit(title: str) -> str | None:
+    match = re.search(r"[\[(](.*?)[\])]\s*$", title)
+    return match.group(1).strip() if match else None
+
+
+def to_si(what: str, unit: str, wanted: str) -> float:
+    """The factor of a unit to the SI unit `wanted`; refused where it is unknown or of another quantity."""
+    if unit not in UNITS:
+        raise fault(what, "must be a known one", unit, nearest(unit, UNITS))
+    base, factor = UNITS[unit]
+    if base != wanted:
+        raise fault(what, f"must be one of {', '.join(key for key, (b, _) in UNITS.items() if b == wanted)}", unit)
+    return factor

@@ -1,5 +1,0 @@
-"""Measured records of damper rigs: reading, cleaning, reconstruction of forces and motions; synthetic records for tests.
-
-Fitting parameters to them is an analysis (`analyses/identification`). Imports `dampers`, `platforms` and below.
-Begin with `records.py` (files) and `reconstruction.py` (forces and motions at the contacts).
-"""

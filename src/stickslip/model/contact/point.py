@@ -1,0 +1,219 @@
+"""A contact: a law between two places, with directions as coefficients of named degrees of freedom.
+
+w = frame (q_A − q_B), and f is the force with which A pushes on B along (t1, t2, n): A feels −f, B feels +f, so the
+structure's equation is M q̈ + C q̇ + K q + Bᵀ f(B q) = p. n is positive when closing. `ground` is the fixed side.
+
+>>> between("11.x", "ground")
+{'11.x': 1.0}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.model.contact.law import Elements, Law
+from stickslip.model.contact.start import MeanTraction, SliderOffset, Start, TractionRatio
+from stickslip.support.checks import Array, fault, finite, several, square, storable
+
+Direction = Mapping[str, float]
+"""A displacement as coefficients of degrees of freedom, {"NODE.DIRECTION": coefficient}."""
+
+Motion = Callable[[Sequence[float]], Direction]
+"""A place that can move: gives the displacement along a direction (x, y, z) as coefficients."""
+
+GROUND = "ground"
+DIRECTION_NAMES = ("t1", "t2", "n")
+
+
+def ground(direction: Sequence[float]) -> Direction:
+    """The fixed side: no degree of freedom."""
+    return {}
+
+
+def node(name: str) -> Motion:
+    """The node `name` of a structure with degrees of freedom name.x, name.y, name.z."""
+
+    def motion(direction: Sequence[float]) -> Direction:
+        return {f"{name}.{axis}": float(c) for axis, c in zip("xyz", direction, strict=False) if c != 0.0}
+
+    return motion
+
+
+def mean(motions: Sequence[Motion], shares: Sequence[float] | Array) -> Motion:
+    """The mean motion of several places, each with its share: Σ share_k u_k. A force on it acts on each with its share."""
+
+    def motion(direction: Sequence[float]) -> Direction:
+        total: dict[str, float] = {}
+        for place, share in zip(motions, shares, strict=True):
+            for dof, coefficient in place(direction).items():
+                total[dof] = total.get(dof, 0.0) + share * coefficient
+        return total
+
+    return motion
+
+
+def difference(a: Direction, b: Direction) -> dict[str, float]:
+    """The coefficients of a − b."""
+    total = dict(a)
+    for dof, coefficient in b.items():
+        total[dof] = total.get(dof, 0.0) - coefficient
+    return total
+
+
+def between(a: str, b: str) -> dict[str, float]:
+    """The displacement of degree of freedom `a` relative to `b`; one of them may be "ground"."""
+    for name in (a, b):
+        if not isinstance(name, str):
+            raise fault(
+                "A place of a pair", 'must be a name, say "1.x"', name, "A dictionary of coefficients is a direction itself."
+            )
+    if a == b:
+        raise fault("A pair [A, B]", "must join two different places", [a, b])
+    sides = [{} if dof == GROUND else {dof: 1.0} for dof in (a, b)]
+    return difference(sides[0], sides[1])
+
+
+@dataclass(frozen=True)
+class PatchNode:
+    """A node of a patch of a contact surface, for which the contact of the patch stands.
+
+    name, tangential, normal: of the contact that it has where each node has its own; share: of the patch, by area; further: how
+    much larger its gap is than that of the patch [m].
+    """
+
+    name: str
+    share: float
+    tangential: tuple[Direction, ...]
+    normal: Direction | None
+    further: float = 0.0
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact point: law, directions, start state.
+
+    tangential: no, one or two directions t1, t2; normal: the closing direction, if the law has a varying normal load.
+    start: one rule for all directions, or one per tangential direction.
+    balanced: z is counted from the preloaded equilibrium: the structure feels N − N0 (else the whole N).
+    nodes: of a patch of a surface, those whose mean motion it has (`surface_contacts`); area: of the surface that it stands for,
+    m², 0 where it is not known.
+    """
+
+    name: str
+    law: Law
+    tangential: tuple[Direction, ...] = ()
+    normal: Direction | None = None
+    start: Start | tuple[Start, ...] = field(default_factory=SliderOffset)
+    balanced: bool = False
+    nodes: tuple[PatchNode, ...] = field(default=(), repr=False)
+    area: float = field(default=0.0, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        storable("The name of a contact", self.name)
+        if not isinstance(self.law, Law):
+            raise fault(f"Contact {self.name!r}, law", "must be a Law", self.law)
+        for start in self.start if isinstance(self.start, tuple) else (self.start,):
+            if not isinstance(start, SliderOffset | TractionRatio | MeanTraction):
+                raise fault(f"Contact {self.name!r}, start", "must be a SliderOffset, TractionRatio or MeanTraction", start)
+        several(f"Contact {self.name!r}, tangential", self.tangential)
+        if len(self.tangential) > 2:
+            raise fault(f"Contact {self.name!r}", "must have at most two tangential directions", len(self.tangential))
+        if not self.tangential and self.normal is None:
+            raise fault(f"Contact {self.name!r}", "must have a direction", "none")
+        for direction in self.directions:
+            if not isinstance(direction, Mapping):
+                raise fault(f"Contact {self.name!r}, a direction", "must be coefficients, as `between` gives them", direction)
+            for dof, coefficient in direction.items():
+                finite(f"Contact {self.name!r}, coefficient of {dof}", coefficient)
+            if not any(direction.values()):
+                raise fault(f"Contact {self.name!r}", "must join two different places", "a direction without coefficients")
+        if isinstance(self.start, tuple) and len(self.start) != len(self.tangential):
+            raise fault(
+                f"Contact {self.name!r}, start",
+                "must be one rule, or one per tangential direction",
+                f"{len(self.start)} rules for {len(self.tangential)} directions",
+            )
+        if self.balanced and self.normal is None:
+            raise fault(f"Contact {self.name!r}, balanced", "must go with a normal direction", "none")
+        for start, friction in zip(self.starts, self.elements.friction, strict=True):
+            start.values(friction.stiffness.size)
+        if self.law.couples_directions:
+            self._check_disc_start()
+
+    @property
+    def has_no_start(self) -> bool:
+        """Whether the law has friction that no start state changes."""
+        return not self.law.remembers_start and any(group.stiffness.size for group in self.elements.friction)
+
+    def _check_disc_start(self) -> None:
+        """A disc starts from a slider position or a ratio inside the disc; a mean traction is not defined for it."""
+        keys = {start.key for start in self.starts}
+        if len(keys) > 1 or "mean_traction" in keys:
+            raise fault(
+                f"Contact {self.name!r}, start of a friction disc",
+                "must be a slider offset or a traction ratio, of the same kind in both directions",
+                sorted(keys),
+            )
+        size = float(np.hypot(*(start.values(1)[0] for start in self.starts)))
+        if keys == {"traction_ratio"} and size > 1.0:
+            raise fault(f"Contact {self.name!r}, traction ratio on the friction disc", "must have a size of at most 1", size)
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        """All directions in the order t1, t2, n."""
+        return (*self.tangential, *(() if self.normal is None else (self.normal,)))
+
+    @property
+    def direction_names(self) -> tuple[str, ...]:
+        """Names of `directions`: some of t1, t2, n."""
+        return (*DIRECTION_NAMES[: len(self.tangential)], *(() if self.normal is None else ("n",)))
+
+    @property
+    def elements(self) -> Elements:
+        """The law's table of springs and sliders for these directions."""
+        return self.law.elements(len(self.tangential), self.normal is not None)
+
+    @property
+    def starts(self) -> tuple[Start, ...]:
+        """The start rule of each tangential direction."""
+        return self.start if isinstance(self.start, tuple) else (self.start,) * len(self.tangential)
+
+    @property
+    def at_nodes(self) -> tuple[Contact, ...]:
+        """The contacts of the nodes of a patch, which share its law and mean traction by area; of any other contact itself."""
+        return tuple(self._at_node(each) for each in self.nodes) or (self,)
+
+    def _at_node(self, each: PatchNode) -> Contact:
+        law: Any = self.law.share(each.share)
+        if each.further:
+            law = replace(law, gap=law.gap + each.further)
+        starts = tuple(
+            replace(start, value=np.multiply(each.share, start.value).tolist()) if isinstance(start, MeanTraction) else start
+            for start in self.starts
+        )
+        return Contact(each.name, law, each.tangential, each.normal, starts, self.balanced, area=each.share * self.area)
+
+    def with_start(self, start: Start | tuple[Start, ...]) -> Contact:
+        """A copy with another start state."""
+        return replace(self, start=start)
+
+    def with_law(self, law: Law) -> Contact:
+        """A copy with another law."""
+        return replace(self, law=law)
+
+
+def contact_in_space(
+    name: str, law: Law, a: Motion, b: Motion, frame: ArrayLike, start: Start | tuple[Start, ...] | None = None
+) -> Contact:
+    """A contact of place `a` against place `b` with frame rows (t1, t2, n), an orthonormal (3, 3) array."""
+    axes = square(f"Contact {name}, frame", frame, 3)
+    if float(np.max(np.abs(axes @ axes.T - np.eye(3)))) > 1e-9:
+        raise fault(f"Contact {name}, frame", "must have orthonormal rows t1, t2, n", axes.tolist())
+    t1, t2, n = (difference(a(axis), b(axis)) for axis in axes)
+    tangential = (t1, t2) if law.has_friction else ()
+    return Contact(name, law, tangential, n if law.has_normal else None, start or SliderOffset())

@@ -1,0 +1,194 @@
+"""What the kernels of a contact law read and fill: one contact over one step of a march, or over a whole period.
+
+A law that is a table of springs and sliders needs none. Any other law has one kernel in its own file,
+
+    step(data: ContactData, motion: StepMotion, forces: StepForces) -> float        friction work of the states in the step, J
+
+which takes the contact from one instant to the next. Its states x are those of its friction elements, so that every march has a
+place for them: T [N] of an element with a spring kt, and any number that is 0 where nothing presses of one without (kt = 0).
+
+    x after a step   follows from x before it, the travel, the limits before and after, and the time that passes
+    T of a direction is the sum of the states of its springs and of `direct`, which follows from what is there after the step
+
+From the step follow harmonic balance, time integration, damper cycles and stability, with the derivatives that it fills in. A
+law whose period has a closed form may bring that as well (`stickslip.model.contact.dahl`),
+
+    period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int    HELD, STATIC, SLIPPING or NOT_PERIODIC
+
+and a law that can stick has to (`friction_disc.py`): its steady force depends on the start. Structures, harmonics
+and time integration know neither law nor kernel. The limit L = μ Σ N + L0 is that of the first friction element.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import float64, int64, typeof
+
+from stickslip.support.checks import Array, Index
+from stickslip.support.kernels import inner
+from stickslip.support.kernels.views import view_of
+
+NOT_PERIODIC = -1
+"""In place of a state: the law found no periodic force."""
+
+
+class ContactData(NamedTuple):
+    """What a contact is. kind: number of its kernels; parameter: the law's own numbers; by tangential direction (d,): kt of its
+    stuck spring [N/m], 0 without one, and rule and value of its start; by friction element (k,): spring [N/m] and direction."""
+
+    kind: int
+    parameter: Array
+    kt: Array
+    start_kind: Index
+    start_value: Array
+    spring: Array
+    direction: Index
+
+
+class StepMotion(NamedTuple):
+    """Motion of a contact in a step. state (k,): before; travel (d,): what u changes [m]; u [m] and velocity [m/s] (d,): after;
+    limit0, limit: L before and after [N]; time: that the step takes [s], 0 without inertia."""
+
+    state: Array
+    travel: Array
+    u: Array
+    velocity: Array
+    limit0: float
+    limit: float
+    time: float
+
+
+class StepForces(NamedTuple):
+    """The answer after a step, zeros before. state (k,) after it and its derivatives by the state before (k, k), the travel
+    (k, d), the limits before and after (k,) and the time (k,); direct (d,) [N], the force beyond the springs, and its derivatives
+    by the state after the step (d, k), by u and by the velocity (d, d) and by the limit after it (d,)."""
+
+    state: Array
+    by_state: Array
+    by_travel: Array
+    by_limit0: Array
+    by_limit: Array
+    by_time: Array
+    direct: Array
+    direct_by_state: Array
+    direct_by_u: Array
+    direct_by_velocity: Array
+    direct_by_limit: Array
+
+
+class PeriodMotion(NamedTuple):
+    """Motion of a contact over a period of Nt samples.
+
+    u [m] and velocity [m/s] (d, Nt); normal motion z [m], limit L [N], slope dL/dz [N/m] and `landing_shares` (Nt,); omega
+    [rad/s]; E, D (Nt, 2H+1) with u = E U, velocity = omega D U and z = E Z. Without columns of E no derivatives are asked for.
+    """
+
+    u: Array
+    velocity: Array
+    z: Array
+    limit: Array
+    slope: Array
+    landing: Array
+    omega: float
+    E: Array
+    D: Array
+
+
+class PeriodForces(NamedTuple):
+    """The answer over a period, zeros before: y = T − kt u [N] (d, Nt); event (Nt,) STICK, OPEN or another number for slip;
+    tangents (Nt, d, 3, 2H+1) = dy/d(U1, U2, Z); by_omega (d, Nt) = ∂y/∂ω at fixed harmonics; work (d,): of friction [J];
+    intercept (k, Nt): of each friction element, its state − its spring times u, which of a law with springs alone is y."""
+
+    y: Array
+    event: Index
+    tangents: Array
+    by_omega: Array
+    work: Array
+    intercept: Array
+
+
+@inner
+def no_step(states: int, directions: int) -> StepForces:
+    """Zeros to be filled."""
+    return StepForces(
+        np.zeros(states),
+        np.zeros((states, states)),
+        np.zeros((states, directions)),
+        np.zeros(states),
+        np.zeros(states),
+        np.zeros(states),
+        np.zeros(directions),
+        np.zeros((directions, states)),
+        np.zeros((directions, directions)),
+        np.zeros((directions, directions)),
+        np.zeros(directions),
+    )
+
+
+@inner
+def clear(forces: StepForces) -> None:
+    """Zeros again."""
+    k, d = forces.state.size, forces.direct.size
+    for i in range(k):
+        forces.state[i] = forces.by_limit0[i] = forces.by_limit[i] = forces.by_time[i] = 0.0
+        for j in range(k):
+            forces.by_state[i, j] = 0.0
+        for j in range(d):
+            forces.by_travel[i, j] = forces.direct_by_state[j, i] = 0.0
+    for i in range(d):
+        forces.direct[i] = forces.direct_by_limit[i] = 0.0
+        for j in range(d):
+            forces.direct_by_u[i, j] = forces.direct_by_velocity[i, j] = 0.0
+
+
+@inner
+def traction(data: ContactData, forces: StepForces, d: int) -> float:
+    """T of direction d after a step: the states of its springs, and what is direct."""
+    total = forces.direct[d]
+    for i in range(data.spring.size):
+        if data.direction[i] == d and data.spring[i] > 0.0:
+            total += forces.state[i]
+    return float(total)
+
+
+@inner
+def traction_by_state(data: ContactData, forces: StepForces, d: int, i: int) -> float:
+    """Derivative of T of direction d by state i after a step."""
+    own = 1.0 if data.direction[i] == d and data.spring[i] > 0.0 else 0.0
+    return float(own + forces.direct_by_state[d, i])
+
+
+@inner
+def no_forces(data: ContactData, samples: int, columns: int) -> PeriodForces:
+    """Zeros to be filled for so many samples; columns = 0: without derivatives."""
+    directions = data.kt.size
+    return PeriodForces(
+        np.zeros((directions, samples)),
+        np.zeros(samples, dtype=np.int64),
+        np.zeros((samples if columns else 0, directions, 3, columns)),
+        np.zeros((directions, samples)),
+        np.zeros(directions),
+        np.zeros((data.spring.size, samples)),
+    )
+
+
+def _data() -> ContactData:
+    line, index = np.zeros(0), np.zeros(0, dtype=np.int64)
+    return ContactData(0, line, line, index, line, line, index)
+
+
+def period_signature() -> Any:
+    """Types of what the `period` of a law takes and returns."""
+    line, table, table3, index = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0, 0)), np.zeros(0, dtype=np.int64)
+    motion = PeriodMotion(table, table, line, line, line, line, 0.0, table, table)
+    return int64(typeof(_data()), typeof(motion), typeof(PeriodForces(table, index, table3, table, line, table)))
+
+
+def step_signature() -> Any:
+    """Types of what the `step` of a law takes and returns: it is called so often that it reads its arguments where they lie."""
+    line, table = np.zeros(0), np.zeros((0, 0))
+    motion = StepMotion(line, line, line, line, 0.0, 0.0, 0.0)
+    forces = StepForces(line, table, table, line, line, line, line, table, table, table, line)
+    return float64(view_of(_data()), view_of(motion), view_of(forces))

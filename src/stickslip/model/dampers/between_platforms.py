@@ -1,0 +1,247 @@
+"""A damper between two platforms, in the plane: the model of a damper rig.
+
+Unknowns are the damper's x, y and rotation, and those of the right platform where it is not rigid. The left platform moves as
+prescribed, relative to the foundation of the right one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.model.contact.dahl import Dahl
+from stickslip.model.contact.iwan import Iwan
+from stickslip.model.contact.law import Law
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.point import Contact, Direction
+from stickslip.model.contact.table import ContactTable, contact_table
+from stickslip.model.dampers.damper import ContactSurface, Damper
+from stickslip.support.checks import Array, Index, fault, nearest, not_negative, of_kind, several, symmetric, vector
+
+LAWS = ("macroslip", "iwan", "microslip", "dahl")
+"""The laws that lines of contact may follow in a study; those of an identification among them."""
+
+PLAIN: dict[str, Callable[[float, float, float], Law]] = {"iwan": Iwan, "dahl": Dahl}
+"""Those that kt, mu and kn define."""
+
+DAMPER, LEFT, RIGHT = ("damper.x", "damper.y", "damper.rz"), ("left.x", "left.y"), ("right.x", "right.y")
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticPlatform:
+    """The right platform on the stiffness of its rig: stiffness (2, 2) [N/m] in x, y, mass [kg]; damping (2, 2) [N s/m]."""
+
+    stiffness: ArrayLike
+    mass: float = 0.0
+    damping: ArrayLike = ((0.0, 0.0), (0.0, 0.0))
+
+    def __post_init__(self) -> None:
+        stiffness = symmetric("Stiffness of the right platform", self.stiffness, 2)
+        if np.linalg.eigvalsh(stiffness)[0] <= 0.0:
+            raise fault("Stiffness of the right platform", "must be positive definite", stiffness.tolist())
+        not_negative("Mass of the right platform", self.mass)
+        object.__setattr__(self, "stiffness", stiffness)
+        object.__setattr__(self, "damping", symmetric("Damping of the right platform", self.damping, 2))
+
+
+@dataclass(frozen=True)
+class PlanePoint:
+    """A line of contact seen along z: its name (L1, L2, ..., R), place from the mass centre (2,), directions t1 and n (2,), the
+    side it is on, its share of the stiffness of that side, and the radius on which it rolls."""
+
+    name: str
+    arm: tuple[float, float]
+    tangent: tuple[float, float]
+    normal: tuple[float, float]
+    side: str
+    share: float
+    radius: float
+
+    def direction(self, along: tuple[float, float]) -> Direction:
+        """w along a direction: platform minus damper, as coefficients of degrees of freedom."""
+        (x, y), (a, b) = along, self.arm
+        platform = LEFT if self.side == "left" else RIGHT
+        values = (-x, -y, -(a * y - b * x), x, y)
+        return {dof: float(value) for dof, value in zip((*DAMPER, *platform), values, strict=True) if value != 0.0}
+
+
+def plane_points(damper: Damper) -> tuple[PlanePoint, ...]:
+    """The lines of contact of a damper with surfaces "left" and "right", the lowest first at each side."""
+    points = [_points_of(damper, damper.surface(side)) for side in ("left", "right")]
+    return tuple(point for side in points for point in side)
+
+
+def _points_of(damper: Damper, surface: ContactSurface) -> list[PlanePoint]:
+    """Points of one surface with equal x, y as one, named by the first letter of the surface."""
+    frame, centre = np.asarray(surface.frame), np.asarray(damper.body.centre)
+    if abs(frame[0, 2]) > 1e-9 or abs(frame[2, 2]) > 1e-9:
+        raise fault(f"Surface {surface.name!r} of a damper between platforms", "must have t1 and n in the plane", frame.tolist())
+    arms = np.asarray(surface.points) - centre
+    places, index = np.unique(np.round(arms[:, :2], 12), axis=0, return_inverse=True)
+    order = np.argsort(places @ np.array([1e-3, 1.0]), kind="stable")
+    letter = surface.name[0].upper()
+    found = []
+    for number, place in enumerate(order, start=1):
+        members = index.ravel() == place
+        x, y = arms[members][0, :2]
+        share = float(np.asarray(surface.weights)[members].sum())
+        name = f"{letter}{number}" if len(order) > 1 else letter
+        tangent, normal = ((float(row[0]), float(row[1])) for row in (frame[0], frame[2]))
+        found.append(PlanePoint(name, (float(x), float(y)), tangent, normal, surface.name, share, surface.radius))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class BetweenPlatforms:
+    """A damper, the law of each line of contact in the order of `points` (lowest left first, right last), and the right
+    platform: rigid unless given. `title`: of reports."""
+
+    damper: Damper
+    laws: tuple[Law, ...]
+    right: ElasticPlatform | None = None
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        _damper(self.damper)
+        object.__setattr__(self, "laws", several("laws", self.laws))
+        if len(self.laws) != len(self.points):
+            names = ", ".join(point.name for point in self.points)
+            raise fault("laws", f"must be {len(self.points)}, one for each of {names}", len(self.laws))
+        if not any(np.asarray(self.damper.pull)[:2]):
+            raise fault("pull", "must press the damper against the platforms", np.asarray(self.damper.pull).tolist())
+        for law, point in zip(self.laws, self.points, strict=True):
+            of_kind(f"The law of {point.name}", law, Law)  # type: ignore[type-abstract]
+            if not law.has_normal:
+                raise fault(f"The law of {point.name}", "must have a normal stiffness", repr(law), "Give it kn.")
+
+    @classmethod
+    def macroslip(
+        cls,
+        damper: Damper,
+        kt: ArrayLike,
+        kn: ArrayLike,
+        mu: ArrayLike,
+        right: ElasticPlatform | None = None,
+        title: str = "",
+    ) -> BetweenPlatforms:
+        """One macroslip law a line of contact: kt, kn [N/m], mu, each a number or one entry per line."""
+        count = len(plane_points(_damper(damper)))
+        columns = [vector(name, value, count) for name, value in (("kt", kt), ("kn", kn), ("mu", mu))]
+        laws = tuple(Macroslip(float(t), float(m), float(n)) for t, n, m in zip(*columns, strict=True))
+        return cls(damper, laws, right, title)
+
+    @classmethod
+    def of_law(
+        cls,
+        law: str,
+        damper: Damper,
+        kt: ArrayLike,
+        kn: ArrayLike,
+        mu: ArrayLike,
+        gaps: float = 0.0,
+        right: ElasticPlatform | None = None,
+        title: str = "",
+    ) -> BetweenPlatforms:
+        """One law for every line of contact: "macroslip"; "iwan", the half ellipse of a cylinder on a flat; "microslip", five
+        elements whose gaps reach 2 g N/kn, g = `gaps` and N the pull shared over the lines; "dahl".
+
+        kt, kn [N/m], mu: each a number or one entry per line.
+        """
+        if law not in LAWS:
+            raise fault("law", "must be a known one", law, nearest(law, LAWS))
+        suitable_gaps(law, gaps)
+        frame = cls.macroslip(damper, kt, kn, mu, right, title)
+        if law == "macroslip":
+            return frame
+        laws: list[Law] = []
+        for one in frame.laws:
+            assert isinstance(one, Macroslip)
+            assert one.kn is not None
+            if law in PLAIN:
+                laws.append(PLAIN[law](one.kt, one.mu, one.kn))
+            else:
+                reach = 2.0 * gaps * float(frame.pull[1]) / (len(frame.laws) * one.kn)
+                laws.append(MicroslipArray.from_totals(one.kt, one.kn, one.mu, reach))
+        return replace(frame, laws=tuple(laws))
+
+    @cached_property
+    def points(self) -> tuple[PlanePoint, ...]:
+        """The lines of contact."""
+        return plane_points(self.damper)
+
+    @cached_property
+    def contacts(self) -> tuple[Contact, ...]:
+        """One contact a line, with one tangential direction and a normal, w = platform − damper."""
+        return tuple(
+            Contact(point.name, law, (point.direction(point.tangent),), point.direction(point.normal))
+            for point, law in zip(self.points, self.laws, strict=True)
+        )
+
+    @cached_property
+    def table(self) -> ContactTable:
+        """The contacts as flat arrays."""
+        return contact_table(self.contacts)
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+        return DAMPER if self.right is None else (*DAMPER, *RIGHT)
+
+    def rows(self, dofs: Sequence[str]) -> Array:
+        """Coefficients of some degrees of freedom in every contact row, (rows, dofs)."""
+        directions = [direction for contact in self.contacts for direction in contact.directions]
+        return np.array([[direction.get(dof, 0.0) for dof in dofs] for direction in directions])
+
+    @cached_property
+    def matrices(self) -> tuple[Array, Array, Array]:
+        """M, C, K of the unknowns, without contacts."""
+        M, C, K = (np.zeros((len(self.free), len(self.free))) for _ in range(3))
+        inertia = np.asarray(self.damper.body.inertia)[2, 2]
+        M[:3, :3] = np.diag([self.damper.body.mass, self.damper.body.mass, inertia])
+        if self.right is not None:
+            M[3:, 3:] = self.right.mass * np.eye(2)
+            C[3:, 3:], K[3:, 3:] = np.asarray(self.right.damping), np.asarray(self.right.stiffness)
+        return M, C, K
+
+    @property
+    def pull(self) -> Array:
+        """Static load on the unknowns, N."""
+        load = np.zeros(len(self.free))
+        load[:2] = np.asarray(self.damper.pull)[:2]
+        return load
+
+    def rows_of(self, side: str) -> Index:
+        """The contact rows at the left or the right."""
+        return np.array([2 * i + d for i, point in enumerate(self.points) if point.side == side for d in (0, 1)])
+
+    def with_friction(self, mu: ArrayLike) -> BetweenPlatforms:
+        """A copy of macroslip laws with other friction coefficients, a number or one a line."""
+        values = vector("mu", mu, len(self.laws))
+        return replace(self, laws=tuple(_with_mu(law, float(m)) for law, m in zip(self.laws, values, strict=True)))
+
+    def with_pull(self, pull: float) -> BetweenPlatforms:
+        """A copy with another pull, N, along y."""
+        return replace(self, damper=replace(self.damper, pull=(0.0, pull, 0.0)))
+
+
+def _damper(damper: Damper) -> Damper:
+    if not isinstance(damper, Damper):
+        raise fault("damper", "must be a Damper", damper, "A shape becomes one by shape.damper(pull=...).")
+    return damper
+
+
+def _with_mu(law: Law, mu: float) -> Law:
+    if not hasattr(law, "mu"):
+        raise fault("The law", "must have a friction coefficient mu", type(law).__name__)
+    return replace(law, mu=mu)  # type: ignore[type-var]
+
+
+def suitable_gaps(law: str, gaps: float) -> None:
+    """Refuse gaps that a law does not have, and a law without the gaps that it needs."""
+    if (law == "microslip") != (not_negative("gaps", gaps) > 0.0):
+        raise fault("gaps", "must be above 0 with the law microslip, and 0 with others", gaps)

@@ -1,0 +1,300 @@
+"""A tuned disk under engine-order excitation, solved as one sector.
+
+Engine order EO forces sector j (0..N−1) by F cos(ωt − 2π EO j/N). The steady motion travels along: sector j is late by j EO/N
+periods. So harmonic h has nodal diameter h EO mod N, and the far side of a damper sees the neighbour's motion times
+exp(−i h 2π EO/N).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from hashlib import sha256
+from math import gcd
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.model.contact.point import Contact
+from stickslip.model.contact.start import TractionRatio
+from stickslip.model.disks.full import FullDisk, full_structure
+from stickslip.model.disks.systems import SectorSystems
+from stickslip.model.loads import BaseMotion, Force, Output, excited_harmonics
+from stickslip.model.problem import Problem
+from stickslip.model.problem.speed import SpeedDependence
+from stickslip.model.structure.aerodynamics import Aerodynamics, WaveStiffness
+from stickslip.model.structure.cyclic import NEXT, CyclicStructure, circulant, sector_name
+from stickslip.model.structure.modes import Modes
+from stickslip.model.structure.sector_surface import SectorSurface
+from stickslip.support.checks import InputError, between, fault, finite_complex, first_of, of_kind, several, unique, whole
+
+MOST_NAMED = 6
+"""Engine orders that a title names."""
+
+
+@dataclass(frozen=True)
+class SeveralOrders:
+    """Engine orders, ascending, with the forces of one order and those under all of them."""
+
+    orders: tuple[int, ...]
+    single: tuple[Force, ...]
+    forces: tuple[Force, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TunedDisk(Problem):
+    """A disk of equal sectors and dampers under engine-order excitation, solved as one sector.
+
+    structure: a `CyclicStructure`. Contacts, forces and outputs are those of the first sector; a contact between a sector and the
+    following one names the latter's degrees of freedom with the prefix "next/". Its `load` is that on the first sector.
+    surface: of a meshed sector, for pictures. aerodynamics: gas forces that go with the motion of all blades. several_orders: as
+    `with_engine_orders` sets it.
+    """
+
+    engine_order: int = 1
+    surface: SectorSurface | None = None
+    aerodynamics: tuple[Aerodynamics, ...] = ()
+    several_orders: SeveralOrders | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.structure, CyclicStructure):
+            raise InputError("A tuned disk must have a cyclic structure. Make it by `cyclic` or `sector_chain`.")
+        if not _is_whole(self.engine_order) or not 0 <= self.engine_order <= self.sectors:
+            rule = f"must be a whole number and lie between 0 and the number of sectors, {self.sectors}"
+            raise fault("engine_order", rule, self.engine_order, "Engine order EO + N acts as EO does, turn by turn.")
+        if self.dashpots or any(isinstance(force, BaseMotion) for force in self.forces):
+            raise InputError("A tuned disk must be without dashpots and base motion. Put dampers into the sector's C.")
+        for what, names in (("A force", [f.coefficients for f in self.forces]), ("An output", self._output_directions())):
+            beyond = sorted(dof for direction in names for dof in direction if dof.startswith(NEXT))
+            if beyond:
+                raise fault(what, "must act on the sector itself", beyond)
+        object.__setattr__(self, "aerodynamics", several("aerodynamics", self.aerodynamics))
+        for given in self.aerodynamics:
+            of_kind("aerodynamics", given, Aerodynamics)
+        _ = self.wave_stiffnesses
+        super().__post_init__()
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()}; one of {self.sectors} sectors, {self.orders_in_words}"
+
+    @property
+    def orders_in_words(self) -> str:
+        """`engine order 2`, `engine orders 2 and 3`, or the first of many."""
+        words = [str(order) for order in self.excited_orders]
+        if len(words) == 1:
+            return f"engine order {words[0]}"
+        listed = first_of(words, MOST_NAMED) if len(words) > MOST_NAMED else f"{', '.join(words[:-1])} and {words[-1]}"
+        return f"engine orders {listed}"
+
+    @property
+    def heading(self) -> str:
+        return ", ".join(filter(None, (self.title, self.orders_in_words)))
+
+    def _output_directions(self) -> list[Mapping[str, float]]:
+        return [Output.of(output).direction for output in self.outputs]
+
+    @property
+    def disk(self) -> CyclicStructure:
+        """The structure, as what it is."""
+        assert isinstance(self.structure, CyclicStructure)
+        return self.structure
+
+    @property
+    def sectors(self) -> int:
+        return self.disk.sectors
+
+    @property
+    def _stiffness(self) -> NDArray[Any]:
+        assert self.disk.stiffnesses is not None
+        return self.disk.stiffnesses
+
+    def _stiffened(self, added: NDArray[Any]) -> CyclicStructure:
+        waves = np.array([self.systems.matrices(n).C for n in range(self.sectors // 2 + 1)])
+        stiffened = replace(self.disk, K=self.disk.K + added[0].real, stiffnesses=self._stiffness + added)
+        return stiffened.with_damping(waves)
+
+    @cached_property
+    def wave_stiffnesses(self) -> tuple[WaveStiffness, ...]:
+        """The gas forces as complex stiffnesses of the waves of this disk."""
+        return tuple(given.on(self.disk) for given in self.aerodynamics)
+
+    @cached_property
+    def systems(self) -> SectorSystems:
+        return SectorSystems(self)
+
+    def modes(self, nodal_diameter: int, stuck: bool = True) -> Modes:
+        """Natural modes of a nodal diameter with all contacts stuck, or without them; complex shapes of one sector."""
+        return self.systems.modes(nodal_diameter, stuck)
+
+    def frequencies_by_order(self, stuck: bool) -> dict[int, NDArray[np.float64]]:
+        """{EO: natural frequencies in Hz of its nodal diameter, EO mod N, ascending}, as `frequencies`."""
+        harmonics = zip(self.excited_orders, self.systems.excited, strict=True)
+        return {order: self.systems.frequencies_of(harmonic, stuck) for order, harmonic in harmonics}
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """As of any problem, with the matrices of every nodal diameter and the engine order."""
+        digest = sha256(super().fingerprint.encode())
+        disk = self.disk
+        for waves in (disk.masses, disk.stiffnesses, disk.dampings, self.systems.relative_rows(1)):
+            digest.update(b"" if waves is None else np.ascontiguousarray(waves).tobytes())
+        digest.update(f"engine order {self.engine_order} of {self.sectors}".encode())
+        digest.update(b"" if self.modes_to is None else f"modes to {self.modes_to!r} Hz".encode())
+        if self.aerodynamics:
+            digest.update(repr(self.wave_stiffnesses).encode())
+        return digest.hexdigest()[:16]
+
+    def with_engine_order(self, engine_order: int) -> TunedDisk:
+        """A copy under another engine order, and that alone."""
+        return replace(self, forces=self._forces_of_one_order, engine_order=engine_order, several_orders=None)
+
+    def with_engine_orders(self, amplitudes: Mapping[int, complex]) -> TunedDisk:
+        """A copy under several engine orders at once: p_j(t) = Re Σ_EO a_EO F exp(i EO (Ωt − 2πj/N)), Ω the rotor speed.
+
+        amplitudes: {EO: a_EO}, complex factors on the first harmonic F of each force. All engine orders are harmonics EO/g of one
+        excitation g Ω, g their greatest common divisor, which is the `engine_order` of the copy, modulo N: a frequency f of its
+        response belongs to the speed 60 f/g rev/min, and `harmonics` must hold each EO/g. Where no engine order is g, peaks
+        are those of `measure="max_abs"` or "rms", since the first harmonic is not excited.
+        """
+        if not isinstance(amplitudes, Mapping):
+            raise fault("engine orders", "must be a dict {engine order: complex factor}", amplitudes)
+        given = {
+            between("engine order", order, 1): finite_complex(f"The factor of engine order {order}", amplitude)
+            for order, amplitude in amplitudes.items()
+        }
+        orders = tuple(sorted(order for order, amplitude in given.items() if amplitude))
+        if not orders:
+            raise fault("engine orders", "must hold at least one with a factor other than zero", given)
+        common, single = gcd(*orders), self._forces_of_one_order
+        forces = tuple(_under_orders(force, {order // common: given[order] for order in orders}) for force in single)
+        return replace(
+            self,
+            forces=forces,
+            engine_order=common % self.sectors,
+            speed=None if self.speed is None else replace(self.speed, engine_order=common),
+            several_orders=SeveralOrders(orders, single, forces),
+        )
+
+    @property
+    def _forces_of_one_order(self) -> tuple[Force, ...]:
+        """The forces as they were before `with_engine_orders`."""
+        given = self.several_orders
+        return self.forces if given is None or given.forces != self.forces else given.single
+
+    @property
+    def excited_orders(self) -> tuple[int, ...]:
+        """The engine orders that the forces excite, ascending."""
+        given = self.several_orders
+        if given is not None and given.forces == self.forces:
+            return given.orders
+        return tuple(harmonic * self.engine_order for harmonic in sorted(excited_harmonics(self.forces)))
+
+    def with_blade_rows(self, pressures: Mapping[int, Sequence[complex]]) -> TunedDisk:
+        """A copy under the wakes of neighbouring blade rows: a row of V blades excites the engine orders V, 2V, 3V, ...
+
+        pressures: {V: (a_1, a_2, ...)}, the harmonics of the blade passing as complex factors on the first harmonic of a force;
+        equal engine orders of two rows add. Frequencies and harmonics as of `with_engine_orders`.
+        """
+        if not isinstance(pressures, Mapping):
+            raise fault("blade rows", "must be a dict {number of blades: (pressure harmonics, ...)}", pressures)
+        amplitudes: dict[int, complex] = {}
+        for blades, harmonics in pressures.items():
+            for k, amplitude in enumerate(several(f"The pressures of {blades} blades", harmonics), start=1):
+                order = k * between("number of blades", blades, 1)
+                factor = finite_complex(f"Pressure {k} of {blades} blades", amplitude)
+                amplitudes[order] = amplitudes.get(order, 0.0) + factor
+        return self.with_engine_orders(amplitudes)
+
+    def with_aerodynamics(self, *aerodynamics: Aerodynamics) -> TunedDisk:
+        """A copy with other gas forces that go with the motion; none given: without them."""
+        return replace(self, aerodynamics=aerodynamics)
+
+    def full(self, reported: Sequence[int] | None = None) -> FullDisk:
+        """The whole disk, every sector and damper of its own, names "SECTOR/NODE.DIRECTION", sectors from 1 on.
+
+        reported: sectors whose outputs are reported, all unless given. The structure, damping and loads are those of the tuned
+        disk; `with_structure` and `with_contacts` then detune it.
+        """
+        sectors = range(1, self.sectors + 1)
+        chosen = sectors if reported is None else sectors_of("reported", reported, self.sectors) or sectors
+        waves = [self.systems.matrices(n).C for n in range(self.sectors // 2 + 1)]
+        structure = full_structure(self.disk, np.array(waves))
+        return FullDisk(
+            structure,
+            tuple(self._contact(contact, j) for j in sectors for contact in self.contacts),
+            tuple(self._force(force, j) for j in sectors for force in self.forces),
+            tuple(self._output(output, j) for j in chosen for output in self.outputs),
+            f"{self.heading}, all {self.sectors} sectors",
+            tuple(replace(spring, direction=self._named(spring.direction, j)) for j in sectors for spring in self.mean_springs),
+            self.sectors,
+            self.engine_order,
+            self.wave_stiffnesses,
+            self.surface,
+            self.disk.stresses,
+            speed=self._full_speed(),
+        )
+
+    def _full_speed(self) -> SpeedDependence | None:
+        """Of all sectors: K₁ of the nodal diameters together, and the loads of each sector."""
+        speed = self.speed
+        if speed is None:
+            return None
+        added = None if speed.stiffness is None else circulant(speed.stiffness, self.sectors)
+        loads = [
+            replace(each, direction=self._named(each.coefficients, j)) for j in range(1, self.sectors + 1) for each in speed.loads
+        ]
+        return SpeedDependence(speed.engine_order, added, tuple(loads))
+
+    def _named(self, direction: Mapping[str, float], sector: int) -> dict[str, float]:
+        """A direction of the first sector in the names of another one and of the one that follows it."""
+        following = sector % self.sectors + 1
+        return {
+            sector_name(following if dof.startswith(NEXT) else sector, dof.removeprefix(NEXT)): coefficient
+            for dof, coefficient in direction.items()
+        }
+
+    def _contact(self, contact: Contact, sector: int) -> Contact:
+        if sector > 1 and any(isinstance(start, TractionRatio) for start in contact.starts):
+            raise InputError(
+                "Start states of a full disk must be slider offsets or mean tractions, but contact "
+                f"{contact.name!r} has a traction ratio, which is tied to the last sample of the first sector, not of the others."
+            )
+        tangential = tuple(self._named(direction, sector) for direction in contact.tangential)
+        normal = None if contact.normal is None else self._named(contact.normal, sector)
+        return replace(contact, name=f"{sector} {contact.name}", tangential=tangential, normal=normal, nodes=())
+
+    def _force(self, force: Force, sector: int) -> Force:
+        turn = np.exp(-2j * np.pi * self.engine_order * (sector - 1) / self.sectors)
+        amplitudes = {h: amplitude * turn**h for h, amplitude in force.amplitudes.items()}
+        return replace(force, direction=self._named(force.coefficients, sector), amplitude=amplitudes)
+
+    def _output(self, output: str | Output, sector: int) -> Output:
+        given = Output.of(output)
+        return Output(f"{sector}/{given.name}", self._named(given.direction, sector))
+
+
+def _under_orders(force: Force, factors: Mapping[int, complex]) -> Force:
+    """A force whose first harmonic becomes several, {harmonic: factor}."""
+    if not any(force.amplitudes.values()):
+        return force
+    if set(force.amplitudes) != {1}:
+        raise fault(
+            f"The force {force.name or force.direction!r}", "must have the first harmonic alone", sorted(force.amplitudes)
+        )
+    return replace(force, amplitude={h: factor * force.amplitudes[1] for h, factor in factors.items()})
+
+
+def sectors_of(what: str, given: Sequence[int], sectors: int) -> tuple[int, ...]:
+    """Sectors of a disk, each from 1 to `sectors` and given once."""
+    found = tuple(whole(what, sector) for sector in several(what, given))
+    unknown = [sector for sector in found if not 1 <= sector <= sectors]
+    if unknown:
+        raise fault(what, f"must hold sectors from 1 to {sectors}", unknown)
+    unique(what, found)
+    return found
+
+
+def _is_whole(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)

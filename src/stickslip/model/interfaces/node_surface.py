@@ -1,0 +1,463 @@
+"""A contact surface of a mesh: the nodes of a set with their areas and normals, from the coordinates alone.
+
+The nodes are projected onto the plane that fits them best. There each has its Voronoi cell within their convex hull, and the
+Delaunay triangles between them carry normals and interpolation. Triangles far larger than those around their corners span
+holes or recesses, which are cut out. That suits surfaces that are flat or gently curved, whatever elements lie beneath.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from stickslip.model.contact.point import Motion, mean, node
+from stickslip.model.interfaces.bisection import bisected
+from stickslip.model.structure.cyclic import NEXT, CyclicStructure
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.checks import Array, Index, InputError, fault, nearest, of_kind, vector
+
+FLAT = 1e-9
+"""Extent relative to the largest below which points lie on one line, or in one place."""
+
+STEEPEST = 0.2
+"""Cosine between a normal and that of the best plane below which a surface is too curved to be projected onto it."""
+
+OUTSIDE = 0.01
+"""How far beyond the edge of a surface, relative to its size, a point still lies opposite it: edges that do not quite meet."""
+
+TOUCHING = 1e-3
+"""Distance, relative to the size of a surface, up to which a point does not say on which side of it it lies."""
+
+LEVEL = 0.1
+"""Cosine up to which a direction lies in a surface."""
+
+LARGER = 3.0
+"""Ratio of the longest edge of a triangle to those around its corners from where on it spans a hole or a recess."""
+
+BESIDE = 1.5
+"""Ratio of the diameter of the circle through its corners to the same, from where on a triangle beside a hole belongs to it."""
+
+SEVERAL = 4.0
+"""Area of a hole over that of the usual triangle beside it, up to which it is none: nodes are scattered unevenly."""
+
+GIVE = "Give it as `towards`, in a study as `facing`."
+
+SLIVER = 1e-3
+"""Height of a triangle over its longest side below which its corners lie on one line."""
+
+PAIRS = ((1, 2), (2, 0), (0, 1))
+"""The corners of the side opposite each corner."""
+
+ROUNDING = 1e-9
+"""Share of a corner that counts as none."""
+
+
+@dataclass(frozen=True, eq=False)
+class NodeSurface:
+    """The nodes of a contact surface: names; points (n, 3) [m]; normals (n, 3), unit, out of the body to which the nodes belong;
+    weights (n,), the share of each node in the surface, sum 1; area [m²], 0 where the points lie on a line. turn (3, 3): of the
+    axes of the nodes, None where these are those of the points.
+    """
+
+    name: str
+    nodes: tuple[str, ...]
+    points: Array
+    normals: Array
+    weights: Array
+    area: float
+    turn: Array | None = None
+
+    @classmethod
+    def of(
+        cls,
+        structure: Structure,
+        name: str,
+        towards: Sequence[float] | None = None,
+        opposite: ArrayLike | None = None,
+    ) -> NodeSurface:
+        """The surface of a set of nodes of a structure; `name` as in `Structure.sets`.
+
+        towards: a direction (x, y, z) to the outside, which says on which side of the nodes the body does not lie; or opposite: a
+        point [m] on the outside, such as the mass centre of what it touches. Nodes on a line, or a single one, have no normal of
+        their own: they take that direction.
+        """
+        nodes = nodes_of(structure, name)
+        points = np.array([structure.nodes[each] for each in nodes])
+        return cls._of_points(name, nodes, points, towards, opposite)
+
+    @classmethod
+    def _of_points(
+        cls,
+        name: str,
+        nodes: tuple[str, ...],
+        points: Array,
+        towards: Sequence[float] | None,
+        opposite: ArrayLike | None,
+    ) -> NodeSurface:
+        plane = _Plane.of(points)
+        out = None if towards is None else vector("towards", towards, 3)
+        if out is None and opposite is not None:
+            out = vector("opposite", opposite, 3) - points.mean(axis=0)
+            if plane.rank == 2 and abs(plane.axes[2] @ out) < TOUCHING * np.ptp(points, axis=0).max():
+                raise InputError(
+                    f"The direction out of surface {name!r} must be given, since what lies opposite touches it. {GIVE}"
+                )
+        if plane.rank < 2:
+            return cls._on_a_line(name, nodes, points, plane, out)
+        normals = plane.normals(points) if plane.covers_once else np.zeros_like(points)
+        steepness = normals @ plane.axes[2]
+        if steepness.min() < STEEPEST:
+            rule, remedy = "must be flat or gently curved", "Divide it into several sets."
+            raise fault(f"Surface {name!r}", rule, "too steep for one plane", remedy)
+        areas = plane.cells() / steepness
+        sign = 1.0
+        if out is not None:
+            across = float(plane.axes[2] @ out)
+            if abs(across) <= LEVEL * np.linalg.norm(out):
+                raise _no_way_out(name, out)
+            sign = float(np.sign(across))
+        return cls(name, nodes, points, sign * normals, areas / areas.sum(), float(areas.sum()))
+
+    @classmethod
+    def _on_a_line(cls, name: str, nodes: tuple[str, ...], points: Array, plane: _Plane, out: Array | None) -> NodeSurface:
+        """Nodes on a line, or a single one: the normal is the direction out, as far as it lies across the line."""
+        if out is None:
+            raise InputError(f"Surface {name!r}, a line or one node, has no normal of its own. {GIVE}")
+        across = out - (out @ plane.axes[0]) * plane.axes[0] if plane.rank else out
+        size = float(np.linalg.norm(across))
+        if size <= LEVEL * np.linalg.norm(out):
+            raise _no_way_out(name, out)
+        return cls(name, nodes, points, np.tile(across / size, (len(nodes), 1)), _line_shares(plane), 0.0)
+
+    def facing(self, point: Sequence[float]) -> NodeSurface:
+        """The same with normals to the side on which a point [m] lies, such as the mass centre of a body opposite."""
+        return replace(self._of_points(self.name, self.nodes, self.points, None, point), turn=self.turn)
+
+    def following(self, disk: CyclicStructure) -> NodeSurface:
+        """Return the same surface of the following sector of a disk, rotated by 2π/N about the axis of the disk.
+
+        Its nodes are named "next/NODE", as in contacts of a `TunedDisk`, and move in axes that are rotated with the sector.
+        """
+        of_kind("disk", disk, CyclicStructure)
+        turn = disk.axis.turn(disk.sectors)
+        nodes = tuple(f"{NEXT}{name}" for name in self.nodes)
+        points, normals = disk.axis.turned(self.points, disk.sectors), self.normals @ turn.T
+        return NodeSurface(self.name, nodes, points, normals, self.weights, self.area, turn)
+
+    def motion(self, number: int) -> Motion:
+        """The motion of a node of the surface, by its number, along directions in the axes of the points."""
+        own = node(self.nodes[number])
+        if self.turn is None:
+            return own
+        back = self.turn.T
+        return lambda direction: own(back @ np.asarray(direction))
+
+    @property
+    def size(self) -> float:
+        """The largest extent of the surface along an axis [m]."""
+        return float(np.ptp(self.points, axis=0).max())
+
+    @property
+    def has_holes(self) -> bool:
+        """Whether the nodes leave out part of their convex hull, which does not count: holes, recesses, the space between parts.
+
+        They are known by triangles between nodes three times as large as others at their corners. From each corner of a hole the
+        half of one cell of the mesh still counts.
+        """
+        return self._plane.rank == 2 and bool(self._plane.spanning.any())
+
+    def at(self, point: Sequence[float]) -> Motion | None:
+        """The motion of the surface opposite a point [m], by interpolation between three nodes; None beyond its edge."""
+        shares = self._shares(point)
+        if shares is None:
+            return None
+        return mean([self.motion(corner) for corner in shares], list(shares.values()))
+
+    def gap(self, point: Sequence[float], normal: Sequence[float]) -> float:
+        """How far the surface stands off a point along a direction [m]; negative where it has passed it, NaN beyond its edge."""
+        shares = self._shares(point)
+        if shares is None:
+            return float("nan")
+        away = sum(share * self.points[corner] for corner, share in shares.items()) - vector("point", point, 3)
+        return float(vector("normal", normal, 3) @ away)
+
+    def _shares(self, point: Sequence[float]) -> dict[int, float] | None:
+        """The nodes around a place opposite a point with their shares; None beyond the edge."""
+        if self._plane.rank < 2:
+            raise InputError(f"Surface {self.name!r} must have nodes that do not lie on a line, to have places between them.")
+        return self._plane.shares(vector("point", point, 3))
+
+    def patches(self, count: int, among: Index | None = None) -> list[Index]:
+        """The nodes, or those `among` them, in so many patches of about equal area, compact in space: their numbers, patch by
+        patch."""
+        chosen = np.arange(len(self.nodes)) if among is None else among
+        return [chosen[part] for part in bisected(self._plane.flat[chosen], self.weights[chosen], count)]
+
+    @cached_property
+    def _plane(self) -> _Plane:
+        return _Plane.of(self.points)
+
+    @property
+    def long_axis(self) -> Array:
+        """The direction (3,) in which the surface is longest."""
+        return np.asarray(self._plane.axes[0])
+
+
+def mean_motion(structure: Structure, name: str, direction: Sequence[float]) -> dict[str, float]:
+    """Coefficients of the mean displacement of a set of nodes along (x, y, z), each with its share w_k of the area, Σ w_k = 1.
+
+    As the direction of a `Force` it spreads the force evenly over the surface; as that of an `Output` it reports the mean.
+    Nodes on a line share its length. Contact surfaces have the same shares.
+    """
+    along, nodes = vector("direction", direction, 3), nodes_of(structure, name)
+    if not along.any():
+        raise fault("direction", "must not be zero", direction)
+    points = np.array([structure.nodes[each] for each in nodes])
+    plane = _Plane.of(points)
+    weights = _line_shares(plane) if plane.rank < 2 else NodeSurface._of_points(name, nodes, points, None, None).weights
+    return {
+        dof: float(share * coefficient)
+        for each, share in zip(nodes, weights, strict=True)
+        for dof, coefficient in node(each)(along.tolist()).items()
+        if coefficient
+    }
+
+
+def _no_way_out(name: str, out: Array) -> InputError:
+    return fault(f"The direction out of surface {name!r}", "must not be zero or lie in it", np.round(out, 6).tolist(), GIVE)
+
+
+def nodes_of(structure: Structure, name: str) -> tuple[str, ...]:
+    """The nodes of a set of a structure; each must have coordinates and three displacements."""
+    if name not in structure.sets:
+        known = nearest(name, structure.sets) if structure.sets else "The structure has none: keep the set, or read its names."
+        raise InputError(f"Set of nodes {name!r} does not exist. {known}")
+    nodes, dofs = tuple(dict.fromkeys(structure.sets[name])), set(structure.dofs)
+    if not nodes:
+        raise fault(f"Set of nodes {name!r}", "must have nodes that can move", "empty, or all of them are fixed")
+    for each in nodes:
+        if each not in structure.nodes:
+            remedy = "Give them with the model, or in a file of names."
+            raise fault(f"Nodes of the surface {name!r}", "must have coordinates", f"{each} without", remedy)
+        missing = [axis for axis in "xyz" if f"{each}.{axis}" not in dofs]
+        if missing:
+            raise fault(f"Nodes of the surface {name!r}", "must have displacements x, y, z", f"{each} without {missing[0]}")
+    places = {structure.nodes[each]: each for each in reversed(nodes)}
+    twice = [each for each in nodes if places[structure.nodes[each]] != each]
+    if twice:
+        raise fault(f"Nodes of the surface {name!r}", "must have different places", f"{twice[0]} where another one is")
+    return nodes
+
+
+@dataclass(frozen=True, eq=False)
+class _Plane:
+    """The plane that fits points best: centre (3,), axes (3, 3) with the normal last, points in it (n, 2); rank 0 for one place,
+    1 for a line.
+    """
+
+    centre: Array
+    axes: Array
+    flat: Array
+    rank: int
+
+    @classmethod
+    def of(cls, points: Array) -> _Plane:
+        centre = points.mean(axis=0)
+        _, extents, axes = np.linalg.svd(points - centre, full_matrices=len(points) < 3)
+        if np.linalg.det(axes) < 0.0:
+            axes = axes * np.array([[1.0], [1.0], [-1.0]])
+        sizes = np.zeros(2)
+        sizes[: min(extents.size, 2)] = extents[:2]
+        rank = int(np.sum(sizes > FLAT * max(sizes[0], np.finfo(float).tiny))) if len(points) > 1 else 0
+        return cls(centre, axes, (points - centre) @ axes[:2].T, rank)
+
+    @cached_property
+    def delaunay(self) -> scipy.spatial.Delaunay:
+        return scipy.spatial.Delaunay(self.flat)
+
+    @cached_property
+    def solid(self) -> Index:
+        """Delaunay triangles (t,), by their numbers, without the slivers that rounding makes along straight edges."""
+        corners = self.delaunay.simplices.astype(np.int64)
+        return np.flatnonzero(np.abs(_twice_area(self.flat[corners])) > SLIVER * self._longest(corners) ** 2)
+
+    @cached_property
+    def spanning(self) -> NDArray[np.bool_]:
+        """Which of them span a hole, a recess, the space between parts: the largest, and those of large circles beside them."""
+        corners = self.delaunay.simplices[self.solid].astype(np.int64)
+        longest = self._longest(corners)
+        around = np.full(len(self.flat), np.inf)
+        for corner in corners.T:
+            np.minimum.at(around, corner, longest)
+        usual = (1.0 + ROUNDING) * around[corners].max(axis=1)
+        sides = np.linalg.norm(self.flat[corners] - np.roll(self.flat[corners], 1, axis=1), axis=2)
+        areas = np.abs(_twice_area(self.flat[corners]))
+        diameter = sides.prod(axis=1) / areas
+        large = (longest > usual) & (diameter > BESIDE * usual)
+        place = np.full(len(self.delaunay.simplices), -1)
+        place[self.solid[large]] = np.flatnonzero(large)
+        beside = self.delaunay.neighbors[self.solid]
+        first, side = np.nonzero(large[:, None] & (beside >= 0) & (place[beside] >= 0))
+        pairs = coo_array((np.ones(first.size), (first, place[beside[first, side]])), shape=2 * large.shape)
+        _, part = connected_components(pairs)
+        found = np.zeros(large.size, bool)
+        for one in np.unique(part[large & (longest > LARGER * usual)]):
+            inside = part == one
+            beside_it = ~large & np.isin(corners, corners[inside]).any(axis=1)
+            found |= inside & bool(areas[inside].sum() > SEVERAL * np.median(areas[beside_it]))
+        return found
+
+    @cached_property
+    def triangles(self) -> Index:
+        """Corners of the triangles (t, 3) that the surface consists of."""
+        return np.asarray(self.delaunay.simplices[self.solid[~self.spanning]], np.int64)
+
+    @cached_property
+    def edge(self) -> Index:
+        """The sides (e, 2) that belong to one triangle only."""
+        sides = np.sort(np.concatenate([self.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)
+        single, count = np.unique(sides, axis=0, return_counts=True)
+        return np.asarray(single[count == 1])
+
+    def _longest(self, corners: Index) -> Array:
+        """The longest side of each triangle."""
+        points = self.flat[corners]
+        return np.asarray(np.linalg.norm(points - np.roll(points, 1, axis=1), axis=2).max(axis=1))
+
+    @property
+    def covers_once(self) -> bool:
+        """Whether no two points lie in one place of the plane."""
+        return np.unique(self.triangles).size == len(self.flat)
+
+    def normals(self, points: Array) -> Array:
+        """Unit normals of the nodes, on the side of the plane's normal: the mean of the triangles around, by their area."""
+        corners = points[self.triangles]
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        across *= np.sign(across @ self.axes[2])[:, None]
+        total = np.zeros_like(points)
+        for corner in range(3):
+            np.add.at(total, self.triangles[:, corner], across)
+        return np.asarray(total / np.linalg.norm(total, axis=1)[:, None])
+
+    def cells(self) -> Array:
+        """Areas of the Voronoi cells within the convex hull, without holes, (n,) [m²].
+
+        They do not depend on how a rectangle is divided into triangles, which rounding decides.
+        """
+        hull = self.flat[_counter_clockwise(self.delaunay)]
+        first, others = self.delaunay.vertex_neighbor_vertices
+        cells = [_cell(self.flat, k, hull, self.flat[others[first[k] : first[k + 1]]]) for k in range(len(self.flat))]
+        areas = np.array([_area(cell) for cell in cells])
+        low, high = (np.array([end(cell, axis=0) for cell in cells]) for end in (np.min, np.max))
+        for hole in self.flat[self.delaunay.simplices[self.solid[self.spanning]]]:
+            for k in np.flatnonzero(np.all((low < hole.max(axis=0)) & (high > hole.min(axis=0)), axis=1)):
+                areas[k] -= _area(_within(cells[k], hole))
+        return areas
+
+    def shares(self, point: Array) -> dict[int, float] | None:
+        """The corners of the triangle at a point's projection, or the edge near it, with their shares; None beyond it."""
+        place = (point - self.centre) @ self.axes[:2].T
+        corners, shares = self._around(place)
+        if shares.min() < -ROUNDING:
+            first, second = (self.flat[side] for side in self.edge.T)
+            along = second - first
+            f = np.clip(np.sum((place - first) * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)
+            away = np.linalg.norm(first + f[:, None] * along - place, axis=1)
+            best = int(np.argmin(away))
+            if away[best] > OUTSIDE * np.ptp(self.flat, axis=0).max():
+                return None
+            corners, shares = self.edge[best], np.array([1.0 - f[best], f[best]])
+        return {int(corner): float(share) for corner, share in zip(corners, shares, strict=True) if share > ROUNDING}
+
+    def _around(self, place: Array) -> tuple[Index, Array]:
+        """The triangle at a place (2,), or the one that it is least outside of, with the shares of its corners."""
+        at = int(self.delaunay.find_simplex(place))
+        known = at >= 0 and self.kept[at]
+        triangles = self.delaunay.simplices[[at]] if known else self.triangles
+        points = self.flat[triangles]
+        opposite = [np.stack([np.broadcast_to(place, points[:, 0].shape), points[:, i], points[:, j]], axis=1) for i, j in PAIRS]
+        every = np.column_stack([_twice_area(part) for part in opposite]) / _twice_area(points)[:, None]
+        best = int(np.argmax(every.min(axis=1)))
+        return triangles[best], every[best]
+
+    @cached_property
+    def kept(self) -> NDArray[np.bool_]:
+        """Whether each Delaunay triangle is one of `triangles`."""
+        kept = np.zeros(len(self.delaunay.simplices), bool)
+        kept[self.solid[~self.spanning]] = True
+        return kept
+
+
+def _twice_area(corners: Array) -> Array:
+    """Twice the signed areas of triangles (t, 3, 2), positive counter-clockwise."""
+    (x1, y1), (x2, y2) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    return np.asarray(x1 * y2 - y1 * x2)
+
+
+def _counter_clockwise(triangles: scipy.spatial.Delaunay) -> Array:
+    """The corners of the convex hull in order."""
+    corners = np.unique(triangles.convex_hull)
+    centre = triangles.points[corners].mean(axis=0)
+    away = triangles.points[corners] - centre
+    return np.asarray(corners[np.argsort(np.arctan2(away[:, 1], away[:, 0]))])
+
+
+def _cell(points: Array, k: int, hull: Array, neighbours: Array) -> Array:
+    """The part of the hull that is nearer to point k than to its neighbours (m, 2), as corners."""
+    far = 4.0 * np.ptp(hull, axis=0).max()
+    polygon = points[k] + far * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    for other in neighbours:
+        middle, across = 0.5 * (points[k] + other), other - points[k]
+        polygon = _clipped(polygon, (polygon - middle) @ across)
+    return _within(polygon, hull)
+
+
+def _within(polygon: Array, corners: Array) -> Array:
+    """The part of a convex polygon that lies in another, whose corners go round once."""
+    along = np.roll(corners, -1, axis=0) - corners
+    x, y = corners.T
+    turn = np.sign(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    outwards = turn * np.stack([along[:, 1], -along[:, 0]], axis=1)
+    beyond = ((polygon[:, None] - corners) * outwards).sum(axis=2)
+    for side in np.flatnonzero(beyond.max(axis=0) > 0.0):
+        polygon = _clipped(polygon, (polygon - corners[side]) @ outwards[side])
+    return polygon
+
+
+def _area(polygon: Array) -> float:
+    """Area of a polygon of any number of corners."""
+    x, y = polygon.T
+    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def _clipped(polygon: Array, beyond: Array) -> Array:
+    """The part of a convex polygon where `beyond`, given at its corners, is not positive."""
+    kept = []
+    for k in range(len(polygon)):
+        following = (k + 1) % len(polygon)
+        if beyond[k] <= 0.0:
+            kept.append(polygon[k])
+        if beyond[k] * beyond[following] < 0.0:
+            part = beyond[k] / (beyond[k] - beyond[following])
+            kept.append(polygon[k] + part * (polygon[following] - polygon[k]))
+    return np.array(kept).reshape(-1, 2)
+
+
+def _line_shares(plane: _Plane) -> Array:
+    """Shares of points on a line, half the way to each neighbour; 1 for one point alone."""
+    if not plane.rank:
+        return np.ones(1)
+    along = plane.flat[:, 0]
+    order = np.argsort(along)
+    steps = np.diff(along[order])
+    lengths = np.zeros(along.size)
+    lengths[order[:-1]] += 0.5 * steps
+    lengths[order[1:]] += 0.5 * steps
+    return np.asarray(lengths / lengths.sum())

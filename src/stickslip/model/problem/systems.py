@@ -1,0 +1,183 @@
+"""The linear structures that the harmonics of a motion see, with all contacts stuck.
+
+Harmonic h of a problem without symmetry sees M, C and K + BᵀK_cB whatever h is. With cyclic symmetry each nodal diameter has
+matrices of its own: `disks` holds those kinds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.model.loads import excited_harmonics
+from stickslip.model.structure.modes import Modes, definite_modes, natural_modes
+from stickslip.model.structure.rigid_motions import unresisted
+from stickslip.support.checks import Array
+
+if TYPE_CHECKING:
+    from stickslip.model.problem import Problem
+
+
+BARELY = 1e-10
+"""Share of the contacts' stiffness that holds a structure without contacts, whose K may be singular beside an indefinite M."""
+
+
+class LinearSystem(NamedTuple):
+    """The linear structure of one harmonic with its contacts stuck: M, C, K + BᴴK_cB, (n, n); B (rows, n); outputs (.., n)."""
+
+    M: NDArray[Any]
+    C: NDArray[Any]
+    K: NDArray[Any]
+    B: NDArray[Any]
+    outputs: NDArray[Any]
+
+    def without_contacts(self, stiffness: Array) -> NDArray[Any]:
+        """K of the structure alone (n, n), the contacts' stiffness K_c (rows,) taken away again."""
+        alone: NDArray[Any] = self.K - self.B.conj().T @ (stiffness[:, None] * self.B)
+        return alone
+
+
+class Wave(NamedTuple):
+    """An uncoupled part of a structure, z its motion: each sector's share of it, (sectors,), and its own linear system.
+
+    The motion of all sectors is shares ⊗ z, summed over the waves.
+    """
+
+    shares: NDArray[np.complex128]
+    system: LinearSystem
+
+
+class HarmonicSystems:
+    """The linear systems of a problem by harmonic.
+
+    repeats: after how many delays of one sector against the next the motion repeats itself. sample_multiple: what the number of
+    samples must be a multiple of, so that such a delay is a whole number of samples. one_frame: whether x, y and z are
+    the same directions at all nodes; those of sectors are turned against each other. one_for_vibration: whether one system serves
+    every harmonic but the mean.
+    """
+
+    repeats = 1
+    sample_multiple = 1
+    one_frame = True
+    one_for_vibration = True
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+
+    def enough_samples(self, samples: int) -> int:
+        """The number of samples that is used: the next one with which delays between sectors are whole."""
+        return samples + -samples % self.sample_multiple
+
+    @property
+    def stiffens(self) -> bool:
+        """Whether the stiffness goes with the rotor speed, and so with the frequency."""
+        return self.problem.speed is not None and self.problem.speed.stiffness is not None
+
+    @property
+    def alike(self) -> bool:
+        """Whether one real system serves every harmonic, the mean with the mean springs in addition."""
+        return not self.stiffens
+
+    def key(self, harmonic: int) -> int:
+        """A number that harmonics with one and the same system share."""
+        alike = self.alike and not self.problem.mean_springs
+        return harmonic if self.stiffens else 0 if alike else min(harmonic, 1)
+
+    def at(self, harmonic: int) -> LinearSystem:
+        """The system of a harmonic."""
+        problem = self.problem
+        stiffness = problem.stuck_stiffness + (problem.mean_stiffness if harmonic == 0 else 0.0)
+        added = None if problem.speed is None else problem.speed.stiffness
+        return self.stiffened(
+            LinearSystem(problem.structure.M, problem.C, stiffness, problem.B, problem.output_rows), harmonic, added
+        )
+
+    def stiffened(self, system: LinearSystem, harmonic: int, added: NDArray[Any] | None) -> LinearSystem:
+        """The system of a harmonic h at rest with what the speed adds to K, K₁ Ω² = −(i h ω)² K₁/(h EO)², as an effective mass.
+
+        For the mean −(i ω)² K₁/EO²: it sees i ω in place of i h ω (`order`), and no damping.
+        """
+        if added is None or self.problem.speed is None:
+            return system
+        share = added / (max(harmonic, 1) * self.problem.speed.engine_order) ** 2
+        return system._replace(M=system.M - share) if harmonic else system._replace(M=-share, C=np.zeros_like(system.C))
+
+    def kept(self, harmonic: int) -> tuple[NDArray[Any], int] | None:
+        """The shapes (n, kept) on which a truncated problem meets a harmonic, and how many of them are its modes; None where the
+        degrees of freedom of the structure are the coordinates."""
+        return None
+
+    @property
+    def coordinates(self) -> int:
+        """How many coordinates each harmonic is solved for."""
+        kept = self.kept(self.excited[-1])
+        return self.problem.structure.size if kept is None else kept[0].shape[1]
+
+    def order(self, harmonic: int) -> int:
+        """k of i k ω at which the system of a harmonic responds: the harmonic, or 1 for a mean that the speed stiffens."""
+        return 1 if harmonic == 0 and self.stiffens else harmonic
+
+    def mass(self, harmonic: int) -> NDArray[Any]:
+        """M of a harmonic."""
+        return self.problem.structure.M
+
+    def free_stiffness(self, harmonic: int) -> NDArray[Any]:
+        """K of a vibrating harmonic at rest, without contacts."""
+        return self.problem.structure.K
+
+    def vibrating(self) -> Iterator[tuple[str, LinearSystem]]:
+        """The systems in which a vibration may grow by itself, each with words that name it."""
+        yield "", self.at(1)
+
+    @property
+    def uncoupled(self) -> bool:
+        """Whether the structure consists of more than one uncoupled wave."""
+        return False
+
+    def waves(self, harmonic: int) -> Sequence[Wave]:
+        """The uncoupled waves that make up the system of a harmonic."""
+        return [Wave(np.ones(1, dtype=complex), self.at(harmonic))]
+
+    def frequencies(self, stuck: bool) -> Array:
+        """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent)."""
+        if self.stiffens:
+            return self.synchronous(stuck)
+        return self.stuck_modes.frequencies if stuck else self._free
+
+    @cached_property
+    def stuck_modes(self) -> Modes:
+        """Modes with all contacts stuck, at rest."""
+        return natural_modes(self.problem.structure.M, self.problem.stuck_stiffness)
+
+    @cached_property
+    def _free(self) -> Array:
+        """Natural frequencies without contacts, Hz."""
+        return natural_modes(self.problem.structure.M, self.problem.structure.K).frequencies
+
+    @property
+    def excited(self) -> list[int]:
+        """The harmonics that the forces excite, ascending."""
+        return sorted(excited_harmonics(self.problem.forces))
+
+    def frequencies_of(self, harmonic: int, stuck: bool) -> Array:
+        """Natural frequencies that an excited harmonic meets, Hz, ascending."""
+        return HarmonicSystems.frequencies(self, stuck)
+
+    def met(self, stuck: bool) -> Array:
+        """Frequencies of the excitation at which one of its harmonics h meets a natural frequency, f/h, Hz, ascending."""
+        return np.sort(np.concatenate([self.frequencies_of(h, stuck) / h for h in self.excited]))
+
+    def synchronous(self, stuck: bool, harmonic: int = 1) -> Array:
+        """Natural frequencies at the speeds at which a harmonic of the excitation meets them, Hz, ascending; 0 of motions that
+        nothing holds."""
+        system = self.at(harmonic)
+        held = self.problem.contact_stiffness * (1.0 if stuck else BARELY)
+        released = self.problem.contact_stiffness - held
+        modes = definite_modes(system.M, system.K - system.B.conj().T @ (released[:, None] * system.B))
+        if stuck:
+            return modes.frequencies
+        return np.where(unresisted(self.free_stiffness(harmonic), modes.shapes), 0.0, modes.frequencies)

@@ -1,0 +1,143 @@
+"""Abaqus matrices (.mtx): of *MATRIX OUTPUT, and substructures of *SUBSTRUCTURE MATRIX OUTPUT, which CalculiX writes too.
+
+*MATRIX OUTPUT, FORMAT=MATRIX INPUT: one matrix a file (JOB_STIF1.mtx, JOB_MASS1.mtx), lines "node, direction, node, direction,
+value"; FORMAT=COORDINATE: lines "row, column, value". A symmetric matrix has one triangle or both. Substructures stand as
+*USER ELEMENT with the nodes in comments, then *MATRIX, TYPE=STIFFNESS and MASS: the columns up to the diagonal, one after
+the other. (Abaqus Keywords Guide: *MATRIX INPUT, *USER ELEMENT, *MATRIX, *SUBSTRUCTURE MATRIX OUTPUT.)
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.model.readers.content import Content, dof
+from stickslip.model.readers.deck import Deck
+from stickslip.model.readers.included_files import Line
+from stickslip.model.readers.input_cards import cards, fields
+from stickslip.model.readers.input_deck import read_deck
+from stickslip.model.readers.limits import refuse_cut, within_file, within_memory
+from stickslip.model.readers.numbers import numbers_in, table, triplets, whole
+from stickslip.model.structure.sparse import Sparse, both_triangles
+from stickslip.support.checks import Array, Index, fault
+
+JOB = re.compile(r"(.+)_(?:STIF|MASS|DMPV|DMPS)\d*", re.IGNORECASE)
+
+
+def read(path: Path) -> Content:
+    """A matrix or a substructure; coordinates and sets from JOB.inp where that stands beside."""
+    refuse_cut(path)
+    deck = _deck(path)
+    with path.open(encoding="ascii", errors="replace") as file:
+        head = file.read(1 << 16).upper()
+    if "*USER ELEMENT" in head:
+        return _substructure(path, deck)
+    entries = table(path, None)
+    if entries.shape[1] == 3:
+        rows, columns = (whole(f"Rows of {path.name}", entries[:, k], 1) - 1 for k in (0, 1))
+        size = int(max(rows.max(initial=-1), columns.max(initial=-1))) + 1
+        return Content("Abaqus coordinate matrix", {"": _square(path.name, rows, columns, entries[:, 2], size)})
+    if entries.shape[1] != 5:
+        raise fault(f"Each line of {path.name}", "must have 5 or 3 numbers", entries.shape[1])
+    return _matrix_input(path, entries, deck)
+
+
+def _deck(path: Path) -> Deck:
+    match = JOB.fullmatch(path.stem)
+    beside = path.with_name(f"{match[1]}.inp" if match else f"{path.stem}.inp")
+    return read_deck(beside).along_own_axes if beside.is_file() else Deck()
+
+
+def _matrix_input(path: Path, entries: Array, deck: Deck) -> Content:
+    """Lines "node, direction, node, direction, value"; internal nodes have negative numbers. Rows in ascending order."""
+    what = f"Nodes and directions of {path.name}"
+    keys = whole(what, entries[:, :4], -(2**31)).reshape(-1, 2, 2)
+    found, rows = np.unique(keys.reshape(-1, 2), axis=0, return_inverse=True)
+    pairs = rows.reshape(-1, 2)
+    matrix = _square(path.name, pairs[:, 0], pairs[:, 1], entries[:, 4], len(found))
+    dofs = tuple(dof(int(node), int(direction)) for node, direction in found)
+    return Content("Abaqus matrix", {"": matrix}, dofs, deck.nodes, deck.sets, deck.notes, deck.cells, deck.solids)
+
+
+def _square(what: str, rows: Index, columns: Index, values: Array, size: int) -> Sparse:
+    """The matrix of its entries; where all stand on one side of the diagonal, the other side is filled."""
+    matrix = triplets(what, rows, columns, values, size)
+    one_triangle = not (np.any(rows > columns) and np.any(rows < columns))
+    return both_triangles(what, matrix) if one_triangle else matrix
+
+
+def _substructure(path: Path, deck: Deck) -> Content:
+    within_memory(path.name, 12 * path.stat().st_size)
+    text = path.read_text(encoding="ascii", errors="replace")
+    nodes, matrices = _element_nodes(text), {}
+    dofs: tuple[str, ...] = ()
+    skipped: list[str] = []
+    for card in cards(Line(line, path.name, number) for number, line in enumerate(text.splitlines(), start=1)):
+        if card.keyword == "USER ELEMENT":
+            if dofs:
+                raise fault(path.name, "must hold one substructure", "several *USER ELEMENT")
+            dofs = _directions(card.data, nodes)
+        elif card.keyword == "MATRIX":
+            kind = card.name("TYPE")
+            if not kind:
+                raise fault("*MATRIX", "must have a TYPE", ", ".join(card.options) or "nothing")
+            matrices[kind] = _packed(f"{path.name}, {kind}", card.data, len(dofs))
+        elif card.data:
+            skipped.append(f"*{card.keyword}")
+    notes = (f"{path.name}: the lines below {', '.join(skipped)} are not read.",) if skipped else ()
+    return Content("Abaqus substructure", matrices, dofs, deck.nodes, deck.sets, (*deck.notes, *notes), deck.cells, deck.solids)
+
+
+def _element_nodes(text: str) -> list[str]:
+    """The nodes, which stand in comments after *USER ELEMENT: as many as it says."""
+    match = re.search(r"^\*USER ELEMENT.*?NODES\s*=\s*(\d{1,9}).*$", text, re.IGNORECASE | re.MULTILINE)
+    if match is None:
+        raise fault("*USER ELEMENT", "must say NODES=", "nothing")
+    number = int(match[1])
+    within_file("Nodes of *USER ELEMENT", number, len(text), 1.0)
+    nodes: list[str] = []
+    for line in text[match.end() :].splitlines():
+        words = [word.strip() for word in line.lstrip("*").split(",") if word.strip()]
+        if line.startswith("**") and words and all(re.fullmatch(r"-?\d+", word) for word in words):
+            nodes += words
+    return nodes if len(nodes) == number else [str(position) for position in range(1, number + 1)]
+
+
+def _directions(data: list[str], nodes: list[str]) -> tuple[str, ...]:
+    """The first line: directions at the first node; then "position, directions" wherever they change from there on."""
+    lines = [[int(word) for word in fields(line) if word] for line in data]
+    if not lines:
+        raise fault("*USER ELEMENT", "must list directions", "none")
+    changes = {1: lines[0]} | {line[0]: line[1:] for line in lines[1:] if line}
+    found: list[str] = []
+    present = lines[0]
+    for position, node in enumerate(nodes, start=1):
+        present = changes.get(position, present)
+        found += [dof(node, direction) for direction in present]
+    return tuple(found)
+
+
+def _lines(columns: Iterable[int], longest: int) -> list[int]:
+    """Entries of each line where columns of so many entries begin lines."""
+    return [min(longest, entries - first) for entries in columns for first in range(0, entries, longest)]
+
+
+def _packed(what: str, data: list[str], size: int) -> Array:
+    """The symmetric matrix of its columns up to the diagonal, or a whole matrix column by column."""
+    values = numbers_in(" ".join(data))
+    triangle = 2 * values.size == size * (size + 1)
+    if not triangle and values.size != size * size:
+        raise fault(what, f"must have {size * (size + 1) // 2} or {size * size} entries for {size} rows", values.size)
+    lengths = [len(fields(line)) for line in data]
+    columns = range(1, size + 1) if triangle else [size] * size
+    if all(lengths != _lines(parts, max(lengths)) for parts in ([values.size], columns)):
+        raise fault(what, "must have full lines except the last one, of the matrix or of each column", lengths[:20])
+    if not triangle:
+        return values.reshape(size, size).T
+    within_memory(what, 8 * size * size)
+    matrix = np.zeros((size, size))
+    matrix[np.tril_indices(size)] = values
+    return np.asarray(matrix + matrix.T - np.diag(np.diag(matrix)))

@@ -1,0 +1,255 @@
+"""Archives of Ansys (.cdb of CDWRITE): coordinates of nodes (NBLOCK), components of nodes (CMBLOCK) and the corners of elements
+(EBLOCK), in fixed columns.
+
+NBLOCK is followed by a line with its columns, "(3i9,6e21.13e3)": whole numbers, the first of which is the node, then x, y, z and
+angles; zeros at the end of a line are left out. Archives without blocks have N,R5.3,LOC with coordinates and N,R5.3,ANG with
+angles of a node. CMBLOCK, NAME, NODE, COUNT holds numbers; a negative one means "up to". A line of
+EBLOCK, , SOLID has 11 numbers, the second the type and the ninth the number of nodes, then up to 8 nodes; the others follow.
+(Mechanical APDL Programmer's Reference: Mapped files, coded database.)
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+from pathlib import Path
+
+from stickslip.model.readers.cells import FoundCells
+from stickslip.model.readers.content import given_twice, located_once
+from stickslip.model.readers.deck import MOST_GENERATED, CardList, CardsMet, Deck, own_axes
+from stickslip.model.readers.limits import refuse_utf_16, within_memory
+from stickslip.model.readers.numbers import coordinate, integer
+from stickslip.model.structure.matrices import Point
+from stickslip.support.checks import fault
+
+ELEMENTS = {
+    **dict.fromkeys(("45", "95", "185", "186"), "hexahedron"),
+    **dict.fromkeys(("92", "187", "285"), "tetrahedron"),
+    **dict.fromkeys(("63", "93", "181", "281"), "quadrilateral"),
+}
+"""Kinds of cells by the number of an element type, SOLID186 say; prisms, pyramids and triangles repeat nodes."""
+LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+FIRST_NODE = 11
+"""Numbers of a line of EBLOCK before its nodes."""
+SIGNIFICANT = 4
+"""Characters that make a command."""
+SYSTEMS = ("LOCA", "CS", "CLOC", "CSKP", "CSWP")
+"""Commands that make a coordinate system and activate it."""
+
+
+def _commands(text: str) -> frozenset[str]:
+    return frozenset(word[:SIGNIFICANT] for word in text.split())
+
+
+ARCHIVE_COMMANDS = CardList(
+    obeyed=frozenset({"NBLO", "N", "ET", "ETBL", "EBLO", "CMBL", "CSYS", *SYSTEMS}),
+    harmless=_commands(
+        """
+        /BATCH /COM /CONFIG /CWD /CLEAR /DEBUG /ESHAPE /EOF /EXIT /FILNAME /GO /GOPR /GOLIST /GST /NERR /NOLIST /NOPR
+        /OUTPUT /POST1 /PREP7 /SHOW /SOLU /SOLUTION /STATUS /STITLE /SYP /TITLE /UNITS /VIEW /WB /PBC /TRACK /AUX2 /PMACRO
+        *ABBR *DIM *DEL *SET *PREAD *TREAD *VREAD *IF *ELSE *ELSEIF *ENDIF *GET *MSG *ASK *CFOPEN *CFCLOS *CFWRITE *VWRITE
+        *STATUS *VGET *TAXIS END ACEL ALLSEL ALPHAD ANTYPE ARCLEN ASEL AUTOTS BETAD BF BFBLOCK BFE BFEBLOCK BFUNIF CBDOF
+        CDOPT CE CECMOD CEDELE CELIST CESFOR CGLOC CGOMEGA CINT CMACEL CMDOMEGA CMOMEGA CMROTATE CNVTOL CORIOLIS CP CPDELE
+        CPINTF CRPLIM CSCIR CSDELE CUTCONTROL D DCGOMG DDELE DESIZE DIG DK DL DMPEXT DMPOPTION DMPRAT DMPSTR DOF DOMEGA DSYS
+        DUMP EALIVE EKILL EMATWRITE EMUNIT EQSLV ERESX EREINF ESEL ESYS ETCON ETDELE ETLIST EXBOPT EXTOPT EXPASS F FBLOCK
+        FDELE FILEPREFIX FINISH FK FLST GAUGE HARFRQ HROPT INISTATE INISOPT INRTIA IRLF K KBC KEYOPT KUSE L LCLEAR LNSRCH
+        LSCLEAR LSEL LUMPM MASCALE MAT MODCONTROL MODOPT MONITOR MP MPAMOD MPCHG MPCOPY MPDATA MPDELE MPDRES MPLIB MPTEMP
+        MPTGEN MPTRES MPUNDO MXPAND NCNV NEQIT NLDIAG NLGEOM NLHIST NLOPT NROPT NSEL NSUBST NUMOFF NUMVAR OMEGA OPNCONTROL
+        OUTPR OUTRES PIVCHECK PLTIME PRED PSTRES QRDOPT QSOPT R RDELE REAL RESCONTROL RESVEC RESWRITE RLBLOCK RMORE RMODIF
+        RSTOFF SAVE SECBLOCK SECCONTROL SECDATA SECFUNCTION SECJOINT SECLOCK SECMODIF SECNUM SECOFFSET SECPLOT SECREAD
+        SECSTOP SECTYPE SECWRITE SEDLIST SEEXP SELM SENERGY SEOPT SESYMM SET SETRAN SF SFBEAM SFCUM SFDELE SFE SFEBLOCK
+        SFGRAD SHPP SOLCONTROL SOLVE SPOPT SSTATE STABILIZE STEF TB TBCOPY TBDATA TBDELE TBEO TBFIELD TBFT TBLIST TBMODIF
+        TBPT TBTEMP TCHG TEMPERATURE THOPT TIME TIMINT TINTP TOFFST TREF TRNOPT TSHAPE TSPEC TUNIF TYPE UNPAUSE UPCOORD VSEL
+        WSPRINGS WTBCREATE XMLO CMSEL EDOPT ENORM KSEL NOOFFSET DELTIM TIMERANGE EXPAND CYCLIC RATE SNOPTION PCGOPT
+        DSPOPTION BCSOPTION CNTR CNCHECK MSAVE OVCHECK
+        """
+    ),
+    refused=dict.fromkeys(
+        _commands(
+            """
+            NGEN NSYM FILL NSCALE NKPT NROTAT NMODIF NANG NORA NORL NDELE NREAD NUMMRG NUMCMP MOVE TRANSFER QUAD NLAYER
+            CDREAD /INPUT *USE *DO *DOWHILE *REPEAT *GO *ULIB UPGEOM MORPH DAMORPH DVMORPH AMESH VMESH LMESH KMESH VSWEEP
+            RESUME VEXT EMODIF ENGEN ENSYM ESYM EGEN EINTF LGEN AGEN VGEN
+            """
+        ),
+        "Write the archive with CDWRITE, which writes out every node and component.",
+    ),
+    noted={
+        "E": "its element is not drawn",
+        "EN": "its element is not drawn",
+        "EMOR": "its element is not drawn",
+        "CM": "its component becomes no set of nodes; use CMBLOCK",
+        "CMGR": "assemblies of components become no sets of nodes",
+    },
+)
+TEXT = re.compile(r"\s*(/COM|/TIT|/STI|C\*\*\*|\*ABB|/SYP)", re.IGNORECASE)
+"""How a line begins whose text is not commands."""
+COLUMNS = re.compile(r"\(((?:\d+i\d+,?)+)(?:\d+[ea](\d+)(?:\.\d+)?(?:e\d+)?)?\)", re.IGNORECASE)
+
+
+def read_archive(path: Path) -> Deck:
+    """Nodes, node components and elements of an archive."""
+    within_memory(path.name, 10 * path.stat().st_size)
+    refuse_utf_16(path)
+    archive, met = _Archive(), CardsMet(ARCHIVE_COMMANDS)
+    with path.open(encoding="ascii", errors="replace") as file:
+        lines = enumerate(file, start=1)
+        for number, line in lines:
+            for text in _several(line):
+                words = [word.strip().upper() for word in text.split(",")]
+                command = words[0].partition(" ")[0][:SIGNIFICANT]
+                if re.match(r"[A-Z/*][^=]*$", words[0]) and met.obeys(command, f"{path.name}, line {number}"):
+                    archive.take(command, words, (more for _, more in lines))
+    deck = archive.deck(path.name)
+    deck.notes = (*deck.notes, *met.notes(path.name))
+    return deck
+
+
+def _several(line: str) -> list[str]:
+    """The commands of a line without its comment, between which $ stands; in titles and comments it is a letter.
+
+    (Mechanical APDL Command Reference: Condensed Data Input.)
+    """
+    text = line.partition("!")[0]
+    return [text] if TEXT.match(text) else text.split("$")
+
+
+class _Archive:
+    """What an archive says, command by command. types: kind of cell by element type; active: whether a system other than the
+    global Cartesian one is active, in which the command N would place nodes."""
+
+    def __init__(self) -> None:
+        self.nodes: dict[str, Point] = {}
+        self.sets: dict[str, tuple[str, ...]] = {}
+        self.types: dict[str, str] = {}
+        self.cells = FoundCells()
+        self.turned: set[str] = set()
+        self.active = False
+        self.repeated = 0
+
+    def take(self, command: str, words: list[str], lines: Iterator[str]) -> None:
+        """A command with its arguments; `lines` are those after it."""
+        if command == "NBLO":
+            for node, point, angles in _nodes(lines):
+                self._add(node, point, angles)
+        elif command == "N":
+            self._node(words)
+        elif command == "ET" and len(words) > 2:
+            self.types[words[1]] = ELEMENTS.get(words[2].lstrip(LETTERS), "")
+        elif command == "ETBL":
+            self.types |= {number: ELEMENTS.get(kind, "") for number, kind in _types(lines)}
+        elif command == "EBLO" and words[2:3] == ["SOLID"]:
+            _elements(lines, self.types, self.cells)
+        elif command == "CMBL" and len(words) > 3 and words[2].startswith("NODE"):
+            self.sets[words[1]] = tuple(map(str, _members(lines, integer(words[3]))))
+        elif command in ("CSYS", *SYSTEMS):
+            self.active = command != "CSYS" or words[1:2] not in ([], ["0"], [""])
+
+    def _node(self, words: list[str]) -> None:
+        """N, R5.3, LOC or ANG, node, three numbers, of an archive without blocks; or N, node, x, y, z, three angles,
+        of which a node left out is the next one."""
+        if words[1:2] and words[1].startswith("R5"):
+            kind, node, numbers = words[2], words[3], [coordinate(word) for word in (*words[4:7], *[""] * 3)[:3]]
+            if integer(node) > 0 and kind == "LOC":
+                self._add(node, numbers, False)
+            elif integer(node) > 0 and any(numbers):
+                self.turned.add(node)
+            return
+        if self.active:
+            raise fault("A command N", "must follow CSYS, 0", ", ".join(words[:5]), "Write the archive with CDWRITE.")
+        numbers = [coordinate(word) for word in (*words[2:8], *[""] * 6)[:6]]
+        node = words[1] if words[1:2] not in ([], [""]) else str(1 + max(map(int, self.nodes), default=0))
+        self._add(node, numbers[:3], any(numbers[3:]))
+
+    def _add(self, node: str, point: Sequence[float], angles: bool) -> None:
+        x, y, z = point
+        name = str(integer(node))
+        self.repeated += located_once(self.nodes, name, (x, y, z))
+        if angles:
+            self.turned.add(name)
+
+    def deck(self, file: str) -> Deck:
+        turned = own_axes(len(self.turned), file, "angles of NBLOCK or N")
+        notes = (*given_twice(self.repeated, file), *self.cells.notes(file))
+        return Deck(self.nodes, self.sets, notes, self.cells.cells, turned)
+
+
+def _columns(line: str) -> tuple[list[int], int]:
+    """The widths of the whole numbers that a line begins with, and that of the numbers after them."""
+    match = COLUMNS.fullmatch(line.strip())
+    groups = [(int(count), int(width)) for count, width in re.findall(r"(\d+)i(\d+)", match[1].lower())] if match else []
+    if not match or not all(0 < count < 100 and 0 < width < 100 for count, width in groups):
+        raise fault("The columns of a block", "must be stated as (3i9,6e21.13e3)", line.strip()[:60])
+    return [width for count, width in groups for _ in range(count)], int(match[2] or 0)
+
+
+def _nodes(lines: Iterator[str]) -> Iterator[tuple[str, list[float], bool]]:
+    """Nodes up to the end of a block, a line that begins with "N," or -1: coordinates, and whether angles turn their axes."""
+    widths, wide = _columns(next(lines, ""))
+    if not wide:
+        raise fault("The columns of NBLOCK", "must be stated as (3i9,6e21.13e3)", "without those of coordinates")
+    for line in lines:
+        text = line.rstrip("\n")
+        if text.startswith("N,") or text.strip() == "-1":
+            return
+        start = sum(widths)
+        angles = bool(text[start + 3 * wide :].strip(" 0.E+-"))
+        yield text[: widths[0]], [coordinate(text[start + k * wide : start + (k + 1) * wide]) for k in range(3)], angles
+
+
+def _types(lines: Iterator[str]) -> Iterator[tuple[str, str]]:
+    """Number and element type of each line of a block that ends with -1."""
+    widths, _ = _columns(next(lines, ""))
+    for line in lines:
+        numbers = _cut(line, len(widths), widths[0])
+        if numbers[:1] == ["-1"] or len(numbers) < 2:
+            return
+        yield numbers[0], numbers[1]
+
+
+def _elements(lines: Iterator[str], types: Mapping[str, str], found: FoundCells) -> None:
+    """Elements up to the end of a block: -1. What has no faces is passed over."""
+    widths, _ = _columns(next(lines, ""))
+    for line in lines:
+        numbers = _cut(line, len(widths), widths[0])
+        if numbers[:1] == ["-1"] or not numbers:
+            return
+        count = integer(numbers[8]) if len(numbers) > FIRST_NODE else 0
+        nodes = numbers[FIRST_NODE:]
+        while len(nodes) < count:
+            more = _cut(next(lines, ""), len(widths), widths[0])
+            if not more:
+                break
+            nodes += more
+        if types.get(numbers[1] if len(numbers) > 1 else ""):
+            found.add(types[numbers[1]], nodes)
+
+
+def _members(lines: Iterator[str], count: int) -> Iterator[int]:
+    """The nodes of a component of `count` numbers."""
+    widths, _ = _columns(next(lines, ""))
+    each, width = len(widths), widths[0]
+    total = last = left = 0
+    for text in chain.from_iterable(_cut(line, each, width) for line in _first(lines, -(-count // each))):
+        number, left = integer(text), left + 1
+        span = range(last + 1, -number + 1) if number < 0 else range(number, number + 1)
+        total += len(span)
+        if total > MOST_GENERATED:
+            raise fault("A component of nodes", f"must have at most {MOST_GENERATED} members", total)
+        yield from span
+        last = abs(number)
+    if left < count:
+        raise fault("A component of nodes", f"must hold its {count} numbers", left, "The file is truncated.")
+
+
+def _first(lines: Iterator[str], count: int) -> Iterator[str]:
+    for _ in range(count):
+        yield next(lines, "")
+
+
+def _cut(line: str, count: int, width: int) -> list[str]:
+    """Entries of fixed width that are not blank."""
+    text = line.rstrip("\n")
+    pieces = (text[k * width : (k + 1) * width].strip() for k in range(count))
+    return [piece for piece in pieces if piece]

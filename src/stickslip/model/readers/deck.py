@@ -1,0 +1,103 @@
+"""What a deck says about nodes, as the reader of each format returns it, and what becomes of the cards that it meets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from stickslip.model.structure.matrices import Point
+from stickslip.model.structure.mesh_surface import Cells
+from stickslip.support.checks import counted, fault, first_of
+
+if TYPE_CHECKING:
+    from stickslip.model.readers.solids import Solids
+
+MOST_GENERATED = 1_000_000
+"""Members of a generated set of nodes: more is a slip of the deck."""
+MOST_MADE = 2_000_000
+"""Nodes that cards of a deck make of others, in all."""
+SHOWN = 8
+"""Cards that a note lists."""
+
+
+@dataclass
+class Deck:
+    """nodes: coordinates by node; sets: nodes by the name of a set, in capitals; cells: corner nodes of elements by kind; notes:
+    what was not read; turned: what to say where rows of matrices follow the axes that nodes have of their own;
+    rows: the names of the rows of matrices, where the deck says them; solids: elements with materials, where
+    stress can be recovered."""
+
+    nodes: dict[str, Point] = field(default_factory=dict)
+    sets: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    cells: Cells = field(default_factory=dict)
+    turned: str = ""
+    rows: tuple[str, ...] = ()
+    solids: Solids | None = None
+
+    @property
+    def along_own_axes(self) -> Deck:
+        """The deck where rows follow the axes of nodes: with a note, and without cells, which would be drawn wrong."""
+        return replace(self, notes=(*self.notes, self.turned), cells={}, solids=None) if self.turned else self
+
+
+OWN_AXES = "axes of their own"
+"""In the note on nodes whose rows are not along the axes of the model."""
+
+
+def own_axes(number: int, file: str, card: str) -> str:
+    """What to say of nodes with axes of their own, nothing where there are none."""
+    nodes = counted(number, "node")
+    axes = "x, y, z of their rows are along these axes."
+    return f"{file} has {nodes} with {OWN_AXES} ({card}): {axes}" if number else ""
+
+
+@dataclass(frozen=True)
+class CardList:
+    """The cards of a format by what a reader of nodes, sets and elements does with them.
+
+    obeyed: they count; harmless: they say nothing about nodes, sets and elements, or only what the matrices hold already;
+    refused: by card what to do instead, since nodes or sets would be wrong or missing; noted: by card what is missing without
+    it, while all else is right.
+    """
+
+    obeyed: frozenset[str]
+    harmless: frozenset[str]
+    refused: Mapping[str, str]
+    noted: Mapping[str, str]
+    sign: str = ""
+
+    @property
+    def known(self) -> frozenset[str]:
+        return self.obeyed | self.harmless | self.refused.keys() | self.noted.keys()
+
+
+@dataclass
+class CardsMet:
+    """The cards of one deck that are not obeyed, for its notes."""
+
+    cards: CardList
+    missing: dict[str, str] = field(default_factory=dict)
+    unknown: dict[str, str] = field(default_factory=dict)
+
+    def obeys(self, name: str, place: str) -> bool:
+        """Whether the reader obeys the card at `place`, "blade.inp, line 7"; refuses one that would make the rest wrong."""
+        if name in self.cards.obeyed:
+            return True
+        shown = self.cards.sign + name
+        if name in self.cards.refused:
+            raise fault(place, "must hold cards that this reader obeys", shown, self.cards.refused[name])
+        if name in self.cards.noted:
+            self.missing.setdefault(shown, self.cards.noted[name])
+        elif name not in self.cards.harmless:
+            self.unknown.setdefault(shown, place)
+        return False
+
+    def notes(self, file: str) -> tuple[str, ...]:
+        """One sentence for each card that is missing, one for all that are not known."""
+        missing = tuple(f"{file}: {card} is not read; {what}." for card, what in self.missing.items())
+        if not self.unknown:
+            return missing
+        listed = first_of([f"{card} ({place})" for card, place in self.unknown.items()], SHOWN)
+        return *missing, f"{file}: this reader does not know {listed}. Their effect on nodes and sets, if any, is missing."

@@ -1,0 +1,193 @@
+"""Cards of the input decks of Abaqus and CalculiX: how they are written, and which of them say something about nodes.
+
+The lists hold model data alone: what stands between *STEP and *END STEP cannot make, move or turn nodes.
+(Abaqus Keywords Guide; CalculiX CrunchiX User's Manual, Input deck format.)
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from stickslip.model.readers.deck import CardList
+from stickslip.model.readers.included_files import Line
+
+COMMA = re.compile(r',(?=(?:[^"]*"[^"]*")*[^"]*$)')
+"""A comma outside of quotation marks."""
+PARAMETER = re.compile(r"[A-Za-z]")
+"""How a parameter begins."""
+
+
+@dataclass(frozen=True)
+class Card:
+    """A keyword with its options, names in capitals, and its data lines; file names keep their letters."""
+
+    keyword: str
+    options: dict[str, str]
+    data: list[str]
+    line: Line
+
+    def name(self, option: str) -> str:
+        """A name that an option gives, as `label` has it."""
+        return label(self.options.get(option, ""))
+
+
+def cards(lines: Iterable[Line]) -> Iterator[Card]:
+    """Each keyword with its data lines; comments and blank lines are left out."""
+    card: Card | None = None
+    for line in _joined(lines):
+        if line.text.startswith("*"):
+            if card is not None:
+                yield card
+            card = _card(line)
+        elif card is not None:
+            card.data.append(line.text)
+    if card is not None:
+        yield card
+
+
+def _joined(lines: Iterable[Line]) -> Iterator[Line]:
+    """Keyword lines that end in a comma with the lines on which they go on, all others as they are.
+
+    A number is no parameter: before one the comma is one too many, as CalculiX takes it.
+    """
+    unfinished: Line | None = None
+    for line in lines:
+        text = line.text.strip()
+        if text.startswith("**") or not text:
+            continue
+        if unfinished is not None and PARAMETER.match(text):
+            unfinished = unfinished._replace(text=unfinished.text + text)
+            if not text.endswith(","):
+                yield unfinished
+                unfinished = None
+            continue
+        if unfinished is not None:
+            yield unfinished
+        unfinished = line._replace(text=text) if text.startswith("*") and text.endswith(",") else None
+        if unfinished is None:
+            yield line._replace(text=text)
+    if unfinished is not None:
+        yield unfinished
+
+
+def _card(line: Line) -> Card:
+    keyword, *words = _split(line.text[1:])
+    pairs = (word.partition("=") for word in words)
+    options = {"".join(name.upper().split()): value.strip() for name, _, value in pairs}
+    compact = "".join(keyword.upper().split())
+    return Card(SPACED.get(compact, compact), options, [], line)
+
+
+def included(text: str, more: Iterator[str]) -> str | None:
+    """The file of *INCLUDE, INPUT=FILE."""
+    if text[:8].upper() != "*INCLUDE":
+        return None
+    while text.rstrip().endswith(","):
+        text = text.rstrip() + next(more, "")
+    return _card(Line(text.strip(), "", 0)).options.get("INPUT", "").strip("\"' ")
+
+
+def fields(line: str) -> list[str]:
+    """The entries of a data line."""
+    return [word.strip() for word in _split(line.rstrip(","))]
+
+
+def label(word: str) -> str:
+    """A label in capitals and without quotation marks, which also stand round one part of "Part 1-1".tip alone.
+
+    Labels in quotation marks may hold blanks, commas and dots. Abaqus keeps their small letters; here these count as capitals.
+    """
+    return word.strip().replace('"', "").upper()
+
+
+def _split(text: str) -> list[str]:
+    """A line at its commas, but not at those within quotation marks."""
+    return COMMA.split(text) if '"' in text else text.split(",")
+
+
+def _names(text: str) -> frozenset[str]:
+    return frozenset(" ".join(name.split()) for name in text.split(",") if name.strip())
+
+
+MODEL_CARDS = CardList(
+    obeyed=_names(
+        "NODE, NGEN, NFILL, NSET, ELEMENT, ELSET, SYSTEM, TRANSFORM, INCLUDE, "
+        "PART, END PART, ASSEMBLY, END ASSEMBLY, INSTANCE, END INSTANCE, SOLID SECTION, MATERIAL, ELASTIC"
+    ),
+    harmless=_names(
+        """
+        ACOUSTIC FLOW VELOCITY, ACOUSTIC MEDIUM, ADJUST, AMPLITUDE, ANISOTROPIC HYPERELASTIC, ARRUDA-BOYCE, BEAM ADDED
+        INERTIA, BEAM FLUID INERTIA, BEAM GENERAL SECTION, BEAM SECTION, BEAM SECTION GENERATE, BEAM SECTION OFFSET,
+        BIAXIAL TEST DATA, BOUNDARY, BRITTLE CRACKING, BRITTLE FAILURE, BRITTLE SHEAR, CAP CREEP, CAP HARDENING, CAP
+        PLASTICITY, CAST IRON COMPRESSION HARDENING, CAST IRON PLASTICITY, CAST IRON TENSION HARDENING, CAVITY
+        DEFINITION, CENTROID, CFD, CHANGE CONTACT TYPE, CHANGE FRICTION, CHANGE MATERIAL, CHANGE PLASTIC, CHANGE SOLID
+        SECTION, CHANGE SURFACE BEHAVIOR, CLAY HARDENING, CLAY PLASTICITY, CLEARANCE, CO-SIMULATION, COHESIVE
+        BEHAVIOR, COHESIVE SECTION, COMBINED TEST DATA, COMPLEX FREQUENCY, COMPRESSION FACTOR, CONCRETE, CONCRETE
+        COMPRESSION DAMAGE, CONCRETE COMPRESSION HARDENING, CONCRETE DAMAGED PLASTICITY, CONCRETE TENSION DAMAGE,
+        CONCRETE TENSION STIFFENING, CONDUCTIVITY, CONNECTOR BEHAVIOR, CONNECTOR CONSTITUTIVE REFERENCE, CONNECTOR
+        DAMPING, CONNECTOR DERIVED COMPONENT, CONNECTOR ELASTICITY, CONNECTOR FAILURE, CONNECTOR FRICTION, CONNECTOR
+        HARDENING, CONNECTOR LOCK, CONNECTOR PLASTICITY, CONNECTOR POTENTIAL, CONNECTOR SECTION, CONNECTOR STOP,
+        CONNECTOR UNIAXIAL BEHAVIOR, CONSTRAINT, CONSTRAINT CONTROLS, CONTACT, CONTACT CLEARANCE, CONTACT CLEARANCE
+        ASSIGNMENT, CONTACT CONTROLS, CONTACT CONTROLS ASSIGNMENT, CONTACT DAMPING, CONTACT EXCLUSIONS, CONTACT
+        FORMULATION, CONTACT INCLUSIONS, CONTACT INITIALIZATION ASSIGNMENT, CONTACT INITIALIZATION DATA, CONTACT
+        INTERFERENCE, CONTACT PAIR, CONTACT PROPERTY ASSIGNMENT, CONTACT STABILIZATION, CORRELATION LENGTH, COUPLED
+        TEMPERATURE-DISPLACEMENT, COUPLING, CRACK PROPAGATION, CREEP, CREEP STRAIN RATE CONTROL, CRUSH STRESS,
+        CRUSHABLE FOAM, CRUSHABLE FOAM HARDENING, CYCLIC, CYCLIC HARDENING, CYCLIC SYMMETRY MODEL, DAMAGE EVOLUTION,
+        DAMAGE INITIATION, DAMAGE STABILIZATION, DAMPING, DASHPOT, DEFORMATION PLASTICITY, DENSITY, DEPVAR, DESIGN
+        PARAMETER, DESIGN RESPONSE, DESIGN VARIABLES, DETONATION POINT, DIELECTRIC, DIFFUSIVITY, DIRECT COUPLING,
+        DISPLAY BODY, DISTRIBUTING, DISTRIBUTING COUPLING, DISTRIBUTION, DISTRIBUTION TABLE, DRUCKER PRAGER, DRUCKER
+        PRAGER CREEP, DRUCKER PRAGER HARDENING, ELECTRICAL CONDUCTIVITY, ELECTROMAGNETICS, EMBEDDED ELEMENT,
+        EMISSIVITY, END STEP, ENRICHMENT, ENRICHMENT ACTIVATION, EOS, EOS COMPACTION, EQUATION, EULERIAN SECTION,
+        EXPANSION, EXTREME VALUE, FAIL STRESS, FASTENER, FASTENER PROPERTY, FEASIBLE DIRECTION, FILE FORMAT, FILTER,
+        FLUID BEHAVIOR, FLUID BULK MODULUS, FLUID CAVITY, FLUID CONSTANTS, FLUID DENSITY, FLUID EXCHANGE, FLUID
+        EXCHANGE PROPERTY, FLUID EXPANSION, FLUID INFLATOR, FLUID LINK, FLUID PIPE SECTION, FLUID PROPERTY, FLUID
+        SECTION, FRACTURE CRITERION, FRAME SECTION, FRICTION, GAP, GAP CONDUCTANCE, GAP CONVECTION, GAP ELECTRICAL
+        CONDUCTANCE, GAP FLOW, GAP HEAT GENERATION, GAP RADIATION, GAS SPECIFIC HEAT, GASKET BEHAVIOR, GASKET CONTACT
+        AREA, GASKET ELASTICITY, GASKET SECTION, GASKET THICKNESS BEHAVIOR, GEL, GEOMETRIC CONSTRAINT, GEOMETRIC
+        TOLERANCES, GREEN, HCF, HEADING, HOURGLASS, HOURGLASS STIFFNESS, HYPERELASTIC, HYPERFOAM, HYPOELASTIC,
+        HYSTERESIS, IMPEDANCE PROPERTY, INCIDENT WAVE FLUID PROPERTY, INCIDENT WAVE INTERACTION PROPERTY, INCIDENT
+        WAVE PROPERTY, INCIDENT WAVE REFLECTION, INELASTIC HEAT FRACTION, INITIAL CONDITIONS, INITIAL STRAIN INCREASE,
+        INTEGRATED OUTPUT SECTION, ITS, JOINT, JOINT ELASTICITY, JOINT PLASTICITY, JOULE HEAT FRACTION, KAPPA,
+        KINEMATIC, KINEMATIC COUPLING, LATENT HEAT, LAYER, LOW DENSITY FOAM, MAGNETIC PERMEABILITY, MASS, MASS ADJUST,
+        MASS FLOW, MASS FLOW RATE, MATRIX, MATRIX ASSEMBLE, MATRIX INPUT, MEMBRANE SECTION, MODEL CHANGE,
+        MODIFIED FRICTION, MOHR COULOMB, MOHR COULOMB HARDENING, MOISTURE SWELLING, MPC, MULLINS EFFECT, NETWORK MPC,
+        NO ANALYSIS, NO COMPRESSION, NO TENSION, NODAL THICKNESS, NONSTRUCTURAL MASS, NORMAL, OBJECTIVE, ORIENTATION,
+        ORNL, PARAMETER, PARAMETER DEPENDENCE, PARAMETER SHAPE VARIATION, PERIODIC MEDIA, PERMEABILITY, PHYSICAL
+        CONSTANTS, PIEZOELECTRIC, PIPE-SOIL INTERACTION, PIPE-SOIL STIFFNESS, PLANAR TEST DATA, PLASTIC, PLASTIC
+        AXIAL, POROUS BULK MODULI, POROUS ELASTIC, POROUS FAILURE CRITERIA, POROUS METAL PLASTICITY, POTENTIAL,
+        PRE-TENSION SECTION, PREDEFINED FIELD, PREPRINT, PRETENSION SECTION, PSD-DEFINITION, RADIATION SYMMETRY,
+        RADIATION VIEWFACTOR, RANDOM FIELD, RATE DEPENDENT, REBAR, REBAR LAYER, RELEASE, RESTART, RETAINED NODAL DOFS,
+        RIGID BODY, RIGID SURFACE, ROBUST DESIGN, ROTARY INERTIA, SECTION CONTROLS, SECTION ORIGIN, SECTION POINTS,
+        SENSITIVITY, SHEAR CENTER, SHEAR FAILURE, SHEAR TEST DATA, SHELL GENERAL SECTION, SHELL SECTION, SHELL TO
+        SOLID COUPLING, SIMPLE SHEAR TEST DATA, SLIDE LINE, SOLUBILITY, SORPTION, SPECIFIC GAS
+        CONSTANT, SPECIFIC HEAT, SPECTRUM, SPRING, STEP, SUBMODEL, SUBSTRUCTURE COPY, SUBSTRUCTURE DELETE,
+        SUBSTRUCTURE DIRECTORY, SUBSTRUCTURE PROPERTY, SURFACE, SURFACE BEHAVIOR, SURFACE FLAW, SURFACE INTERACTION,
+        SURFACE PROPERTY, SURFACE PROPERTY ASSIGNMENT, SURFACE SECTION, SURFACE SMOOTHING, SURFACE SMOOTHING
+        ASSIGNMENT, SURFACE THICKNESS, SWELLING, SYMMETRIC RESULTS TRANSFER, TENSILE FAILURE, TENSION STIFFENING, TIE,
+        TIME POINTS, TORQUE, TRACER PARTICLE, TRANSVERSE SHEAR STIFFNESS, TRIAXIAL TEST DATA, TRS, TRUSS SECTION, UEL
+        PROPERTY, UNDEX CHARGE PROPERTY, UNIAXIAL TEST DATA, USER DEFINED FIELD, USER ELEMENT, USER MATERIAL, USER
+        OUTPUT VARIABLES, USER SECTION, VALUES AT INFINITY, VIEWFACTOR, VISCOELASTIC, VISCOSITY, VISCOUS, VOID
+        NUCLEATION, VOLUMETRIC TEST DATA, WAVEFRONT MINIMIZATION
+        """
+    ),
+    refused={
+        "NCOPY": "Write the copied nodes out.",
+        "NMAP": "Write the coordinates of the mapped nodes out.",
+        "IMPERFECTION": "Write the nodes out with their imperfections.",
+        "IMPORT": "Write the imported nodes out.",
+        "IMPORT NSET": "Write the imported sets out.",
+        "IMPORT ELSET": "Write the imported sets out.",
+        "INSTANCE IMPORT": "Write the imported nodes out.",
+        "SYMMETRIC MODEL GENERATION": "Write the generated nodes out.",
+        "REFINE MESH": "Use the refined mesh that CalculiX writes instead of this deck.",
+    },
+    noted={
+        "ELGEN": "elements that it makes are not drawn and belong to no set",
+        "ELCOPY": "elements that it makes are not drawn and belong to no set",
+    },
+    sign="*",
+)
+SPACED = {"".join(name.split()): name for name in (*MODEL_CARDS.known, "STEP", "END STEP")}
+"""Keywords as the manuals write them; blanks in a keyword do not count."""

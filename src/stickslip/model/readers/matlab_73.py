@@ -1,0 +1,78 @@
+"""MATLAB files of version 7.3: HDF5, with arrays columns first, sparse matrices and cell arrays as groups and references."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip.model.readers.hdf5 import refuse_data_elsewhere, refuse_odd_numbers, refuse_other_files, refuse_too_much
+from stickslip.model.readers.limits import rows_with_entries
+from stickslip.model.readers.numbers import compressed_columns
+from stickslip.support.checks import fault
+
+DEEPEST = 4
+"""Structs in structs."""
+
+
+def arrays(path: Path) -> dict[str, Any]:
+    """Arrays by name."""
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        refuse_other_files(file)
+        return {name: value for top in file if not top.startswith("#") for name, value in _items(file, top, file[top], DEEPEST)}
+
+
+def _items(file: Any, name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:
+    """A dense or sparse matrix or, for `dofs`, names; the fields of a struct as "rom.M"; nothing for anything else."""
+    import h5py
+
+    if isinstance(item, h5py.Group):
+        if "MATLAB_sparse" in item.attrs:
+            yield name, _sparse_group(name, item)
+        elif depth:
+            for field in item:
+                yield from _items(file, f"{name}.{field}", item[field], depth - 1)
+    elif name.rpartition(".")[2] == "dofs":
+        yield name, _hdf5_names(file, item)
+    elif item.dtype.kind in "fiu" or item.dtype.names == ("real", "imag"):
+        yield name, _dense(name, item).T
+
+
+def _dense(name: str, item: Any) -> Any:
+    """A stored array, columns first as MATLAB keeps it; {real, imag} becomes complex."""
+    refuse_too_much(name, item)
+    refuse_odd_numbers(name, item)
+    values = item[()]
+    return values["real"] + 1j * values["imag"] if item.dtype.names else values
+
+
+def _sparse_group(name: str, group: Any) -> Any:
+    """The compressed columns data, ir, jc; the attribute holds the number of rows."""
+    rows, columns = int(group.attrs["MATLAB_sparse"]), int(group["jc"].size) - 1
+    data, indices = (_dense(name, group[key]) if key in group else np.zeros(0, np.int64) for key in ("data", "ir"))
+    rows_with_entries(name, max(rows, columns), data.size)
+    starts = _dense(name, group["jc"])
+    return compressed_columns(name, data, indices, starts, (rows, columns))
+
+
+def _hdf5_names(file: Any, item: Any) -> list[str]:
+    """Names from rows of characters, or from a cell array: references to character arrays."""
+    import h5py
+
+    refuse_too_much("dofs", item)
+    if item.dtype.kind in "ui":
+        return ["".join(map(chr, row)).strip() for row in np.atleast_2d(item[()].T)]
+    if item.dtype != h5py.ref_dtype:
+        raise fault("dofs", "must hold text", str(item.dtype), 'A cell array of names such as "17.x", one for each row.')
+    return [_text(file[reference]) for reference in item[()].T.ravel()]
+
+
+def _text(cell: Any) -> str:
+    """The characters that a reference leads to, which no link need lead to."""
+    refuse_data_elsewhere(cell.id)
+    refuse_too_much("dofs", cell)
+    return "".join(map(chr, cell[()].ravel()))

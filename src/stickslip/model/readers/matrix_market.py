@@ -1,0 +1,105 @@
+"""Matrix Market files (.mtx, .mm): one matrix a file, in coordinates or as an array, general or one triangle.
+
+The format is that of Boisvert, Pozo and Remington (NISTIR 5935, 1996). It says nothing of entries that stand twice: they add up,
+as SciPy and others read and write them, and a note says so.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from stickslip.model.readers.content import Content
+from stickslip.model.readers.limits import rows_with_entries, within_memory
+from stickslip.model.readers.numbers import number_lines, whole
+from stickslip.support.checks import Array, counted, fault
+
+START = b"%%MatrixMarket"
+FIELDS = ("real", "integer", "complex")
+SYMMETRIES = ("general", "symmetric", "skew-symmetric", "hermitian")
+COMMENTS_AND_SIZE = re.compile(rb"(?:[ \t]*(?:%[^\n]*)?\r?\n)*([^\n]*)\n?")
+
+
+def read(path: Path) -> Content:
+    """The matrix, with both triangles."""
+    within_memory(path.name, 12 * path.stat().st_size)
+    head, _, body = path.read_bytes().partition(b"\n")
+    layout, field, symmetry = _header(path.name, head)
+    place = COMMENTS_AND_SIZE.match(body)
+    rows, columns, *entries = _sizes(path.name, place[1] if place else b"", 3 if layout == "coordinate" else 2)
+    if symmetry != "general" and rows != columns:
+        raise fault(f"A {symmetry} matrix", "must be square", (rows, columns))
+    count = entries[0] if entries else _stored(rows, columns, symmetry)
+    width = (2 if entries else 0) + (2 if field == "complex" else 1)
+    numbers = number_lines(path.name, body[place.end() if place else 0 :])
+    if numbers.shape != (count, width) and (count or numbers.size):
+        raise fault(path.name, f"must hold {count} lines of {counted(width, 'number')}, as it says", numbers.shape)
+    numbers = numbers.reshape(count, width)
+    values = numbers[:, -2] + 1j * numbers[:, -1] if field == "complex" else numbers[:, -1]
+    if field == "integer" and np.any(values != np.floor(values)):
+        raise fault(f"{path.name}, values,", "must be whole numbers, as its first line says", values[values % 1 != 0][0])
+    if not entries:
+        return Content("Matrix Market", {"": _array(values, rows, columns, symmetry)})
+    rows_with_entries(path.name, max(rows, columns), count)
+    at = [whole(f"{path.name}, rows and columns,", numbers[:, k], 1, size) - 1 for k, size in enumerate((rows, columns))]
+    stored = sparse.coo_array((values, tuple(at)), (rows, columns)).tocsc()
+    again = count - stored.nnz
+    notes = (f"{path.name} repeats places of entries {again} times: the entries of one place are added up.",) if again else ()
+    return Content("Matrix Market", {"": _filled(stored, symmetry)}, notes=notes)
+
+
+def _header(file: str, line: bytes) -> tuple[str, str, str]:
+    """Layout, field and symmetry, from the first line."""
+    head = line[:400].decode("ascii", "replace").strip()
+    words = head.lower().split()[1:]
+    known = len(words) == 4 and words[0] == "matrix" and words[1] in ("coordinate", "array")
+    if not known or words[2] not in FIELDS or words[3] not in SYMMETRIES:
+        rule = f"must say matrix, coordinate or array, {', '.join(FIELDS)}, and {', '.join(SYMMETRIES)}"
+        raise fault(f"The first line of {file}", rule, head[:80])
+    return words[1], words[2], words[3]
+
+
+def _sizes(file: str, line: bytes, number: int) -> list[int]:
+    """Rows and columns, and how many entries the file says that it stores."""
+    words = line.decode("ascii", "replace").split()
+    if len(words) != number or not all(re.fullmatch(r"\d{1,18}", word) for word in words):
+        what = "rows, columns" if number == 2 else "rows, columns and entries"
+        raise fault(f"The line of sizes of {file}", f"must hold the numbers of {what}", " ".join(words)[:60])
+    return [int(word) for word in words]
+
+
+def _stored(rows: int, columns: int, symmetry: str) -> int:
+    """How many values an array stores: those of one triangle unless it is general, without diagonal if skew-symmetric."""
+    if symmetry == "general":
+        return rows * columns
+    return rows * (rows - 1) // 2 if symmetry == "skew-symmetric" else rows * (rows + 1) // 2
+
+
+def _array(values: Array, rows: int, columns: int, symmetry: str) -> Array:
+    """The dense matrix of values that stand column by column."""
+    if symmetry == "general":
+        return values.reshape(columns, rows).T
+    skew = symmetry == "skew-symmetric"
+    upper = np.zeros((rows, rows), values.dtype)
+    upper[np.triu_indices(rows, int(skew))] = values  # rows of the upper triangle are columns of the lower one
+    lower = upper.T
+    if skew:
+        return np.asarray(lower - upper)
+    return np.asarray(lower + np.triu(upper.conj() if symmetry == "hermitian" else upper, 1))
+
+
+def _filled(matrix: Any, symmetry: str) -> Any:
+    """Both triangles of a matrix that stores one."""
+    if symmetry == "general":
+        return matrix
+    if sparse.tril(matrix, -1).nnz and sparse.triu(matrix, 1).nnz:
+        raise fault(f"A {symmetry} matrix", "must store one triangle", "both", "Write `general` in its first line.")
+    if symmetry == "skew-symmetric" and np.any(matrix.diagonal()):
+        raise fault("A skew-symmetric matrix", "must have no diagonal", "one", "Is it symmetric?")
+    other = matrix.conj().T if symmetry == "hermitian" else matrix.T
+    whole_matrix = sparse.csc_array(matrix - other if symmetry == "skew-symmetric" else matrix + other)
+    return whole_matrix - sparse.diags_array(matrix.diagonal()) if symmetry != "skew-symmetric" else whole_matrix

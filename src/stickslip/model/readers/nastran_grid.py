@@ -1,0 +1,214 @@
+"""Coordinates of Nastran's grid points (GRID, GRDSET) in the basic system, from rectangular, cylindrical and spherical systems,
+and the corners of elements.
+
+CORD2x, CID, RID, A1, A2, A3, B1, ..., C3: origin A, a point B of the third axis and a point C of the plane of the first and the
+third, in the system RID; CORD1x, CID, G1, G2, G3 has them at grid points. Coordinates are (x, y, z), (r, θ, z) or (r, θ, φ) with
+θ from the third axis and φ about it, in degrees. (MSC Nastran Quick Reference Guide, CORD1C to CORD2S, GRID.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip.model.readers.bulk_cards import BULK_CARDS
+from stickslip.model.readers.cells import FoundCells
+from stickslip.model.readers.content import dof, given_twice, located
+from stickslip.model.readers.deck import CardsMet, Deck, own_axes
+from stickslip.model.readers.nastran_cards import BEGIN, Entry, bulk_lines, entries, integer, number, positive_integer
+from stickslip.model.structure.matrices import Point
+from stickslip.support.checks import Array, InputError, fault
+
+ELEMENTS = {
+    "CTETRA": "tetrahedron",
+    **dict.fromkeys(("CPYRAM", "CPYRA"), "pyramid"),
+    "CPENTA": "wedge",
+    "CHEXA": "hexahedron",
+    **dict.fromkeys(("CTRIA3", "CTRIA6", "CTRIAR"), "triangle"),
+    **dict.fromkeys(("CQUAD4", "CQUAD8", "CQUADR"), "quadrilateral"),
+}
+"""Entries of elements with faces: ELEMENT, EID, PID, G1, G2, ..., corners first."""
+
+BASIC = 0
+"""Number of the basic coordinate system; a blank field means it too."""
+
+MOST_NESTED = 100
+"""Systems that refer to each other in a row; those beyond are left out."""
+
+
+class CoordinateSystem(NamedTuple):
+    """R, C or S; origin and axes (columns) in the basic system."""
+
+    kind: str
+    origin: Array
+    axes: Array
+
+    def place(self, coordinates: Array) -> Array:
+        """A point in the basic system."""
+        a, b, c = coordinates
+        if self.kind == "C":
+            a, b = a * np.cos(np.radians(b)), a * np.sin(np.radians(b))
+        elif self.kind == "S":
+            polar, about = np.radians(b), np.radians(c)
+            a, b, c = a * np.sin(polar) * np.cos(about), a * np.sin(polar) * np.sin(about), a * np.cos(polar)
+        return np.asarray(self.origin + self.axes @ np.array([a, b, c]))
+
+
+BASIC_SYSTEM = CoordinateSystem("R", np.zeros(3), np.eye(3))
+
+
+class _Defined(NamedTuple):
+    """A system as it is written: by three points in a system `of`, or by three grid points."""
+
+    kind: str
+    of: int
+    points: Array | None
+    grids: tuple[int, ...]
+
+
+@dataclass
+class Grid:
+    """Entries of a file that say where grid points are: number, CP, coordinates and CD of each; systems by number.
+
+    default: CP and CD of GRDSET, wherever it stands; external: grid point and components of EXTRN.
+    """
+
+    written: list[tuple[int, str, Point, str]] = field(default_factory=list)
+    systems: dict[int, _Defined] = field(default_factory=dict)
+    default: tuple[str, str] = ("", "")
+    external: list[tuple[str, str]] = field(default_factory=list)
+    elements: FoundCells = field(default_factory=FoundCells)
+
+    def take(self, entry: list[str]) -> None:
+        """Keep what an entry says, if it is one of these."""
+        name = entry[0]
+        if name == "GRID":
+            grid, system, *coordinates, motion = [*entry, *[""] * 7][1:7]
+            x, y, z = map(number, coordinates)
+            self.written.append((positive_integer(grid), system, (x, y, z), motion))
+        elif name in ELEMENTS:
+            self.elements.add(ELEMENTS[name], [word for word in entry[3:] if word])
+        elif name == "EXTRN":
+            pairs = zip(entry[1::2], entry[2::2], strict=False)
+            self.external += [(grid, components) for grid, components in pairs if grid]
+        elif name == "GRDSET":
+            self.default = entry[2], entry[6] if len(entry) > 6 else ""
+        elif name in ("CORD2R", "CORD2C", "CORD2S"):
+            values = np.array([number(word) for word in (*entry[3:], *[""] * 9)[:9]]).reshape(3, 3)
+            self.systems[integer(entry[1])] = _Defined(name[-1], integer(entry[2] or "0"), values, ())
+        elif name in ("CORD1R", "CORD1C", "CORD1S"):
+            for first in (1, 5):
+                number_of, *grids = entry[first : first + 4]
+                if number_of:
+                    self.systems[integer(number_of)] = _Defined(name[-1], BASIC, None, tuple(map(integer, grids)))
+
+    @property
+    def points(self) -> list[tuple[int, int, Point]]:
+        """Number, coordinate system and coordinates of each grid point."""
+        default = self.default[0] or "0"
+        return [(grid, integer(system or default), place) for grid, system, place, _ in self.written]
+
+    def deck(self, file: str) -> Deck:
+        """The grid points in the basic system, with notes on those that are not there."""
+        points = self.points
+        places = self._places(points)
+        found = [(str(point), place) for (point, _, _), place in zip(points, places, strict=True) if place is not None]
+        lost = len(points) - len(found)
+        notes = [f"{lost} grid points of {file} are left out: their coordinate systems are not in the file."] if lost else []
+        own = sum(integer(motion or self.default[1] or "0") > BASIC for *_, motion in self.written)
+        turned = own_axes(own, file, "CD of GRID")
+        rows = tuple(
+            dof(positive_integer(grid), integer(component))
+            for grid, components in self.external
+            for component in components or "0"
+        )
+        nodes = located(found)
+        notes += given_twice(len(found) - len(nodes), file)
+        return Deck(nodes, {}, (*notes, *self.elements.notes(file)), self.elements.cells, turned, rows)
+
+    def _places(self, points: list[tuple[int, int, Point]]) -> list[Point | None]:
+        """Where each grid point is; None in a system that is not known."""
+        known = {BASIC: BASIC_SYSTEM}
+        for _ in range(MOST_NESTED):
+            needed = {grid for system in self.systems.values() for grid in system.grids}
+            at = {name: known[of].place(np.array(x)) for name, of, x in points if name in needed and of in known}
+            waiting = [(name, _system(name, defined, known, at)) for name, defined in self.systems.items() if name not in known]
+            more = {name: system for name, system in waiting if system is not None}
+            if not more:
+                break
+            known |= more
+        return [_point(known[of], x) if of in known else None for _, of, x in points]
+
+
+MAIN = "BULK"
+
+
+@dataclass
+class BulkData:
+    """What a file holds by its sections, MAIN and those of superelements: each has grid points of its own."""
+
+    sections: dict[str, Grid] = field(default_factory=lambda: {MAIN: Grid()})
+    met: CardsMet = field(default_factory=lambda: CardsMet(BULK_CARDS))
+    present: str = MAIN
+
+    def take(self, entry: Entry) -> None:
+        """Keep what an entry says, in the section where it stands."""
+        name, *rest = entry.fields
+        if name == BEGIN:
+            self.present = " ".join(rest[0].replace("BULK", " ").replace("=", " ").split()) or MAIN
+            self.sections.setdefault(self.present, Grid())
+        elif self.met.obeys(name, entry.line.place):
+            try:
+                self.sections[self.present].take(entry.fields)
+            except InputError as error:
+                raise InputError(f"{entry.line.place}, {name}: {error}") from None
+
+    def deck(self, file: str) -> Deck:
+        """The grid points of the main section; those of the only superelement where that has none, as a punch file of one."""
+        others = [section for section in self.sections if section != MAIN]
+        whole = not self.sections[MAIN].written and len(others) == 1
+        deck = self.sections[others[0] if whole else MAIN].deck(file)
+        left = "" if whole else ", ".join(section for section in others if self.sections[section].written)
+        notes = (
+            f"{file}: the grid points of {left} are left out, since their numbering is separate. Use a file of the superelement.",
+        )
+        deck.notes = (*(notes if left else ()), *deck.notes, *self.met.notes(file))
+        return deck
+
+
+def read_grid(path: Path) -> Deck:
+    """Coordinates of the grid points of a bulk data file and the files that it includes."""
+    bulk = BulkData()
+    for entry in entries(bulk_lines(path, 20)):
+        bulk.take(entry)
+    return bulk.deck(path.name)
+
+
+def _point(system: CoordinateSystem, coordinates: Point) -> Point:
+    """A point in the basic system; what is there already keeps its digits."""
+    if system is BASIC_SYSTEM:
+        return coordinates
+    x, y, z = map(float, system.place(np.array(coordinates)))
+    return x, y, z
+
+
+def _system(name: int, defined: _Defined, known: dict[int, CoordinateSystem], at: dict[int, Array]) -> CoordinateSystem | None:
+    """A system in the basic one; None where that which it refers to is not known."""
+    if defined.points is None:
+        if not all(grid in at for grid in defined.grids):
+            return None
+        origin, third, plane = (at[grid] for grid in defined.grids)
+    elif defined.of in known:
+        origin, third, plane = (known[defined.of].place(point) for point in defined.points)
+    else:
+        return None
+    z, across = third - origin, np.cross(third - origin, plane - origin)
+    size = np.linalg.norm(z) * np.linalg.norm(plane - origin)
+    if not np.linalg.norm(across) > 1e-12 * size:
+        given = list(defined.grids) if defined.points is None else defined.points.tolist()
+        raise fault(f"Coordinate system {name}", "must be given by three points that are not in line", given)
+    e3, e2 = z / np.linalg.norm(z), across / np.linalg.norm(across)
+    return CoordinateSystem(defined.kind, origin, np.column_stack([np.cross(e2, e3), e2, e3]))

@@ -1,0 +1,149 @@
+"""Numbers in text files: each is a whole token, or the file is refused. Fast: compiled code reads all lines at once."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from stickslip.model.readers.limits import refuse_utf_16, rows_with_entries, within_memory
+from stickslip.support.checks import Array, Index, fault
+
+WITHOUT_LETTER = re.compile(r"((?:\d+\.\d*|\.\d+))([+-]\d+)(?=\s|$)", re.MULTILINE)
+"""A number whose exponent has a sign alone, as Fortran writes 1.5-103 where three digits leave no place for the letter."""
+
+NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?", re.ASCII)
+"""A number as a whole word; Python's float takes more, such as 1_0, infinity and digits of other scripts."""
+
+COMMENT = re.compile(rb"^[ \t]*[*#].*$", re.MULTILINE)
+
+
+def table(path: Path, columns: int | None) -> Array:
+    """Every line of a text file as `columns` numbers, split by blanks or commas, (lines, columns); None: as many as there are.
+
+    Lines that begin with * or # are comments.
+    """
+    within_memory(path.name, 12 * path.stat().st_size)
+    refuse_utf_16(path)
+    content = COMMENT.sub(b"", path.read_bytes()).replace(b",", b" ")
+    found = number_lines(path.name, content)
+    if found.size == 0 or (columns is not None and found.shape[1] != columns):
+        raise fault(
+            f"Each line of {path.name}", f"must have {columns or 'several'} numbers", found.shape[1] if found.size else "empty"
+        )
+    return found
+
+
+def number_lines(what: str, content: bytes) -> Array:
+    """Lines of numbers split by blanks, (lines, numbers); blank lines are passed over.
+
+    Exponents have an E, a D or, with a decimal point before them, a sign alone, as Fortran writes them. What is no number as a
+    whole, such as 2000,5 or 20_00.5 or 0x7d0, is refused, and so are lines of different lengths.
+    """
+    if not content or content.isspace():
+        return np.zeros((0, 0))
+    if b"\r" in content:
+        content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    text = content.translate(bytes.maketrans(b"Dd", b"Ee")).decode("ascii", "replace")
+    try:
+        try:
+            return np.loadtxt(text.split("\n"), dtype=float, ndmin=2, comments=None)
+        except ValueError:
+            return np.loadtxt(WITHOUT_LETTER.sub(r"\1E\2", text).split("\n"), dtype=float, ndmin=2, comments=None)
+    except ValueError as error:
+        raise fault(f"Each line of {what}", "must hold as many numbers as the first", str(error).partition(";")[0]) from None
+
+
+def number_of(word: str) -> float | None:
+    """The number that a word is, None where it is none; exponents as `number_lines` takes them."""
+    text = WITHOUT_LETTER.sub(r"\1E\2", word.strip())
+    return float(text.upper().replace("D", "E")) if NUMBER.fullmatch(text) else None
+
+
+def coordinate(word: str) -> float:
+    """The number of a field of a deck, of which an empty one is 0."""
+    value = number_of(word) if word.strip() else 0.0
+    if value is None:
+        raise fault("A field", "must be a number", word[:20])
+    return value
+
+
+def integer(word: str) -> int:
+    """The whole number of a field."""
+    if not re.fullmatch(r"[+-]?\d{1,18}", word.strip(), re.ASCII):
+        raise fault("A field", "must be a whole number", word[:20])
+    return int(word)
+
+
+def numbers_in(text: str) -> Array:
+    """The numbers of a text, split by blanks or commas."""
+    return number_lines("a matrix", b"\n".join(text.encode("ascii", "replace").replace(b",", b" ").split())).ravel()
+
+
+def fixed_fields(what: str, lines: Sequence[bytes], count: int, layout: tuple[int, int], *, real: bool = True) -> Array:
+    """The numbers of `fixed_words`, (count,)."""
+    return number_lines(what, b"\n".join(fixed_words(what, lines, count, layout, real=real))).ravel()
+
+
+def fixed_words(what: str, lines: Sequence[bytes], count: int, layout: tuple[int, int], *, real: bool = True) -> list[bytes]:
+    """`count` numbers, each as a word, from fields of one width, between which there need be no blanks.
+
+    layout: fields of a line and letters of a field; every line but the last is full. Where blanks part as many numbers, the width
+    may be another one, as SciPy writes it. Real numbers have a decimal point, others none.
+    """
+    per_line, width = layout
+    kind = "with a decimal point" if real else "without a decimal point"
+    rule = f"must be {count} numbers {kind}, {per_line} a line, in fields of {width} letters"
+    if per_line < 1 or width < 1 or len(lines) != -(-count // per_line):
+        raise fault(what, rule, f"{len(lines)} lines")
+    words: list[bytes] = []
+    for line, first in zip(lines, range(0, count, per_line), strict=True):
+        number = min(per_line, count - first)
+        own = line.split()
+        if len(own) != number:
+            own = [line[place : place + width].strip() for place in range(0, len(line.rstrip()), width)]
+        if len(own) != number or any(word.count(b".") != real or len(word.split()) != 1 for word in own):
+            raise fault(what, rule, line.decode("ascii", "replace")[:60])
+        words += own
+    return words
+
+
+def whole(what: str, values: Array, lowest: int, highest: int | None = None) -> Index:
+    """Numbers that stand for rows or nodes, as integers."""
+    outside = (values < lowest) | (values > (2**31 - 1 if highest is None else highest)) | (values != np.floor(values))
+    if np.any(outside):
+        limit = "" if highest is None else f" up to {highest}"
+        raise fault(what, f"must be whole numbers from {lowest}{limit}", float(values[outside].ravel()[0]))
+    return np.asarray(values.astype(np.int64))
+
+
+def compressed_columns(what: str, values: Any, indices: Any, starts: Any, shape: tuple[int, int]) -> sparse.csc_array:
+    """The matrix of its values column by column, their rows (`indices`) and the place where each column starts, from 0.
+
+    SciPy does not look at rows and starts where the last start is 0, and its compiled code trusts them.
+    """
+    rows, columns = shape
+    shapes_fit = values.ndim == indices.ndim == 1 and starts.shape == (columns + 1,)
+    if not shapes_fit or indices.dtype.kind not in "iu" or starts.dtype.kind not in "iu":
+        raise fault(what, f"must have {columns + 1} starts of columns, and rows in whole numbers", [starts.shape, indices.dtype])
+    if starts[0] != 0 or np.any(starts[1:] < starts[:-1]) or not starts[-1] == values.size == indices.size:
+        counts = [int(starts[-1]), values.size, indices.size]
+        raise fault(what, "must have starts of columns that rise to the number of its values and rows", counts)
+    if np.any((indices < 0) | (indices >= rows)):
+        raise fault(what, f"must have entries in rows up to {rows}", int(indices.max()) + 1)
+    return sparse.csc_array((values, indices.astype(np.int64), starts.astype(np.int64)), shape)
+
+
+def triplets(what: str, rows: Index, columns: Index, values: Array, size: int) -> sparse.csc_array:
+    """The matrix (size, size) of entries by row and column, both counted from 0; none stands twice."""
+    rows_with_entries(what, size, len(values))
+    matrix = sparse.coo_array((values, (rows, columns)), (size, size)).tocsc()
+    if matrix.nnz < len(values):
+        places, counts = np.unique(np.column_stack([rows, columns]), axis=0, return_counts=True)
+        row, column = (places[counts > 1][0] + 1).tolist()
+        raise fault(what, "must hold each entry once", f"row {row}, column {column} more than once", "Was it put together?")
+    return matrix

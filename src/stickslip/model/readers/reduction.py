@@ -1,0 +1,194 @@
+"""Conversion of a model to a `Structure`: complete if small, else by Craig–Bampton reduction to the places in use.
+
+A reduction is kept on disk under a name that identifies its content, so that the same model is reduced once.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import stickslip
+from stickslip.model.readers import numpy_archive
+from stickslip.model.readers.describe import indefinite_mass
+from stickslip.model.readers.limits import within_memory
+from stickslip.model.readers.model import Model
+from stickslip.model.readers.places import Place
+from stickslip.model.readers.rotation_stress import rotation_note, rotation_stress_of_body
+from stickslip.model.readers.spin_softening import prestress_note
+from stickslip.model.readers.stress_places import StressRows
+from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.damping import Damping
+from stickslip.model.structure.matrices import Point, Structure
+from stickslip.model.structure.mesh_surface import MeshSurface, recovery_rows, selection
+from stickslip.model.structure.rigid_motions import rigid_motions, without_resistance
+from stickslip.model.structure.rotation_axis import RotationAxis
+from stickslip.support.checks import Array, InputError, fault
+from stickslip.support.files import write_arrays
+
+Progress = Callable[[float, str], None]
+"""Called with the share that is done and what is being done."""
+
+WHOLE_SIZE = 3000
+"""Rows up to which a model is taken whole."""
+MODES = 30
+"""Default number of fixed-interface modes."""
+
+
+def quiet(share: float, text: str) -> None:
+    """Progress that nobody watches."""
+
+
+def whole(model: Model, damping: Damping | None = None, stress: StressRows | None = None) -> Structure:
+    """The model as it stands, dense."""
+    if model.size > WHOLE_SIZE:
+        remedy = "Name the places of contacts, loads and outputs in `keep`: the rest is then reduced to modes."
+        raise fault("A model taken whole", f"must have at most {WHOLE_SIZE} rows", model.size, remedy)
+    C = None if model.C is None else model.C.toarray()
+    nodes = {node: model.nodes[node] for node in model.located[0]}
+    sets = {name: tuple(node for node in members if node in model.directions) for name, members in model.sets.items()}
+    found = model.surface
+    surfaces = () if found is None else (MeshSurface(*found[:2], selection(found.numbers, model.size), model.dofs),)
+    stresses = () if stress is None else (stress.recovery(stress.rows.toarray(), model.dofs),)
+    made = Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets)
+    return replace(made, surfaces=surfaces, stresses=stresses)
+
+
+def reduced(
+    model: Model,
+    places: tuple[Place, ...],
+    modes: int | None,
+    damping: Damping | None = None,
+    progress: Progress = quiet,
+    stress: StressRows | None = None,
+) -> Structure:
+    """The model by its places and `modes` fixed-interface modes (30, or all of a smaller model); C is projected too."""
+    kept = {name: row for place in places for name, row in place.dofs.items()}
+    inside = model.size - len(kept)
+    if modes is not None and modes not in range(inside + 1):
+        raise fault("modes", f"must be a whole number from 0 to {inside}, the rows that are not kept", modes)
+    number = min(MODES, inside) if modes is None else int(modes)
+    file = cache_folder() / f"{_key(model, kept, number, stress)}.npz"
+    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress"))
+    if matrices is None:
+        matrices = _reduce(model, kept, number, progress, stress)
+        to_cache(file, matrices)
+    else:
+        progress(1.0, f"reduction found in {file}")
+    C = matrices["C"] if matrices["C"].size else None
+    dofs = (*kept, *_mode_names(matrices["M"].shape[0] - len(kept)))
+    nodes, sets, mesh = kept_nodes(model, kept), kept_sets(model, places), model.located[1]
+    found = model.surface
+    surfaces = () if found is None else (MeshSurface(*found[:2], matrices["recovery"], dofs),)
+    stresses = () if stress is None else (stress.recovery(matrices["stress"], dofs),)
+    made = Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=mesh)
+    return replace(made, surfaces=surfaces, stresses=stresses)
+
+
+def kept_nodes(model: Model, kept: dict[str, int]) -> dict[str, Point]:
+    """Coordinates of the kept nodes by their names in the reduced model."""
+    names = {name.rpartition(".")[0]: model.dofs[row].rpartition(".")[0] for name, row in kept.items()}
+    return {name: model.nodes[node] for name, node in names.items() if node in model.nodes}
+
+
+def kept_sets(model: Model, places: tuple[Place, ...]) -> dict[str, tuple[str, ...]]:
+    """The nodes of each place by their names in the reduced model."""
+    rows = {model.dofs[row].rpartition(".")[0]: name.rpartition(".")[0] for place in places for name, row in place.dofs.items()}
+    return {place.name: tuple(dict.fromkeys(rows[node] for node in place.nodes if node in rows)) for place in places}
+
+
+def _mode_names(number: int) -> tuple[str, ...]:
+    return tuple(f"mode/{index}.q" for index in range(1, number + 1))
+
+
+def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, stress: StressRows | None) -> dict[str, Array]:
+    basis = 8 * model.size * (len(kept) + modes)
+    within_memory("The basis of the reduction", 3 * basis)
+    if indefinite_mass(model.M):
+        raise fault("M", "must have no negative eigenvalue", "indefinite", "Check the sign and the export of the mass.")
+    sizes = f"{model.size} rows to {len(kept)} kept and {modes} modes; the basis takes {basis / 2**20:.0f} MiB"
+    progress(0.0, f"reducing {sizes}")
+    reduction = craig_bampton(model.M, model.K, kept, modes, progress)
+    T = reduction.transformation
+    C = np.zeros((0, 0)) if model.C is None else np.asarray(T.T @ (model.C @ T))
+    numbers = np.zeros((0, 3), dtype=int) if model.surface is None else model.surface.numbers
+    K = _as_free(model, kept, reduction.structure.K)
+    stresses = np.zeros((0, T.shape[1])) if stress is None else np.asarray(stress.rows @ T)
+    return {"M": reduction.structure.M, "K": K, "C": C, "recovery": recovery_rows(T, numbers), "stress": stresses}
+
+
+def _as_free(model: Model, kept: dict[str, int], K: Array) -> Array:
+    """The reduced K (n, n), which leaves the same rigid motions free as the whole one: fixed-interface modes do not move."""
+    rigid = rigid_motions(model.K, model.dofs, model.nodes)
+    if not rigid.shape[1]:
+        return K
+    motions = np.zeros((K.shape[0], rigid.shape[1]))
+    motions[: len(kept)] = rigid[list(kept.values())]
+    return without_resistance(K, motions)
+
+
+def cache_folder() -> Path:
+    """Where reductions are kept: STICKSLIP_CACHE, or `stickslip` in the user's folder of caches."""
+    chosen = os.environ.get("STICKSLIP_CACHE")
+    return Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "stickslip" / "models"
+
+
+def _key(model: Model, kept: dict[str, int], modes: int, stress: StressRows | None) -> str:
+    surface = b"" if model.surface is None else model.surface.numbers.tobytes()
+    located = model.located[1].tobytes()
+    wanted = sorted(kept.values()), list(kept.values()), modes, surface, located, stress and stress.bytes
+    key = repr((stickslip.__version__, model.fingerprint, *wanted))
+    return sha256(key.encode()).hexdigest()[:32]
+
+
+def from_cache(file: Path, names: Sequence[str]) -> dict[str, Any] | None:
+    """The arrays that an earlier reduction left; a damaged file counts as none."""
+    try:
+        found = numpy_archive.arrays(file)
+        return {name: found[name] for name in names}
+    except Exception:  # whatever a damaged file raises: the reduction is simply done again
+        return None
+
+
+def to_cache(file: Path, matrices: dict[str, Any]) -> None:
+    """Keep a reduction; without a folder to write to, nothing is kept."""
+    try:
+        write_arrays(file, matrices)
+    except OSError:
+        return
+
+
+def structure_of(
+    model: Model,
+    places: tuple[Place, ...] | None,
+    modes: int | None,
+    damping: Damping | None,
+    progress: Progress = quiet,
+    stress: StressRows | None = None,
+    rotation: tuple[float, RotationAxis] | None = None,
+) -> Structure:
+    """The model whole, or by its places; with the stress where it is asked for, and the part of it due to rotation at a speed in
+    rev/min about an axis."""
+    if damping is not None and model.C is not None:
+        where = f"{model.file} has" if model.file else "the structure has"
+        remedy = "Leave [damping] out (in Python: damping), or write own_damping = false, so that C counts for nothing."
+        raise InputError(f"Damping must be given once, but {where} a matrix C beside the damping rule. {remedy}")
+    if places is None and modes is not None:
+        raise InputError("modes must go with keep or a contact surface, the places that are not reduced, but stands alone.")
+    made = whole(model, damping, stress) if places is None else reduced(model, places, modes, damping, progress, stress)
+    if rotation is None:
+        return made
+    if stress is None:
+        raise InputError("The speed of a model must go with places of stress, whose mean it changes, but there are none.")
+    speed, axis = rotation
+    mean = rotation_stress_of_body(model, stress.rows, axis, speed)
+    for note in filter(None, (rotation_note(stress, mean, speed), prestress_note(model, axis, speed))):
+        progress(1.0, note)
+    (recovery,) = made.stresses
+    return replace(made, stresses=(replace(recovery, rotation=mean.reshape(len(recovery.places), -1)),))

@@ -1,0 +1,360 @@
+"""A sector of a bladed disk from another program, as a cyclic structure.
+
+The model is one sector with both faces free: the ties of a cyclic analysis must not act in its matrices. The high face is the low
+one turned by 2π/N about the axis; `model/readers/sector_faces.py` pairs their nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+import stickslip
+from stickslip.model.readers.deck import OWN_AXES
+from stickslip.model.readers.model import Model
+from stickslip.model.readers.places import Keep, Place, Where, places_of
+from stickslip.model.readers.read import Paths, read_model
+from stickslip.model.readers.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, quiet, to_cache
+from stickslip.model.readers.rotation_stress import refuse_own_axes, rotation_note, rotation_stress
+from stickslip.model.readers.sector_faces import interpolation_error, paired
+from stickslip.model.readers.spin_softening import prestress_note
+from stickslip.model.readers.stress_places import StrainGauge, StressRows, stress_rows_of
+from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, Waves, cyclic
+from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names
+from stickslip.model.structure.damping import Damping
+from stickslip.model.structure.reduced_waves import reduced_waves
+from stickslip.model.structure.rotation_axis import Z_AXIS, AxisLike, RotationAxis
+from stickslip.model.structure.solid import Solid
+from stickslip.model.structure.sparse import Sparse
+from stickslip.support.checks import Index, InputError, between, counted, fault, finite, first_of
+from stickslip.support.units import UnitSystem, unit_system
+
+MODES = 30
+"""Fixed-interface modes of each nodal diameter, unless given."""
+SAME_MASS = 1e-6
+"""Difference of two mass matrices, relative to their largest entry, that is rounding of printed numbers."""
+OTHER_SUPPORT = 100.0
+"""Ratio of two entries on the diagonals of K beyond which a support has changed and not the speed."""
+AT_SPEEDS, SAME_SUPPORTS = "The models of a sector at several speeds", "Fix the same nodes at every speed."
+COUPLING = 1e-6
+"""Mass between different directions, relative to the largest, that is more than rounding."""
+
+
+@dataclass(frozen=True)
+class Faces:
+    """How a sector meets its neighbours: the number of sectors of the disk, the sets of nodes of the low face and of the high
+    one, which is the low one turned by 2π/N about the axis, and whether their meshes differ (interpolated).
+    """
+
+    sectors: int
+    low: str
+    high: str
+    axis: RotationAxis = Z_AXIS
+    interpolated: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class ReadSector:
+    """A sector with its paired faces; rows: of each row of the model the row in it, −1 where a partner on the other face fixes
+    it; notes: sentences on what was found."""
+
+    sector: Sector
+    rows: Index
+    notes: tuple[str, ...]
+
+
+def read_sector(
+    path: Paths,
+    *,
+    sectors: int,
+    faces: tuple[str, str],
+    keep: Keep,
+    axis: AxisLike = "z",
+    modes: int = MODES,
+    interpolated: bool = False,
+    units: str | UnitSystem = "SI",
+    damping: Damping | None = None,
+    names: str | Path | None = None,
+    speed: float | None = None,
+    stress: Mapping[str, Where | StrainGauge] | None = None,
+    progress: Progress = quiet,
+) -> CyclicStructure:
+    """Read the finite-element model of one sector and return the disk of `sectors` equal sectors, reduced for every nodal
+    diameter, in SI.
+
+    faces: the two sets of nodes at which a sector meets its neighbours, (low, high): high is low turned by 2π/N counter-clockwise
+    about the axis. keep: the nodes to retain, as in `read_structure`, none of them on the faces. axis: of rotation, "x", "y" or
+    "z" through the origin, or (point, direction) in the units of the model. modes: number of fixed-interface modes of each nodal
+    diameter, in addition to the retained nodes. interpolated: for faces with different meshes; the displacements of the finer
+    face are interpolated between the nodes of the other. stress: places {name: node, set, coordinates or `StrainGauge`} whose
+    stress is recovered from the elements of the deck, none of them on the faces. speed: rotor speed of K in rev/min; the mean
+    stress then contains the stress due to rotation. progress is called with what is being done and what was found.
+
+    A pair of nodes on the faces is fixed if either node is fixed. Matrices with a constraint between the faces are refused: in
+    CalculiX write them without *CYCLIC SYMMETRY MODEL, or with CYCMPC=INACTIVE.
+    """
+    system = unit_system(units)
+    model = read_model(path, units=system, names=names)
+    joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
+    recovered = None if stress is None else stress_rows_of(model, stress, system.metres)
+    places = places_of(model, keep, system.metres)
+    speeds = [] if speed is None else [finite("speed", speed)]
+    disks, notes = disks_of([model], joint, places, modes, damping, progress, speeds, recovered)
+    for note in notes:
+        progress(1.0, note)
+    return disks[0]
+
+
+def read_sector_at_speeds(
+    paths: Mapping[float, Paths],
+    *,
+    sectors: int,
+    faces: tuple[str, str],
+    keep: Keep,
+    axis: AxisLike = "z",
+    modes: int = MODES,
+    interpolated: bool = False,
+    units: str | UnitSystem = "SI",
+    damping: Damping | None = None,
+    names: str | Path | None = None,
+    stress: Mapping[str, Where | StrainGauge] | None = None,
+    progress: Progress = quiet,
+) -> dict[float, CyclicStructure]:
+    """Read the models of one sector at several rotor speeds, {speed in rev/min: path}, and return {speed: disk}, all of them
+    in the same coordinates: K(Ω) of `ss.campbell` and `ss.synchronous` lies between them.
+
+    The mass matrix must be the same at all speeds, and every K must contain what its program adds at that speed: stress
+    stiffening and, as in CalculiX, spin softening. All are reduced with the shapes of the mean of the slowest and the fastest K.
+    Other arguments as those of `read_sector`.
+    """
+    speeds = sorted(finite("paths, a speed", speed) for speed in paths)
+    if len(speeds) < 2:
+        raise fault("paths", "must be models at two speeds at least, {speed in rev/min: path}", dict(paths))
+    system = unit_system(units)
+    models = [read_model(paths[speed], units=system, names=names) for speed in speeds]
+    joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
+    recovered = None if stress is None else stress_rows_of(models[0], stress, system.metres)
+    places = places_of(models[0], keep, system.metres)
+    disks, notes = disks_of(models, joint, places, modes, damping, progress, speeds, recovered)
+    for note in notes:
+        progress(1.0, note)
+    return dict(zip(speeds, disks, strict=True))
+
+
+def disks_of(
+    models: Sequence[Model],
+    faces: Faces,
+    places: Sequence[Place],
+    modes: int | None = None,
+    damping: Damping | None = None,
+    progress: Progress = quiet,
+    speeds: Sequence[float] = (),
+    stress: StressRows | None = None,
+) -> tuple[list[CyclicStructure], tuple[str, ...]]:
+    """The disks of the models of one sector, at `speeds` in rev/min where they are known, and notes on what was found."""
+    if any(model.C is not None for model in models):
+        raise InputError("The model of a sector must not contain C. Use a damping rule, or pass the matrices to `with_damping`.")
+    model = models[0]
+    read = sector_of_model(model, faces)
+    refuse_stress_on_faces(model, faces, stress)
+    stiffnesses = [read.sector.solid.K, *(_stiffness(model, each, read) for each in models[1:])]
+    kept = {name: int(read.rows[row]) for place in places for name, row in place.dofs.items()}
+    held = sorted(name for name, row in kept.items() if row < 0)
+    if held:
+        raise fault("Kept degrees of freedom", "must not be fixed by their partner on the other face", held)
+    number = MODES if modes is None else modes
+    speed = speeds[0] if speeds and stress is not None else 0.0
+    if speed:
+        refuse_own_axes(model)
+    file = cache_folder() / f"{_key(models, faces, kept, number, stress, speed)}.npz"
+    arrays = from_cache(file, ("M", "K", "error", "stress", "rotation"))
+    if arrays is None:
+        own = None if stress is None else stress.rows[:, np.flatnonzero(read.rows >= 0)]
+        masses, reduced, stresses = _reduced(read.sector, stiffnesses, kept, number, progress, own)
+        error = interpolation_error(read.sector) if faces.interpolated else 0.0
+        rotation = np.zeros(0) if own is None or not speed else rotation_stress(read.sector, own, faces.axis, speed)
+        arrays = {"M": masses, "K": reduced, "error": np.array(error), "stress": stresses, "rotation": rotation}
+        to_cache(file, arrays)
+    else:
+        progress(1.0, f"reduction found in {file}")
+    dofs = (*kept, *mode_names(number))
+    whole = {name: row for place in places for name, row in place.dofs.items()}
+    nodes, sets = kept_nodes(model, whole), kept_sets(model, tuple(places))
+    mean = arrays["rotation"] if arrays["rotation"].size else None
+    recoveries = () if stress is None else (stress.recovery(arrays["stress"], dofs, faces.sectors, mean),)
+    disks = [
+        replace(
+            cyclic(faces.sectors, dofs, arrays["M"], waves, axis=faces.axis),
+            nodes=nodes,
+            sets=sets,
+            mesh_points=model.located[1],
+            damping=damping,
+            stresses=recoveries,
+        )
+        for waves in arrays["K"]
+    ]
+    speed_of: Sequence[float | None] = speeds or [None] * len(models)
+    prestress = [prestress_note(each, faces.axis, speed) for each, speed in zip(models, speed_of, strict=True)]
+    change = f"The lowest frequencies change by up to {100.0 * float(arrays['error']):.1g} % if the other face follows instead"
+    error_note = (change,) if faces.interpolated else ()
+    means = () if stress is None or mean is None else (rotation_note(stress, mean, speed),)
+    known = (*map(str, places), *(stress.notes if stress else ()), *means, *read.notes, *error_note)
+    return disks, (*known, *filter(None, prestress))
+
+
+def refuse_stress_on_faces(model: Model, faces: Faces, stress: StressRows | None) -> None:
+    """Stress at a node is the mean over its elements, some of which belong to the neighbour there."""
+    on_faces = {node for face in (faces.low, faces.high) for node in model.sets[face]}
+    named = [name for name, node in (stress.nodes if stress else {}).items() if node in on_faces]
+    if named:
+        raise fault("A place of stress", "must not lie on a face of the sector", named[0], "Choose a node beside it.")
+
+
+def _key(
+    models: Sequence[Model], faces: Faces, kept: Mapping[str, int], modes: int, stress: StressRows | None, speed: float
+) -> str:
+    """Identifies a reduction."""
+    members = [models[0].sets[face] for face in (faces.low, faces.high)]
+    nodes = [(node, models[0].nodes[node]) for face in members for node in face]
+    models_key = [model.fingerprint for model in models], faces, nodes, list(kept.values()), modes
+    key = repr((stickslip.__version__, *models_key, stress and stress.bytes, speed))
+    return sha256(key.encode()).hexdigest()[:32]
+
+
+def _reduced(
+    sector: Sector,
+    stiffnesses: Sequence[Sparse],
+    kept: Mapping[str, int],
+    modes: int,
+    progress: Progress,
+    stress: sparse.csr_array | None,
+) -> tuple[Waves, NDArray[np.complex128], NDArray[np.complex128]]:
+    """M of all nodal diameters (N//2 + 1, m, m), K of each model (models, N//2 + 1, m, m), on the shapes of the mean K, and the
+    stress (N//2 + 1, rows, m).
+
+    Frequencies at both ends then err by the square of what the speed changes of the shapes.
+    """
+    mean = stiffnesses[0] if len(stiffnesses) == 1 else sparse.csc_array(0.5 * (stiffnesses[0] + stiffnesses[-1]))
+    solid = replace(sector.solid, K=mean)
+    masses, reduced, stresses = [], [], []
+    for wave in reduced_waves(replace(sector, solid=solid), kept, modes, progress):
+        T = wave.transformation
+        masses.append(wave.M)
+        stresses.append(np.zeros((0, len(wave.M))) if stress is None else stress @ T)
+        reduced.append([wave.K] if len(stiffnesses) == 1 else [hermitian(T.conj().T @ (K @ T)) for K in stiffnesses])
+    waves = np.array(reduced, dtype=complex).swapaxes(0, 1)
+    return np.array(masses, dtype=complex), waves, np.array(stresses, dtype=complex)
+
+
+def _stiffness(model: Model, other: Model, read: ReadSector) -> Sparse:
+    """K of the same sector at another speed, in the rows of the sector."""
+    if set(other.dofs) != set(model.dofs):
+        pairs = ((model, other), (other, model))
+        more = [
+            f"{first_of(sorted(set(a.dofs) - set(b.dofs)), 4)} in {a.file} alone" for a, b in pairs if set(a.dofs) - set(b.dofs)
+        ]
+        raise fault(AT_SPEEDS, "must have the same rows", "; ".join(more), SAME_SUPPORTS)
+    _refuse_other_supports(model, other)
+    order = np.array([other.rows[name] for name in model.dofs])[np.flatnonzero(read.rows >= 0)]
+    M = other.M[order][:, order]
+    gap = np.abs((M - read.sector.solid.M).data).max(initial=0.0)
+    if gap > SAME_MASS * np.abs(M.data).max():
+        raise fault(AT_SPEEDS, "must have the same M", f"a difference of {gap:.3g} kg")
+    return sparse.csc_array(other.K[order][:, order])
+
+
+def _refuse_other_supports(model: Model, other: Model) -> None:
+    """Stiffness against a support, or a row that is taken out, stands on the diagonal of K, far beyond what a speed changes."""
+    own, theirs = model.K.diagonal(), other.K.diagonal()[[other.rows[name] for name in model.dofs]]
+    small, large = np.sort(np.abs([own, theirs]), axis=0)
+    differs = (large > OTHER_SUPPORT * small) & (large > np.median(np.abs(own)) / OTHER_SUPPORT)
+    if np.any(differs):
+        row = int(np.flatnonzero(differs)[0])
+        names = first_of([model.dofs[k] for k in np.flatnonzero(differs).tolist()], 4)
+        sizes = " and ".join(f"{value:.3g} N/m in {each.file}" for value, each in ((own[row], model), (theirs[row], other)))
+        raise fault(AT_SPEEDS, "must be held at the same nodes", f"{names} with {sizes} on the diagonal of K", SAME_SUPPORTS)
+
+
+def sector_of_model(model: Model, faces: Faces) -> ReadSector:
+    """The sector of a model with its faces paired."""
+    between("sectors", faces.sectors, 2, MOST_SECTORS)
+    names, points = tuple(model.nodes), np.array([model.nodes[node] for node in model.nodes]).reshape(-1, 3)
+    numbers = np.array([[model.rows.get(f"{node}.{direction}", -1) for direction in "xyz"] for node in names]).reshape(-1, 3)
+    low, high = (_side(model, names, face) for face in (faces.low, faces.high))
+    _refuse_local_axes(model, numbers, np.concatenate([low, high]))
+    pairs = paired(Solid(model.M, model.K, points, numbers), faces, low, high)
+    free = numbers[np.concatenate([pairs.left, pairs.right])] >= 0
+    if np.any(free.any(axis=1) != free.all(axis=1)):
+        raise fault(
+            "Nodes on the faces of a sector",
+            "must be free or fixed in all three directions",
+            "some are fixed in one or two",
+            "Fix these nodes in all three directions, or support other nodes instead.",
+        )
+    left, right = np.split(free[:, 0], [pairs.left.size])
+    if not (np.any(left) and np.any(right)) or (not faces.interpolated and not np.any(left & right)):
+        raise InputError(
+            f"The sector must be written with both faces free, but no pair of nodes of {faces.low} and {faces.high} has rows on "
+            "both: the matrices contain a cyclic constraint, or both faces are fixed. In CalculiX omit *CYCLIC SYMMETRY MODEL, "
+            "or write CYCMPC=INACTIVE."
+        )
+    one_sided = np.zeros(0, dtype=np.int64)
+    if not faces.interpolated:
+        one_sided = np.concatenate([numbers[pairs.left[left & ~right]], numbers[pairs.right[right & ~left]]]).ravel()
+    kept = np.setdiff1d(np.arange(model.size), one_sided)
+    rows = np.full(model.size + 1, -1, dtype=np.int64)
+    rows[kept] = np.arange(kept.size)
+    reduced = Solid(model.M[kept][:, kept], model.K[kept][:, kept], points, rows[numbers])
+    return ReadSector(replace(pairs, solid=reduced), rows[:-1], tuple(_notes(pairs, faces, left, right)))
+
+
+def _notes(pairs: Sector, faces: Faces, left: NDArray[np.bool_], right: NDArray[np.bool_]) -> Iterator[str]:
+    apart = f"at most {1e3 * pairs.apart:.2g} mm apart"
+    if faces.interpolated:
+        leading, following = (faces.high, faces.low) if pairs.mirrored else (faces.low, faces.high)
+        yield (
+            f"The {counted(pairs.right.size, 'node')} of {following} follow the {counted(pairs.left.size, 'node')} of {leading} "
+            f"by interpolation, {apart} from their surface"
+        )
+        return
+    yield f"{faces.low} and {faces.high}: {counted(left.size, 'pair')} of nodes, {apart}, 1 of {faces.sectors} sectors"
+    one_sided = int(np.sum(left != right))
+    if one_sided:
+        yield f"{counted(one_sided, 'pair of nodes is', 'pairs of nodes are')} fixed because one node is"
+
+
+def _side(model: Model, names: Sequence[str], face: str) -> Index:
+    """The numbers of the nodes of a face."""
+    if face not in model.sets:
+        raise fault("A face of the sector", "must be a set of nodes of the model", face, f"Its sets: {', '.join(model.sets)}.")
+    members = set(model.sets[face])
+    missing = sorted(members - set(names))
+    if missing:
+        raise fault(f"The nodes of {face}", "must have coordinates", f"{first_of(missing, 4)} without")
+    return np.flatnonzero([node in members for node in names])
+
+
+def _refuse_local_axes(model: Model, numbers: Index, nodes: Index) -> None:
+    """Rows of face nodes along axes of their own do not join. The mass of solids then couples different directions of two nodes,
+    which it does not along the axes of the model; only where the reader has noted such axes at all.
+    """
+    if not any(OWN_AXES in note for note in model.notes):
+        return
+    direction = np.array(["xyz".find(name.rpartition(".")[2]) for name in model.dofs])
+    own = numbers[nodes].ravel()
+    mass = sparse.coo_array(model.M[own[own >= 0]])
+    ours, others = direction[own[own >= 0]][mass.coords[0]], direction[mass.coords[1]]
+    coupling = np.abs(mass.data[(others >= 0) & (ours != others)]).max(initial=0.0)
+    if coupling > COUPLING * np.abs(mass.data).max(initial=0.0):
+        raise fault(
+            "Nodes on the faces of a sector",
+            "must have rows along x, y and z of the model",
+            "axes of their own",
+            "Write the matrices without the local axes of these nodes (*TRANSFORM, CD, NROTAT).",
+        )

@@ -1,0 +1,151 @@
+"""Stress at named nodes of a model, from the elements of its deck: sparse rows over the degrees of freedom of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from stickslip.model.readers.model import Model
+from stickslip.model.readers.places import Where, nearest_of
+from stickslip.model.structure.nodal_stress import KINDS, nodal_stress
+from stickslip.model.structure.solid import Material
+from stickslip.model.structure.stress import COMPONENTS, StressRecovery, strain_along
+from stickslip.support.checks import Array, InputError, counted, fault, nearest
+
+MOST_PLACES = 200
+"""Places of stress of one model: results hold 13 numbers for each at every point of every curve."""
+
+
+@dataclass(frozen=True)
+class StrainGauge:
+    """A place of stress with a strain gauge.
+
+    at: a node, or coordinates (x, y, z). direction (3,): the direction in which the gauge measures, in the axes of the model; a
+    vector of any length.
+    """
+
+    at: Where
+    direction: Sequence[float]
+
+
+@dataclass(frozen=True, eq=False)
+class StressRows:
+    """σ = rows u at named nodes: rows (6 places, n) [Pa/m], sparse, all components of one place after another; u of the model.
+    nodes: of the model, by the name of the place; gauges: as of a `StressRecovery`; notes: on what was found."""
+
+    nodes: Mapping[str, str]
+    rows: sparse.csr_array
+    gauges: Mapping[str, Array]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def bytes(self) -> bytes:
+        """Identifies the rows."""
+        return b"".join(part.tobytes() for part in (self.rows.data, self.rows.indices, self.rows.indptr))
+
+    def recovery(self, rows: Array, dofs: tuple[str, ...], sectors: int = 0, rotation: Array | None = None) -> StressRecovery:
+        """The recovery from reduced coordinates `dofs`: rows (6 places, m), of a sector for each nodal diameter (N//2+1, ...);
+        rotation (6 places,): stress of the rotation, Pa."""
+        places = (len(self.nodes), len(COMPONENTS), len(dofs))
+        if not sectors:
+            return StressRecovery(tuple(self.nodes), rows.reshape(places), dofs, gauges=self.gauges)
+        waves = rows.reshape(-1, *places)
+        mean = None if rotation is None else rotation.reshape(-1, len(COMPONENTS))
+        return StressRecovery(tuple(self.nodes), waves[0].real, dofs, waves, sectors, self.gauges, mean)
+
+
+def stress_rows_of(model: Model, asked: Mapping[str, Where | StrainGauge], metres: float = 1.0) -> StressRows:
+    """The stress at places {name: node, set or coordinates (x, y, z) in units of `metres`}, averaged over the elements of a node,
+    and the strain at those that are a `StrainGauge`.
+
+    The nodes of a set are NAME/NODE. Fixed nodes and those in the middle of an edge are places too.
+    """
+    if model.solids is None or not model.solids.nodes:
+        raise fault(
+            "A model with places of stress",
+            f"must come with the elements of its deck (CalculiX, Abaqus: {', '.join(KINDS)})",
+            "one without",
+            "Put the .inp beside the matrices, or name it in `names`.",
+        )
+    gauges = {name: where for name, where in asked.items() if isinstance(where, StrainGauge)}
+    places = {name: where.at if isinstance(where, StrainGauge) else where for name, where in asked.items()}
+    nodes = _nodes(model, places, metres)
+    for name in gauges:
+        if name not in nodes:
+            raise fault(f"stress, {name}: a strain gauge", "must be at one node", f"the set {places[name]!r}")
+    place = {node: k for k, node in enumerate(dict.fromkeys(nodes.values()))}
+    shares, around, materials = np.zeros(len(place)), set[str](), dict[str, Material]()
+    found: list[tuple[int, Array, Array]] = []
+    for kind, own, material in model.solids.around(place.keys()):
+        stress = nodal_stress(kind, _points(model, kind, own), material)
+        columns = np.array([[model.rows.get(f"{node}.{axis}", -1) for axis in "xyz"] for node in own]).ravel()
+        around.update(own)
+        for node, values in zip(own, stress, strict=True):
+            if node in place:
+                shares[place[node]] += 1.0
+                if materials.setdefault(node, material) != material and any(nodes[name] == node for name in gauges):
+                    raise fault("A strain gauge", "must be where all elements have one material", f"node {node}")
+                found.append((place[node], columns, values.reshape(len(COMPONENTS), -1)))
+    lonely = next((node for node, k in place.items() if not shares[k]), None)
+    if lonely is not None:
+        raise fault("A place of stress", "must be a node of a solid element", f"node {lonely}")
+    each: Any = sparse.lil_array((6 * len(place), model.size + 1))
+    for k, columns, values in found:
+        each[6 * k : 6 * k + 6, columns] += values / shares[k]
+    order = np.concatenate([6 * place[node] + np.arange(6) for node in nodes.values()])
+    strains = {name: _strain(name, gauge, materials[nodes[name]]) for name, gauge in gauges.items()}
+    return StressRows(nodes, sparse.csr_array(each)[order][:, :-1], strains, _notes(model, nodes, around))
+
+
+def _strain(name: str, gauge: StrainGauge, material: Material) -> Array:
+    try:
+        return strain_along(gauge.direction, material)
+    except InputError as error:
+        raise InputError(f"stress, {name}: {error}") from None
+
+
+def _points(model: Model, kind: str, nodes: tuple[str, ...]) -> Array:
+    """Coordinates of the nodes of an element, (nodes, 3), m."""
+    if kind in KINDS and len(nodes) != KINDS[kind]:
+        raise fault(f"A {kind} at a place of stress", f"must have {KINDS[kind]} nodes", len(nodes))
+    missing = [node for node in nodes if node not in model.nodes]
+    if missing:
+        raise fault("The nodes of an element at a place of stress", "must have coordinates", f"node {missing[0]} without")
+    return np.array([model.nodes[node] for node in nodes])
+
+
+def _notes(model: Model, nodes: Mapping[str, str], around: set[str]) -> tuple[str, ...]:
+    listed = ", ".join(f"{name} (node {node})" for name, node in list(nodes.items())[:6])
+    what = f"Stress at {listed}{f', ... ({len(nodes)})' if len(nodes) > 6 else ''}"
+    held = sum(node not in model.directions for node in around)
+    fixed = f"; {counted(held, 'node')} of the elements there have no rows and count as fixed" if held else ""
+    return (what + fixed,)
+
+
+def _nodes(model: Model, asked: Mapping[str, Where], metres: float) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for name, where in asked.items():
+        try:
+            found |= _found(model, name, where, metres)
+        except InputError as error:
+            raise InputError(f"stress, {name}: {error}") from None
+    if not 1 <= len(found) <= MOST_PLACES:
+        raise fault("The number of places of stress", f"must be from 1 to {MOST_PLACES}", len(found), "Name fewer nodes.")
+    return found
+
+
+def _found(model: Model, name: str, where: Any, metres: float) -> dict[str, str]:
+    if isinstance(where, str | Integral):
+        word = str(where)
+        if word in model.sets:
+            return {f"{name}/{node}": node for node in model.sets[word]}
+        if word in model.nodes:
+            return {name: word}
+        raise InputError(f"Node or set {word!r} does not exist. {nearest(word, [*model.sets, *model.nodes])}")
+    points = np.array(list(model.nodes.values()))
+    return {name: nearest_of(tuple(model.nodes), points, where, metres)[0]}

@@ -1,0 +1,257 @@
+"""One blade between two flat-cylinder dampers: the rig of "An Experimental and Computational Comparison of the Dynamic
+Response Variability in a Turbine Blade with Under-Platform Dampers".
+
+The paper publishes contact parameters, preloads, damping and the free frequency (410 Hz), but no geometry. The dimensions
+here were calibrated with two of its numbers: the free frequency and the resonance at 80 N and 4.6 kg (529 Hz).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from math import hypot
+from typing import Any
+
+import numpy as np
+
+from stickslip.model.contact.macroslip import Macroslip
+from stickslip.model.contact.microslip import MicroslipArray
+from stickslip.model.contact.point import Contact, Motion, ground, node
+from stickslip.model.contact.start import Start
+from stickslip.model.contact.stiffness import static_normal_load
+from stickslip.model.dampers.damper import Damper
+from stickslip.model.dampers.flat_cylinder import FlatCylinder
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
+from stickslip.model.rigs.platform_blade import Place, PlatformBlade, reduced_blade
+from stickslip.model.rigs.separator import ForceSeparator, Separator
+from stickslip.model.structure.assembly import Spring, assemble
+from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.stress import StressRecovery, stress_recovery
+from stickslip.support.checks import fault, not_negative, positive
+from stickslip.support.units import STANDARD_GRAVITY, N_per_um
+
+ELEMENTS_PER_POINT = 5
+"""Macroslip elements in parallel at each point of the cylinder line."""
+ARMATURE = "shaker/armature.x"
+"""The moving mass of a shaker that pushes through a stinger."""
+
+Support = Callable[[Place], Motion]
+"""What a cylinder line presses against: the motion of each of its points."""
+
+
+@dataclass(frozen=True)
+class ContactParameters:
+    """Totals of one damper: kt, kn [N/m] of the flat and of the cylinder side, friction coefficients."""
+
+    flat_kt: float
+    flat_kn: float
+    flat_mu: float
+    cylinder_kt: float
+    cylinder_kn: float
+    cylinder_mu: float
+
+    def __post_init__(self) -> None:
+        for key in ("flat_kt", "flat_kn", "cylinder_kt", "cylinder_kn"):
+            positive(key, getattr(self, key))
+        for key in ("flat_mu", "cylinder_mu"):
+            not_negative(key, getattr(self, key))
+
+
+PUBLISHED = {
+    2.6: ContactParameters(20 * N_per_um, 50 * N_per_um, 0.6, 45 * N_per_um, 260 * N_per_um, 0.4),
+    4.6: ContactParameters(25 * N_per_um, 65 * N_per_um, 0.6, 45 * N_per_um, 260 * N_per_um, 0.4),
+    6.6: ContactParameters(35 * N_per_um, 75 * N_per_um, 0.6, 35 * N_per_um, 260 * N_per_um, 0.4),
+}
+"""Contact parameters by preload mass in kg (Table 1 of the paper)."""
+
+
+def single_blade(
+    preload_mass: float = 4.6,
+    *,
+    flat_kt: float | None = None,
+    flat_kn: float | None = None,
+    flat_mu: float | None = None,
+    cylinder_kt: float | None = None,
+    cylinder_kn: float | None = None,
+    cylinder_mu: float | None = None,
+    gap_factor: float = 0.9,
+    damping: float = 0.008,
+    force: float = 1.0,
+    platform_angle: float = 45.0,
+    length: float = 222.388e-3,
+    damper_mass: float = 50e-3,
+    centre_offset: float = 8e-3,
+    cylinder_offset: float = 16e-3,
+    modes: int = 150,
+    flat_points: int = 5,
+    cylinder_elements: int = ELEMENTS_PER_POINT,
+    separators: bool = False,
+    separator_mass: float = 0.3,
+    cell_stiffness: float = 500 * N_per_um,
+    stinger_stiffness: float | None = None,
+    stinger_mass: float = 0.2,
+    start: Start | None = None,
+) -> Problem:
+    """The blade, clamped at its root, with a damper under each side of its platform; output is the lateral motion of the tip.
+
+    preload_mass: dead weight that pulls each damper up [kg]: 2.6, 4.6 or 6.6, or any with all six contact parameters given
+    (totals per surface: kt, kn in N/m, friction coefficient mu).
+    gap_factor g: the gaps of the five elements at a cylinder point reach 2 g N̄/kn; damping: ratio of every stuck mode;
+    force: amplitude at (t/2, 39 mm, 0) along x [N]; platform_angle [degrees]; length of the blade [m]; damper_mass [kg];
+    centre_offset, cylinder_offset: x from pad middle to mass centre and cylinder line [m]; modes: fixed-interface modes
+    kept; flat_points: 4, 5, 9 or 15 on each flat; cylinder_elements: in parallel at a point, 1 for macroslip;
+    separators: the cylinder sides press against separators on load cells (`separator.py`) of separator_mass [kg] and
+    cell_stiffness [N/m], five bodies in all, instead of a rigid support; stinger_stiffness [N/m]: the force acts on a mass of
+    stinger_mass [kg] that pushes the blade through this spring, instead of on the blade; start: one start rule for all contacts
+    (virgin unless given).
+    """
+    names = ("flat_kt", "flat_kn", "flat_mu", "cylinder_kt", "cylinder_kn", "cylinder_mu")
+    values = (flat_kt, flat_kn, flat_mu, cylinder_kt, cylinder_kn, cylinder_mu)
+    parameters = contact_parameters(positive("preload_mass", preload_mass), dict(zip(names, values, strict=True)))
+    blade, pull = PlatformBlade(length=length, platform_angle=platform_angle), preload_mass * STANDARD_GRAVITY
+    offsets = {"centre_offset": centre_offset, "cylinder_offset": cylinder_offset}
+    dampers = placed_dampers(blade, damper_shape(blade, **offsets, mass=damper_mass, flat_points=flat_points), pull)
+    separator = ForceSeparator(mass=separator_mass, cell_stiffness=cell_stiffness)
+    behind = tuple(behind_cylinder(damper, separator, platform_angle) for damper in dampers) if separators else ()
+    largest_gap = 2.0 * gap_factor * static_normal_load(pull, platform_angle) / parameters.cylinder_kn
+    contacts = all_contacts(dampers, parameters, largest_gap, start, cylinder_elements, behind)
+    structure, pushed = assembled(blade, dampers, modes, behind), "blade/force.x"
+    if stinger_stiffness is not None:
+        structure, pushed = with_stinger(structure, stinger_stiffness, stinger_mass), ARMATURE
+    title = f"Single blade with two dampers, {preload_mass:g} kg"
+    return rig_problem(structure.with_damping(ModalDamping(damping, on="stuck")), contacts, dampers, Force(pushed, force), title)
+
+
+def single_blade_stress(
+    places: Mapping[str, Place],
+    *,
+    platform_angle: float = 45.0,
+    length: float = 222.388e-3,
+    modes: int = 150,
+    flat_points: int = 5,
+) -> StressRecovery:
+    """Stress recovery of the blade of `single_blade` at places {name: (x, y, z)} in m; geometry and modes as given there.
+
+    Axes: x lateral, y radial from the clamped root, z depth. Linear steel without notches: at the clamped root and in the corners
+    under the platform stress is singular, and grows with every refinement of the mesh.
+    """
+    blade = PlatformBlade(length=length, platform_angle=platform_angle)
+    dampers = placed_dampers(blade, damper_shape(blade, flat_points=flat_points), STANDARD_GRAVITY)
+    reduction = reduced_blade(blade, tuple(pad for damper in dampers for pad in pads(damper)), modes)
+    return stress_recovery(blade.mesh(), blade.clamped(), reduction, places, "blade/", blade.material)
+
+
+def contact_parameters(preload_mass: float, given: Mapping[str, float | None]) -> ContactParameters:
+    """The published parameters of this preload mass with those given put in their place; all six given: any mass."""
+    explicit = {key: value for key, value in given.items() if value is not None}
+    published = next((p for mass, p in PUBLISHED.items() if abs(mass - preload_mass) < 1e-9), None)
+    base = {} if published is None else asdict(published)
+    missing = [key for key in given if key not in base and key not in explicit]
+    if missing:
+        raise fault(
+            "preload_mass",
+            "must be 2.6, 4.6 or 6.6 kg, the masses with published contact parameters",
+            preload_mass,
+            f"Take one of them, or give {', '.join(missing)}; nothing is interpolated.",
+        )
+    return ContactParameters(**(base | explicit))
+
+
+def damper_shape(blade: PlatformBlade, **dimensions: Any) -> FlatCylinder:
+    """The damper under a blade's platform: its flat covers two thirds of the reach, unless `dimensions` say otherwise."""
+    width, slope = 2.0 / 3.0 * hypot(blade.platform_reach, blade.rise), blade.platform_angle
+    return replace(FlatCylinder(width, blade.depth, left_angle=slope, right_angle=slope), **dimensions)
+
+
+def placed_dampers(blade: PlatformBlade, shape: FlatCylinder, pull: float) -> tuple[Damper, Damper]:
+    """The left and the right damper, each with the middle of its flat at 2/3 of the platform's reach."""
+    return (
+        shape.beside_blade("damper_left", blade.underside(2.0 / 3.0, 0.0, -1), -1, pull, "left"),
+        shape.beside_blade("damper_right", blade.underside(2.0 / 3.0, 0.0, 1), 1, pull, "right"),
+    )
+
+
+def pads(damper: Damper) -> tuple[tuple[str, Place], ...]:
+    """The blade's nodes opposite the flat: (name, place), "left_pad_1", ..."""
+    points = np.asarray(damper.surface("flat").points)
+    return tuple((f"{damper.label}_pad_{i}", (float(x), float(y), float(z))) for i, (x, y, z) in enumerate(points, start=1))
+
+
+def behind_cylinder(damper: Damper, separator: ForceSeparator, platform_angle: float) -> Separator:
+    """The separator that the cylinder side of a damper presses against."""
+    middle = np.asarray(damper.surface("cylinder").points).mean(axis=0)
+    return separator.placed(f"separator_{damper.label}", middle, -1 if damper.label == "left" else 1, platform_angle)
+
+
+def rigid(point: Place) -> Motion:
+    """The motion of a rigid support: none."""
+    return ground
+
+
+def assembled(blade: PlatformBlade, dampers: Sequence[Damper], modes: int, behind: Sequence[Separator] = (), /) -> Structure:
+    """Reduced blade, dampers and the separators behind them on their load cells."""
+    reduction = reduced_blade(blade, tuple(pad for damper in dampers for pad in pads(damper)), modes)
+    bodies = {"blade": reduction.structure} | {damper.name: damper.structure for damper in dampers}
+    bodies |= {part.name: part.structure for part in behind}
+    return assemble(bodies, [cell for part in behind for cell in part.cells()])
+
+
+def rig_problem(
+    structure: Structure, contacts: Sequence[Contact], dampers: Sequence[Damper], shaker: Force, title: str
+) -> Problem:
+    """The rig under its shaker and the pull of its dampers; output is the lateral motion of the tip."""
+    forces = (replace(shaker, name="shaker"), *(load for damper in dampers for load in damper.forces()))
+    return Problem(structure, tuple(contacts), forces, ("blade/tip.x",), title)
+
+
+def with_stinger(structure: Structure, stiffness: float, mass: float) -> Structure:
+    """The structure with the moving mass [kg] of a shaker, which pushes the blade through a spring [N/m]."""
+    armature = Structure(np.array([[positive("stinger_mass", mass)]]), np.zeros((1, 1)), (ARMATURE.partition("/")[2],))
+    stinger = Spring({ARMATURE: 1.0, "blade/force.x": -1.0}, positive("stinger_stiffness", stiffness))
+    return assemble({"": structure, "shaker": armature}, [stinger])
+
+
+def all_contacts(
+    dampers: Sequence[Damper],
+    parameters: ContactParameters,
+    largest_gap: float,
+    start: Start | None = None,
+    cylinder_elements: int = ELEMENTS_PER_POINT,
+    behind: Sequence[Separator] = (),
+) -> tuple[Contact, ...]:
+    """`damper_contacts` of every damper, in front of its separator where there are any."""
+    supports: Sequence[Support] = [part.at for part in behind] or [rigid] * len(dampers)
+    return tuple(
+        contact
+        for damper, support in zip(dampers, supports, strict=True)
+        for contact in damper_contacts(damper, parameters, largest_gap, start, cylinder_elements, support)
+    )
+
+
+def damper_contacts(
+    damper: Damper,
+    parameters: ContactParameters,
+    largest_gap: float,
+    start: Start | None = None,
+    cylinder_elements: int = ELEMENTS_PER_POINT,
+    support: Support = rigid,
+) -> tuple[Contact, ...]:
+    """Macroslip at the points of the flat against the blade; at the cylinder line, against its support, microslip arrays of so
+    many elements, or macroslip for one.
+    """
+    p = parameters
+
+    def flat(share: float) -> Macroslip:
+        return Macroslip(share * p.flat_kt, p.flat_mu, share * p.flat_kn)
+
+    def cylinder(share: float) -> Macroslip | MicroslipArray:
+        kt, kn = share * p.cylinder_kt, share * p.cylinder_kn
+        if cylinder_elements == 1:
+            return Macroslip(kt, p.cylinder_mu, kn)
+        return MicroslipArray.from_totals(kt, kn, p.cylinder_mu, largest_gap, cylinder_elements)
+
+    opposite = [node(f"blade/{name}") for name, _ in pads(damper)]
+    behind = [support((float(x), float(y), float(z))) for x, y, z in np.asarray(damper.surface("cylinder").points)]
+    return (*damper.contacts("flat", flat, opposite, start), *damper.contacts("cylinder", cylinder, behind, start))

@@ -1,0 +1,207 @@
+"""Reduction of a meshed sector: cyclic constraints between its faces, and Craig–Bampton for each nodal diameter.
+
+The right face of a sector is the left face of the following one: u_right = R u_left exp(−i n 2π/N), R the rotation by 2π/N about
+the axis. Degrees of freedom of all sectors stand in the sector's own axes, which turn with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+from scipy.sparse import linalg as sparse_linalg
+
+from stickslip.model.structure.craig_bampton import Reduction, craig_bampton
+from stickslip.model.structure.cyclic import CyclicStructure, cyclic
+from stickslip.model.structure.rotation_axis import Z_AXIS, RotationAxis
+from stickslip.model.structure.solid import Solid
+from stickslip.support.checks import Array, Index, fault
+
+MATCH = 1e-3
+"""How far nodes of the two faces may be apart, relative to the smallest distance of neighbours on a face: coordinates are printed
+with six digits in some formats."""
+
+NAMED = 4
+"""Names that a message lists."""
+
+
+def rotation(sectors: int, steps: int = 1) -> Array:
+    """The rotation by `steps` sectors about z, (3, 3)."""
+    return Z_AXIS.turn(sectors, steps)
+
+
+@dataclass(frozen=True, eq=False)
+class Sector:
+    """A meshed sector with its two faces, by the numbers of their nodes, of which the right ones follow the left ones.
+
+    solid: clamped where the disk is. weights (right, left): displacement of each right node, turned back, from those of the left
+    nodes; None where node k of one face is node k of the other. mirrored: whether "right" is the low face, that is, whether the
+    right face belongs to the preceding sector.
+    """
+
+    solid: Solid
+    sectors: int
+    left: Index
+    right: Index
+    axis: RotationAxis = Z_AXIS
+    weights: sparse.csr_array | None = None
+    mirrored: bool = False
+    apart: float = 0.0
+    """The largest distance of a right node from its partner, or from the nodes between which it is interpolated, m."""
+
+    @property
+    def dependent(self) -> Index:
+        """The rows of the right face, which follow those of the left one, (k,)."""
+        numbers = self.solid.numbers[self.right]
+        return numbers[numbers[:, 0] >= 0].ravel()
+
+    def constraint(self, nodal_diameter: int) -> sparse.csc_array:
+        """T: motion of all degrees of freedom from those off the right face, (n, independent), numbered as they stand."""
+        size, dependent = self.solid.size, self.dependent
+        free = self.solid.numbers[self.right][:, 0] >= 0
+        weights = sparse.csr_array(sparse.eye_array(self.right.size)) if self.weights is None else self.weights
+        shares = sparse.coo_array(weights[np.flatnonzero(free)])
+        to, source = shares.coords
+        leaders = self.solid.numbers[self.left][source]
+        values = shares.data[:, None, None] * self.joint(nodal_diameter)
+        rows = np.broadcast_to(dependent.reshape(-1, 3)[to][:, :, None], values.shape)
+        columns = np.broadcast_to(leaders[:, None, :], values.shape)
+        moving = columns >= 0  # a leader that is clamped moves nothing
+        independent = np.setdiff1d(np.arange(size), dependent)
+        place = np.full(size, -1)
+        place[independent] = np.arange(independent.size)
+        rows = np.concatenate([independent, rows[moving]])
+        columns = np.concatenate([np.arange(independent.size), place[columns[moving]]])
+        values = np.concatenate([np.ones(independent.size), values[moving]])
+        return sparse.csc_array(sparse.coo_array((values, (rows, columns)), shape=(size, independent.size)))
+
+    def joint(self, nodal_diameter: int) -> NDArray[Any]:
+        """R exp(−i n 2π/N), (3, 3), or its inverse where mirrored; real for n = 0 and N/2."""
+        steps = -1 if self.mirrored else 1
+        turns = nodal_diameter * steps / self.sectors
+        phase = np.exp(-2j * pi * turns)
+        return np.asarray(self.axis.turn(self.sectors, steps) * (phase.real if (2.0 * turns).is_integer() else phase))
+
+    def matrices(self, nodal_diameter: int) -> tuple[sparse.csc_array, sparse.csc_array]:
+        """M and K of a nodal diameter on the degrees of freedom off the right face, Hermitian (real for 0 and N/2)."""
+        T = self.constraint(nodal_diameter)
+        return tuple(sparse.csc_array(hermitian(T.conj().T @ A @ T)) for A in (self.solid.M, self.solid.K))  # type: ignore[return-value]
+
+
+def sector_of(solid: Solid, sectors: int, left: Index, right: Index, axis: RotationAxis = Z_AXIS) -> Sector:
+    """Pair the nodes of two faces, given by their numbers; refused unless right = R left, node by node."""
+    if sectors < 2:
+        raise fault("sectors", "must be at least 2", sectors)
+    if left.size != right.size or not left.size:
+        counts = f"{left.size} on the left and {right.size} on the right"
+        raise fault("Nodes on the cyclic faces", "must be the same number on both, at least one", counts)
+    limit = MATCH * spacing(solid.points[right])
+    distances, partner = partners(solid.points, left, right, axis, sectors)
+    if distances.max() > limit or np.unique(partner).size < partner.size:
+        rule = f"must match turned by 2π/{sectors}, to {limit:.2g} m"
+        raise fault("Nodes on the cyclic faces", rule, f"up to {distances.max():.3g} m apart", "Mesh both faces alike, check N.")
+    return Sector(solid, sectors, left, right[partner], axis, apart=float(distances.max()))
+
+
+def partners(points: Array, left: Index, right: Index, axis: RotationAxis, sectors: int, steps: int = 1) -> tuple[Array, Index]:
+    """The distance [m] of each left node, turned by `steps` sectors, from the nearest right one, and the number of that one."""
+    turned = axis.turned(points[left], sectors, steps)
+    distances, partner = scipy.spatial.KDTree(points[right]).query(turned)
+    return np.asarray(distances), np.asarray(partner)
+
+
+def spacing(points: Array) -> float:
+    """The smallest distance of two of the points (n, 3), m; the distance from the origin of a single one."""
+    if len(points) < 2:
+        return float(np.linalg.norm(points))
+    return float(np.asarray(scipy.spatial.KDTree(points).query(points, k=2)[0])[:, 1].min())
+
+
+@dataclass(frozen=True, eq=False)
+class CyclicReduction:
+    """structure: the reduced disk; transformations: per nodal diameter 0..N//2, motion of all degrees of freedom of the sector
+    (full size, reduced size); frequencies: of the fixed-interface modes kept, Hz, (N//2 + 1, modes)."""
+
+    structure: CyclicStructure
+    transformations: tuple[NDArray[Any], ...]
+    frequencies: Array
+
+
+def cyclic_craig_bampton(sector: Sector, kept: Mapping[str, int], modes: int, sector_modes: int = 60) -> CyclicReduction:
+    """Craig-Bampton of every nodal diameter with the same kept degrees of freedom and number of fixed-interface modes.
+
+    kept: {"NODE.DIRECTION": row of the sector}, none on the faces. In two steps: the sector with both faces and the kept ones
+    held and `sector_modes` of its modes (real, once), then the faces joined and condensed for each nodal diameter. For matching
+    faces of few nodes, whose static shapes are dense columns; `reduced_waves` takes any.
+    """
+    faces = [sector.solid.numbers[side] for side in (sector.left, sector.right)]
+    left, right = (rows[faces[0][:, 0] >= 0].ravel() for rows in faces)
+    refuse_on_faces(sector, kept)
+    held = [(f"{side}/{i}.q", int(row)) for side, rows in (("left", left), ("right", right)) for i, row in enumerate(rows)]
+    first = craig_bampton(sector.solid.M, sector.solid.K, dict(held) | dict(kept), sector_modes)
+    if not 1 <= modes <= left.size + sector_modes:
+        raise fault("modes", f"must lie between 1 and {left.size + sector_modes}", modes)
+    parts = [_condensed(first, left.size, len(kept), sector.joint(n), modes) for n in range(sector.sectors // 2 + 1)]
+    masses, stiffnesses, transformations, squares = zip(*parts, strict=True)
+    structure = cyclic(sector.sectors, (*kept, *mode_names(modes)), masses, stiffnesses, axis=sector.axis)
+    return CyclicReduction(structure, transformations, np.sqrt(np.array(squares)) / (2.0 * pi))
+
+
+def refuse_on_faces(sector: Sector, kept: Mapping[str, int]) -> None:
+    """Nodes of the faces cannot be kept: those of the right face follow others, and contacts would count twice."""
+    on_faces = {row for side in (sector.left, sector.right) for row in sector.solid.numbers[side].ravel().tolist()}
+    missing = [name for name, row in kept.items() if row in on_faces]
+    if missing:
+        more = "" if len(missing) <= NAMED else f" and {len(missing) - NAMED} more"
+        raise fault("Kept degrees of freedom", "must not lie on the cyclic faces", f"{', '.join(missing[:NAMED])}{more}")
+
+
+def mode_names(modes: int) -> tuple[str, ...]:
+    """The names of the modal coordinates."""
+    return tuple(f"mode/{index}.q" for index in range(1, modes + 1))
+
+
+def _condensed(
+    first: Reduction, face: int, kept: int, joint: NDArray[Any], modes: int
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], Array]:
+    """M, K of kept and modal coordinates, motion of the whole sector from them, and ω² of the fixed-interface modes.
+
+    Coordinates of `first`: left face, right face, kept, modes of the sector.
+    """
+    size = first.transformation.shape[1]
+    joined = np.zeros((size, size - face), dtype=joint.dtype)
+    joined[:face, kept : kept + face] = np.eye(face)
+    joined[face : 2 * face, kept : kept + face] = np.kron(np.eye(face // 3), joint)
+    joined[2 * face : 2 * face + kept, :kept] = np.eye(kept)
+    joined[2 * face + kept :, kept + face :] = np.eye(size - 2 * face - kept)
+    M, K = (hermitian(joined.conj().T @ A @ joined) for A in (first.structure.M, first.structure.K))
+    squares, shapes = linalg.eigh(K[kept:, kept:], M[kept:, kept:], subset_by_index=[0, modes - 1])
+    largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(modes)]
+    T = np.zeros((size - face, kept + modes), dtype=joint.dtype)
+    T[:kept, :kept] = np.eye(kept)
+    T[kept:, :kept] = -linalg.solve(K[kept:, kept:], K[kept:, :kept], assume_a="pos")
+    T[kept:, kept:] = shapes * (np.abs(largest) / largest)
+    mass, stiffness = (hermitian(T.conj().T @ A @ T) for A in (M, K))
+    return mass, stiffness, first.transformation @ (joined @ T), squares
+
+
+def cyclic_frequencies(sector: Sector, nodal_diameter: int, number: int) -> Array:
+    """The lowest natural frequencies of a nodal diameter of the meshed disk, Hz, without reduction."""
+    M, K = sector.matrices(nodal_diameter)
+    options = {"SymmetricMode": True}
+    factor = sparse_linalg.splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+    inverse = sparse_linalg.LinearOperator(K.shape, matvec=lambda load: factor.solve(load.astype(K.dtype)), dtype=K.dtype)
+    start = np.random.default_rng(1).standard_normal(K.shape[0]).astype(K.dtype)
+    squares = sparse_linalg.eigsh(K, number, M, sigma=0.0, OPinv=inverse, v0=start, return_eigenvectors=False)
+    return np.asarray(np.sqrt(np.sort(np.maximum(squares.real, 0.0))) / (2.0 * pi))
+
+
+def hermitian(matrix: Any) -> Any:
+    """The Hermitian part of a matrix, which rounding has left a little unsymmetric."""
+    return 0.5 * (matrix + matrix.conj().T)

@@ -1,0 +1,185 @@
+"""A structure: M, C, K with degrees of freedom named "NODE.DIRECTION". All linear models take this form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.model.structure.damping import Damping, ModalDamping, RayleighDamping
+from stickslip.support.checks import (
+    SMALLEST,
+    Array,
+    InputError,
+    counted,
+    fault,
+    is_definite,
+    nearest,
+    several,
+    square,
+    storable,
+    symmetric,
+    unique,
+    vector,
+)
+
+if TYPE_CHECKING:
+    from stickslip.model.structure.mesh_surface import MeshSurface
+    from stickslip.model.structure.stress import StressRecovery
+
+Point = tuple[float, float, float]
+"""Coordinates, m."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Structure:
+    """M q̈ + C q̇ + K q = p, dense; SciPy sparse matrices are taken and made dense.
+
+    M, K: (n, n), symmetric, M without negative eigenvalues; C: (n, n) or None; dofs: n names "NODE.DIRECTION".
+    damping: instead of C, a rule (`ModalDamping`, `RayleighDamping`). Neither: undamped.
+    nodes: coordinates of nodes, m, and sets: nodes by the name of a set, where they are known; contact surfaces need them.
+    mesh_points: coordinates of all nodes of the mesh behind a reduced model, (points, 3) [m], for drawings only.
+    surfaces: outer surfaces of meshed bodies with their motion, for deformed shapes only.
+    stresses: at named places of models, from the motion q.
+    outlines: sections of rigid bodies by the node at their mass centre, corners (k, 3) [m], for drawings only.
+    shapes: where M, C, K are (m, m), of m coordinates y fewer than degrees of freedom, the motion q = shapes y, (n, m);
+    `Problem.truncated` makes such structures.
+    """
+
+    M: Array
+    K: Array
+    dofs: tuple[str, ...]
+    C: Array | None = None
+    damping: Damping | None = None
+    nodes: Mapping[str, Point] = field(default_factory=dict, kw_only=True)
+    sets: Mapping[str, tuple[str, ...]] = field(default_factory=dict, kw_only=True)
+    mesh_points: Array = field(default_factory=lambda: np.zeros((0, 3)), kw_only=True)
+    outlines: Mapping[str, Array] = field(default_factory=dict, kw_only=True)
+    surfaces: tuple[MeshSurface, ...] = field(default=(), kw_only=True)
+    stresses: tuple[StressRecovery, ...] = field(default=(), kw_only=True)
+    shapes: Array | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "dofs", several("dofs", self.dofs))
+        size = self.size
+        check_names(self.dofs)
+        object.__setattr__(self, "M", symmetric("M", self.M, size))
+        object.__setattr__(self, "K", symmetric("K", self.K, size))
+        if self.C is not None:
+            if self.damping is not None:
+                raise InputError("A structure must have either C or a damping rule, but has both. Leave one out.")
+            object.__setattr__(self, "C", square("C", self.C, size))
+            _refuse_negative_damping(self.C)
+        if not isinstance(self.damping, ModalDamping | RayleighDamping | None):
+            raise fault("damping", "must be a rule, ModalDamping(...) or RayleighDamping(...)", self.damping)
+        scale = float(np.max(np.abs(self.M), initial=0.0))
+        if scale < SMALLEST:
+            raise fault("M", "must have mass", f"{scale:g} at most", "Check its unit.")
+        if not is_definite(self.M, 1e-9 * scale * size):
+            lowest = float(np.linalg.eigvalsh(self.M)[0])
+            raise fault("M", "must have no negative eigenvalue", lowest, "Check the sign and the units of the mass.")
+
+    def __repr__(self) -> str:
+        rule = "undamped" if self.damping is None else type(self.damping).__name__
+        return f"{type(self).__name__}: {freedoms(self.dofs)}, {rule if self.C is None else 'with C'}"
+
+    @property
+    def extent(self) -> float:
+        """The longest side of the box round its nodes, m; 0 where no coordinates are known."""
+        places = np.concatenate([self.mesh_points, np.reshape(list(self.nodes.values()), (-1, 3))])
+        return float(np.ptp(places, axis=0).max()) if len(places) else 0.0
+
+    @property
+    def size(self) -> int:
+        """The number of coordinates: the degrees of freedom, or fewer (`shapes`)."""
+        return len(self.dofs) if self.shapes is None else int(self.shapes.shape[1])
+
+    def motion(self, y: Array) -> Array:
+        """q (n, ...) [m] of every degree of freedom for a motion of the coordinates y (m, ...)."""
+        return y if self.shapes is None else np.asarray(self.shapes @ y)
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {dof: place for place, dof in enumerate(self.dofs)}
+
+    @cached_property
+    def _alone(self) -> dict[str, str]:
+        return of_single_nodes(self.dofs)
+
+    def index(self, dof: str) -> int:
+        """Position of a degree of freedom; tip.x stands for tip/1430.x where that is the only node of the set tip."""
+        try:
+            return self._places[self._alone.get(dof, dof)]
+        except KeyError:
+            raise InputError(f"Degree of freedom {dof!r} does not exist. {nearest_dof(dof, self.dofs)}") from None
+
+    def row(self, direction: Mapping[str, float]) -> Array:
+        """The coefficients of a direction as a row vector over the coordinates, (m,)."""
+        return np.asarray(self.rows([direction])[0])
+
+    def rows(self, directions: Sequence[Mapping[str, float]]) -> Array:
+        """The coefficients of several directions over the coordinates, (len(directions), m)."""
+        rows = np.zeros((len(directions), len(self.dofs)))
+        for row, direction in zip(rows, directions, strict=True):
+            for dof, coefficient in direction.items():
+                row[self.index(dof)] += coefficient
+        return rows if self.shapes is None else np.asarray(rows @ self.shapes)
+
+    def shifted(self, by: Sequence[float]) -> Structure:
+        """A copy whose nodes stand elsewhere, `by` (x, y, z) [m]: the same blade again beside it."""
+        step = vector("by", by, 3)
+        x, y, z = step.tolist()
+        nodes = {name: (p[0] + x, p[1] + y, p[2] + z) for name, p in self.nodes.items()}
+        outlines = {name: corners + step for name, corners in self.outlines.items()}
+        surfaces = tuple(surface.shifted(step) for surface in self.surfaces)
+        return replace(self, nodes=nodes, mesh_points=self.mesh_points + step, outlines=outlines, surfaces=surfaces)
+
+    def with_damping(self, damping: Damping | Array | None) -> Structure:
+        """A copy with another damping: a rule, a matrix C, or none."""
+        if isinstance(damping, ModalDamping | RayleighDamping | None):
+            return replace(self, C=None, damping=damping)
+        return replace(self, C=damping, damping=None)
+
+
+def freedoms(dofs: Sequence[str]) -> str:
+    """How many degrees of freedom there are, and the first and last of them."""
+    listed = ", ".join(dofs) if len(dofs) < 5 else f"{', '.join(dofs[:2])}, ..., {dofs[-1]}"
+    return f"{counted(len(dofs), 'degree of freedom', 'degrees of freedom')} ({listed})"
+
+
+def check_names(dofs: Sequence[str]) -> None:
+    """Names of degrees of freedom are different, can be written, and say node and direction."""
+    for dof in dofs:
+        storable("A name in dofs", dof)
+        if not all(dof.rpartition(".")[::2]):
+            raise fault("A name in dofs", "must be NODE.DIRECTION", dof, f"Write {dof.strip('.') or '1'!s}.x, say.")
+    unique("dofs", dofs)
+
+
+def _refuse_negative_damping(C: Array) -> None:
+    """A viscous damper takes energy out: the symmetric part of C has no negative eigenvalue."""
+    size = float(np.max(np.abs(C), initial=0.0)) * C.shape[0]
+    if size > 0.0 and not is_definite(0.5 * (C + C.T), 1e-9 * size):
+        lowest = float(np.linalg.eigvalsh(0.5 * (C + C.T))[0])
+        raise fault("C", "must not feed energy in (no negative eigenvalue)", lowest, "Check the sign of the damping.")
+
+
+def of_single_nodes(dofs: Iterable[str]) -> dict[str, str]:
+    """Short names of the degrees of freedom of sets of one node: {"tip.x": "tip/1430.x"}; names that exist keep their meaning."""
+    members: dict[str, list[str]] = {}
+    for dof in dofs:
+        node, _, direction = dof.rpartition(".")
+        name, _, number = node.rpartition("/")
+        if name and number.isdecimal():
+            members.setdefault(f"{name}.{direction}", []).append(dof)
+    known = set(dofs)
+    return {short: own[0] for short, own in members.items() if len(own) == 1 and short not in known}
+
+
+def nearest_dof(name: str, dofs: Iterable[str]) -> str:
+    """A remedy that names the nearest degree of freedom, of the same structure where that exists."""
+    own = [dof for dof in dofs if "/" in name and dof.startswith(f"{name.partition('/')[0]}/")]
+    return nearest(name, own or dofs)

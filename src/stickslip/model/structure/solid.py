@@ -1,0 +1,215 @@
+"""Solid bodies of 20-node hexahedra: sparse M and K from a mesh, an isotropic elastic material and clamped faces.
+
+The meshed rigs start here; `craig_bampton` makes a small `Structure` of the result. scikit-fem gives the shape functions
+and is imported on first use only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.checks import Array, InputError, fault, finite, positive, vector
+
+Indices = NDArray[np.int64]
+Placed = TypeVar("Placed", bound=Structure)
+GAUSS_DEGREE = 5
+"""Polynomial degree integrated exactly per direction (3 points): exact for M and K of 20-node bricks with parallel faces."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """Isotropic linear elasticity: Young's modulus [Pa], Poisson's ratio [-], density [kg/m³]."""
+
+    young: float = 210e9
+    poisson: float = 0.3
+    density: float = 7850.0
+
+    def __post_init__(self) -> None:
+        positive("Material.young", self.young)
+        positive("Material.density", self.density)
+        if not -1.0 < finite("Material.poisson", self.poisson) < 0.5:
+            raise fault("Material.poisson", "must lie between -1 and 0.5", self.poisson)
+
+    @property
+    def lame(self) -> tuple[float, float]:
+        """Lamé's λ and μ, Pa."""
+        shear = self.young / (2.0 * (1.0 + self.poisson))
+        return 2.0 * shear * self.poisson / (1.0 - 2.0 * self.poisson), shear
+
+
+STEEL = Material()
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """M q̈ + K q = p of a meshed body, sparse.
+
+    M, K: (n, n); points: (nodes, 3) in m, mid-edge nodes included; numbers: (nodes, 3), the row in M and K of the
+    displacement of a node along x, y, z, or −1 where it is clamped.
+    """
+
+    M: sparse.csc_array
+    K: sparse.csc_array
+    points: Array
+    numbers: Indices
+
+    @property
+    def size(self) -> int:
+        return int(self.M.shape[0])
+
+    def clamp(self, where: Callable[[Array], NDArray[np.bool_]]) -> Solid:
+        """A copy that is fixed at all nodes for which `where(points)` holds; points is (nodes, 3)."""
+        fixed = np.asarray(where(self.points), dtype=bool)
+        if fixed.shape != (len(self.points),):
+            what = "The value of `where`"
+            raise fault(what, f"must have the shape ({len(self.points)},), one for each node", fixed.shape, "x is points[:, 0].")
+        if not fixed.any():
+            raise fault("The clamped face", "must hold nodes of the mesh", "none", "Check the coordinates and their unit (m).")
+        free = np.setdiff1d(np.arange(self.size), self.numbers[fixed])
+        new = np.full(self.size + 1, -1, dtype=np.int64)
+        new[free] = np.arange(free.size)
+        numbers = np.where(fixed[:, None], -1, new[self.numbers])
+        return replace(self, M=self.M[free][:, free], K=self.K[free][:, free], numbers=numbers)
+
+    def node(self, point: ArrayLike, within: float | None = None) -> int:
+        """The node nearest to `point` [m]; refused farther than `within` [m] (1e-5 of the body's diagonal unless given)."""
+        place = vector("point", point, 3)
+        distances = np.linalg.norm(self.points - place, axis=1)
+        nearest = int(distances.argmin())
+        limit = 1e-5 * float(np.linalg.norm(np.ptp(self.points, axis=0))) if within is None else within
+        if distances[nearest] > limit:
+            raise fault(
+                f"The node nearest to {place.tolist()}",
+                f"must lie within {limit:g} m of it",
+                f"{distances[nearest]:g} m away at {self.points[nearest].tolist()}",
+                "Put a mesh line there, or widen `within`.",
+            )
+        return nearest
+
+    def named(self, places: Mapping[str, ArrayLike], axes: str = "xyz") -> dict[str, int]:
+        """{"NAME.AXIS": row in M and K} of named places, for the displacements along `axes`."""
+        rows: dict[str, int] = {}
+        for name, point in places.items():
+            node = self.node(point)
+            rows |= {f"{name}.{axis}": int(self.numbers[node, "xyz".index(axis)]) for axis in axes}
+        clamped = sorted(name for name, row in rows.items() if row < 0)
+        if clamped:
+            raise fault("Named places", "must not be clamped", clamped)
+        return rows
+
+
+def located(structure: Placed, body: Solid, places: Mapping[str, ArrayLike]) -> Placed:
+    """A reduction of a body with the coordinates of its named places and of the mesh, for drawings and contact surfaces."""
+    nodes = {name: (float(x), float(y), float(z)) for name, (x, y, z) in ((n, vector(n, p, 3)) for n, p in places.items())}
+    return replace(structure, nodes=nodes, mesh_points=body.points)
+
+
+def box_mesh(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Any:
+    """A mesh of hexahedra between the grid lines x, y, z [m]."""
+    import skfem
+
+    return skfem.MeshHex.init_tensor(*(np.asarray(lines, dtype=float) for lines in (x, y, z)))
+
+
+def solid(mesh: Any, material: Material = STEEL) -> Solid:
+    """The free body of a scikit-fem `MeshHex` with quadratic serendipity elements.
+
+    K_ab = ∫ λ ∂N_a/∂x_i ∂N_b/∂x_j + μ (∂N_a/∂x_j ∂N_b/∂x_i + δ_ij ∇N_a·∇N_b) dV, M_ab = δ_ij ∫ ρ N_a N_b dV.
+    """
+    shapes = shape_functions(mesh)
+    K = shapes.assembled(element_stiffness(shapes.gradients, shapes.volumes, material))
+    M = shapes.assembled(element_mass(shapes.values, shapes.volumes, material))
+    return Solid(M, K, shapes.points, np.arange(shapes.size).reshape(-1, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeFunctions:
+    """Of all cells at their quadrature points: values N_a (a, cells, q), gradients (a, 3, cells, q), volumes (cells, q) in m³.
+
+    rows: (cells, a, 3), where the nodes of the cells stand among the `size` unknowns of the free body; points: (nodes, 3) in m.
+    """
+
+    values: Array
+    gradients: Array
+    volumes: Array
+    rows: Indices
+    points: Array
+
+    @property
+    def size(self) -> int:
+        return int(self.points.size)
+
+    def assembled(self, matrices: Array) -> sparse.csc_array:
+        """The sum of the cells' matrices (cells, 3a, 3a)."""
+        return _scatter(matrices, self.rows, self.size)
+
+
+def shape_functions(mesh: Any) -> ShapeFunctions:
+    """Those of quadratic serendipity elements on a `MeshHex`; inverted cells are refused."""
+    import skfem
+
+    basis = skfem.Basis(mesh, skfem.ElementHexS2(), intorder=GAUSS_DEGREE)
+    places = np.hstack([basis.X, basis.elem.doflocs.T])
+    _refuse_inverted_cells(np.asarray(basis.mapping.detDF(places)), mesh.p[:, mesh.t].mean(axis=1))
+    volumes = np.asarray(basis.dx)
+    fields = [basis.basis[a][0] for a in range(basis.Nbfun)]
+    values = np.array([np.broadcast_to(np.asarray(field), volumes.shape) for field in fields])
+    gradients = np.array([field.grad for field in fields])
+    rows = 3 * basis.element_dofs.T[:, :, None] + np.arange(3)
+    return ShapeFunctions(values, gradients, volumes, rows, np.asarray(basis.doflocs.T))
+
+
+def element_stiffness(gradients: Array, volumes: Array, material: Material) -> Array:
+    """K of each cell, (cells, 3a, 3a), from shape gradients (a, 3, cells, points) and volumes (cells, points)."""
+    shapes, _, cells, points = gradients.shape
+    lam, shear = material.lame
+    grads = np.moveaxis(gradients, 2, 0).reshape(cells, 3 * shapes, points)
+    products = (grads * volumes[:, None, :]) @ grads.transpose(0, 2, 1)
+    blocks = products.reshape(cells, shapes, 3, shapes, 3)
+    stiffness = lam * blocks + shear * blocks.swapaxes(2, 4)
+    trace = shear * np.einsum("cakbk->cab", blocks)
+    for axis in range(3):
+        stiffness[:, :, axis, :, axis] += trace
+    return np.asarray(stiffness.reshape(cells, 3 * shapes, 3 * shapes))
+
+
+def element_mass(values: Array, volumes: Array, material: Material) -> Array:
+    """Consistent M of each cell, (cells, 3a, 3a), from shape functions (a, cells, points) and volumes (cells, points)."""
+    shapes, cells, _ = values.shape
+    products = np.einsum("acp,bcp,cp->cab", values, values, material.density * volumes, optimize=True)
+    mass = np.zeros((cells, shapes, 3, shapes, 3))
+    for axis in range(3):
+        mass[:, :, axis, :, axis] = products
+    return mass.reshape(cells, 3 * shapes, 3 * shapes)
+
+
+def _scatter(matrices: Array, rows: Indices, size: int) -> sparse.csc_array:
+    """The sum of the cells' matrices at their rows, (size, size)."""
+    places = rows.reshape(matrices.shape[0], -1)
+    i = np.broadcast_to(places[:, :, None], matrices.shape)
+    j = np.broadcast_to(places[:, None, :], matrices.shape)
+    total = sparse.coo_array((matrices.ravel(), (i.ravel(), j.ravel())), shape=(size, size)).tocsc()
+    total = 0.5 * (total + total.T)
+    return sparse.csc_array(total)
+
+
+def _refuse_inverted_cells(determinants: Array, centres: Array) -> None:
+    """Refuse cells whose Jacobian determinant, (cells, points), changes its sign or has another one than the mesh as a whole.
+
+    The points are those of the quadrature and the nodes: a corner can fold over between points that see nothing of it.
+    """
+    sign = np.sign(determinants.sum()) or 1.0
+    bad = np.flatnonzero(np.any(sign * determinants <= 0.0, axis=1))
+    if bad.size:
+        listed = ", ".join(f"{cell} at {np.round(centres[:, cell], 6).tolist()} m" for cell in bad[:5])
+        raise InputError(
+            f"Cells of a mesh must not be inverted (Jacobian determinant of one sign), but {bad.size} are: {listed}"
+            f"{', ...' if bad.size > 5 else ''}. Move their nodes apart, or number them in one sense."
+        )

@@ -1,0 +1,63 @@
+"""Checks of large sparse matrices: square, finite, symmetric."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from stickslip.support.checks import LARGEST, fault
+
+Sparse = sparse.csc_array
+Report = Callable[[str], None]
+"""Called with what is being done with a large matrix."""
+
+
+def square_sparse(what: str, matrix: Any) -> Sparse:
+    """`matrix`, dense or sparse, as a finite square (n, n)."""
+    if np.ndim(matrix) != 2:
+        raise fault(what, "must be a square matrix", np.shape(matrix), "Give as many rows as columns.")
+    stored = sparse.coo_array(matrix)
+    if stored.shape[0] != stored.shape[1]:
+        raise fault(what, "must be a square matrix", stored.shape, "Give as many rows as columns.")
+    wrong = np.flatnonzero(~np.isfinite(stored.data))
+    if wrong.size:
+        raise fault(f"{what}[{_place(stored, wrong[0])}]", "must be finite", float(stored.data[wrong[0]]))
+    largest = float(np.max(np.abs(stored.data), initial=0.0))
+    if largest > LARGEST:
+        raise fault(what, f"must not be larger than {LARGEST:g} in size", largest, "Check its unit, and the file for damage.")
+    return stored.tocsc()
+
+
+def symmetric_sparse(what: str, matrix: Any, tolerance: float = 1e-8) -> Sparse:
+    """`matrix` as a finite square equal to its transpose within `tolerance` of its largest entry; returned exactly symmetric."""
+    stored = square_sparse(what, matrix)
+    gap = sparse.coo_array(stored - stored.T)
+    scale = float(np.max(np.abs(stored.data), initial=0.0))
+    if gap.nnz and float(np.abs(gap.data).max()) > tolerance * scale:
+        worst = int(np.abs(gap.data).argmax())
+        row, column = sorted((int(gap.coords[0][worst]), int(gap.coords[1][worst])))
+        raise fault(
+            what,
+            "must be symmetric",
+            f"{what}[{row}, {column}] = {stored[row, column]:g} against {what}[{column}, {row}] = {stored[column, row]:g}",
+            "Only one triangle stored? Fill the other; else check the export.",
+        )
+    return sparse.csc_array(0.5 * (stored + stored.T)) if gap.nnz else stored
+
+
+def both_triangles(what: str, matrix: Any) -> Sparse:
+    """The symmetric matrix of which `matrix` stores each pair of entries once, on either side of the diagonal."""
+    stored = sparse.csc_array(matrix)
+    twice = sparse.coo_array(sparse.tril(stored, -1).multiply(sparse.triu(stored, 1).T))
+    if twice.nnz:
+        row, column = (int(place[0]) + 1 for place in twice.coords)
+        remedy = "A symmetric matrix stores one triangle; a whole one must be written as general (square)."
+        raise fault(what, "must hold each entry once", f"row {row}, column {column} and its mirror image", remedy)
+    return sparse.csc_array(stored + stored.T - sparse.diags_array(stored.diagonal()))
+
+
+def _place(matrix: sparse.coo_array, entry: np.int64) -> str:
+    return f"{matrix.coords[0][entry]}, {matrix.coords[1][entry]}"

@@ -1,0 +1,215 @@
+"""Stress recovery in a meshed body from the degrees of freedom of its reduced model.
+
+σ = D ε(u), u = T q: for chosen places the product is one small matrix, made once. Linear elasticity, small strains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg
+
+from stickslip.model.structure.craig_bampton import Reduction
+from stickslip.model.structure.cyclic import of_all_sectors, sector_name
+from stickslip.model.structure.matrices import freedoms
+from stickslip.model.structure.solid import STEEL, Material, Solid
+from stickslip.support.checks import Array, InputError, counted, fault, vector
+
+COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
+INSIDE = 1e-6
+"""How far beyond its cell, in local coordinates from 0 to 1, a place on a face may lie by rounding."""
+
+
+TENSOR = [0, 3, 5, 3, 1, 4, 5, 4, 2]
+"""Where the nine entries of the stress tensor stand among `COMPONENTS`."""
+EQUAL = 1e-6
+"""Relative difference up to which two principal stresses are one."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StressRecovery:
+    """σ = rows q at named places. rows (places, 6, dofs) [Pa/m], components xx, yy, zz, xy, yz, zx; dofs: names of q.
+
+    waves (N//2 + 1, places, 6, dofs), complex: of one of N `sectors` of a disk, the rows for each nodal diameter.
+    gauges: places with a strain gauge, and the strain that it measures per stress there, (6,) [1/Pa].
+    rotation (places, 6): stress of the rotation, which is added to the mean, Pa; None where it is not known.
+    """
+
+    places: tuple[str, ...]
+    rows: Array
+    dofs: tuple[str, ...]
+    waves: NDArray[Any] | None = None
+    sectors: int = 1
+    gauges: Mapping[str, Array] = field(default_factory=dict)
+    rotation: Array | None = None
+
+    def at(self, nodal_diameter: int) -> NDArray[Any]:
+        """The rows of a nodal diameter, any whole number: that of N − n runs the other way, its rows are conjugate."""
+        if self.waves is None:
+            return self.rows
+        n = nodal_diameter % self.sectors
+        return np.asarray(self.waves[self.sectors - n].conj() if 2 * n > self.sectors else self.waves[n])
+
+    def of_whole_disk(self, chosen: Sequence[int] | None = None) -> StressRecovery:
+        """Of one sector, that of all sectors of its disk, or of some, from 1: all names are "SECTOR/..."."""
+        if self.waves is None:
+            raise InputError("The stress recovery of a disk must be of one of its sectors, with rows for each nodal diameter.")
+        every = range(1, self.sectors + 1)
+        here = every if chosen is None else chosen
+        waves = self.waves.reshape(len(self.waves), -1, len(self.dofs))
+        places, gauges = (tuple(sector_name(j, name) for j in here for name in names) for names in (self.places, self.gauges))
+        dofs = tuple(sector_name(j, name) for j in every for name in self.dofs)
+        rows = of_all_sectors(waves, self.sectors, [j - 1 for j in here]).reshape(len(places), len(COMPONENTS), len(dofs))
+        strains = dict(zip(gauges, [*self.gauges.values()] * len(here), strict=True))
+        rotation = None if self.rotation is None else np.tile(self.rotation, (len(here), 1))
+        return StressRecovery(places, rows, dofs, gauges=strains, rotation=rotation)
+
+    def prefixed(self, body: str) -> StressRecovery:
+        """The same within an assembly, where places and degrees of freedom are named "BODY/..."."""
+        places, dofs, gauges = (
+            tuple(f"{body}/{name}" if body else name for name in names) for names in (self.places, self.dofs, self.gauges)
+        )
+        return replace(self, places=places, dofs=dofs, gauges=dict(zip(gauges, self.gauges.values(), strict=True)))
+
+    def __repr__(self) -> str:
+        return f"StressRecovery: {counted(len(self.places), 'place')} from {freedoms(self.dofs)}"
+
+
+def joined(recoveries: Sequence[StressRecovery]) -> StressRecovery:
+    """One recovery of several bodies."""
+    if len(recoveries) == 1:
+        return recoveries[0]
+    places = tuple(place for each in recoveries for place in each.places)
+    dofs = tuple(dof for each in recoveries for dof in each.dofs)
+    blocks = linalg.block_diag(*(each.rows.reshape(-1, len(each.dofs)) for each in recoveries))
+    gauges = {name: strain for each in recoveries for name, strain in each.gauges.items()}
+    rotations = [each.rotation for each in recoveries]
+    none = [np.zeros((len(each.places), len(COMPONENTS))) for each in recoveries]
+    rotation = np.concatenate([own if own is not None else zero for own, zero in zip(rotations, none, strict=True)])
+    known = None if all(each is None for each in rotations) else rotation
+    return StressRecovery(places, blocks.reshape(len(places), 6, len(dofs)), dofs, gauges=gauges, rotation=known)
+
+
+def stress_recovery(
+    mesh: Any, body: Solid, reduction: Reduction, places: Mapping[str, ArrayLike], prefix: str = "", material: Material = STEEL
+) -> StressRecovery:
+    """The recovery of a reduced body at places {name: (x, y, z)} in m.
+
+    mesh, body: the `MeshHex` and what `solid` made of it, clamped as it was reduced; prefix: of the body's names in an assembly,
+    "blade/". At a place that several cells share, the mean of their stresses.
+    """
+    full = np.array([stress_rows(mesh, body, vector(f"The place {name}", at, 3), material) for name, at in places.items()])
+    dofs = tuple(prefix + dof for dof in reduction.structure.dofs)
+    return StressRecovery(tuple(places), full.reshape(len(places), 6, body.size) @ reduction.transformation, dofs)
+
+
+def stress_rows(mesh: Any, body: Solid, place: Array, material: Material = STEEL) -> Array:
+    """Stress at a place per displacement of the unreduced body, (6, n), Pa/m."""
+    import skfem
+
+    basis = skfem.Basis(mesh, skfem.ElementHexS2(), intorder=1)
+    found = _cells_around(basis, mesh, place)
+    rows = np.zeros((6, body.size + 1))
+    for cell, local in found:
+        gradients = _gradients(basis, cell, local)
+        for a, gradient in enumerate(gradients):
+            node = basis.element_dofs[a, cell]
+            for axis in range(3):
+                rows[:, body.numbers[node, axis]] += _stress(gradient, axis, material) / len(found)
+    return rows[:, :-1]
+
+
+def von_mises(stress: Array) -> Array:
+    """√(½((σxx − σyy)² + (σyy − σzz)² + (σzz − σxx)²) + 3 (τxy² + τyz² + τzx²)) of stresses (..., 6), Pa."""
+    x, y, z, xy, yz, zx = np.moveaxis(np.asarray(stress), -1, 0)
+    return np.asarray(np.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3.0 * (xy**2 + yz**2 + zx**2)))
+
+
+def principal_size(stress: Array) -> Array:
+    """The size of the largest principal stress, max |σ_k|, of stresses (..., 6), Pa.
+
+    With the deviator's invariants J₂, J₃: σ_k = I₁/3 + 2 √(J₂/3) cos(θ − 2πk/3), cos 3θ = (3√3/2) J₃/J₂^{3/2}.
+    """
+    x, y, z, xy, yz, zx = np.moveaxis(np.asarray(stress, dtype=float), -1, 0)
+    mean = (x + y + z) / 3.0
+    x, y, z = x - mean, y - mean, z - mean
+    second = von_mises(stress) ** 2 / 3.0
+    third = x * y * z + 2.0 * xy * yz * zx - x * yz**2 - y * zx**2 - z * xy**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lode = np.where(second > 0.0, 1.5 * np.sqrt(3.0) * third / second**1.5, 1.0)
+    angle = np.arccos(np.clip(lode, -1.0, 1.0)) / 3.0
+    radius = 2.0 * np.sqrt(second / 3.0)
+    ends = mean + radius * np.cos(angle), mean + radius * np.cos(angle + 2.0 * np.pi / 3.0)
+    return np.asarray(np.maximum(*np.abs(ends)))
+
+
+def critical_plane(vibration: Array, mean: Array) -> tuple[float, float]:
+    """Amplitude and mean of the normal stress on the plane across the largest principal stress of a vibration, Pa.
+
+    vibration (instants, 6): stress over a period, without its mean (6,). σ_a = ½ (max − min) of nᵀσ(t)n, σ_m = the middle of
+    both with nᵀσ̄n. Of several planes of equal amplitude, as in pure shear, that of the largest mean.
+    Source: D. F. Socie and G. B. Marquis, Multiaxial Fatigue, SAE (2000), critical planes of normal stress.
+    """
+    sizes = principal_size(vibration)
+    near = vibration[sizes >= (1.0 - EQUAL) * sizes.max()]
+    _, axes = np.linalg.eigh(near[:, TENSOR].reshape(-1, 3, 3))
+    normal = normal_rows(axes.swapaxes(1, 2).reshape(-1, 3))
+    over_time = vibration @ normal.T
+    high, low = over_time.max(axis=0), over_time.min(axis=0)
+    amplitudes, means = 0.5 * (high - low), 0.5 * (high + low) + normal @ mean
+    largest = amplitudes >= (1.0 - EQUAL) * amplitudes.max()
+    return float(amplitudes[largest].max()), float(means[largest].max())
+
+
+def normal_rows(directions: Array) -> Array:
+    """nᵀσn per stress, (..., 6), of unit vectors n (..., 3)."""
+    x, y, z = np.moveaxis(directions, -1, 0)
+    return np.stack([x * x, y * y, z * z, 2.0 * x * y, 2.0 * y * z, 2.0 * z * x], axis=-1)
+
+
+def strain_along(direction: ArrayLike, material: Material) -> Array:
+    """The normal strain along a direction per stress, (6,) [1/Pa]: ε = dᵀ ((1 + ν) σ − ν tr(σ) 1) d / E, |d| = 1."""
+    d = vector("direction", direction, 3)
+    size = float(np.linalg.norm(d))
+    if not size:
+        raise fault("direction", "must not be zero", d.tolist())
+    nu, young = material.poisson, material.young
+    return np.asarray(((1.0 + nu) * normal_rows(d / size) - nu * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])) / young)
+
+
+def _cells_around(basis: Any, mesh: Any, place: Array) -> list[tuple[int, Array]]:
+    """The cells that hold a place, with its local coordinates there."""
+    corners = mesh.p[:, mesh.t]
+    size = np.ptp(corners, axis=1)
+    low, high = corners.min(axis=1) - INSIDE * size, corners.max(axis=1) + INSIDE * size
+    near = np.flatnonzero(np.all((low <= place[:, None]) & (place[:, None] <= high), axis=0))
+    found = []
+    for cell in near.tolist():
+        local = np.asarray(basis.mapping.invF(place.reshape(3, 1, 1), tind=np.array([cell]))).reshape(3)
+        if np.all(np.abs(local - 0.5) <= 0.5 + INSIDE):
+            found.append((cell, np.clip(local, 0.0, 1.0)))
+    if not found:
+        box = f"the body reaches from {mesh.p.min(axis=1).tolist()} to {mesh.p.max(axis=1).tolist()} m"
+        raise fault("A place of stress", "must lie in the body", place.tolist(), f"({box}.)")
+    return found
+
+
+def _gradients(basis: Any, cell: int, local: Array) -> Array:
+    """Gradients of the shape functions at a local place of a cell, (a, 3), 1/m."""
+    at, cells = local.reshape(3, 1), np.array([cell])
+    fields = [basis.elem.gbasis(basis.mapping, at, a, cells)[0] for a in range(basis.Nbfun)]
+    return np.array([np.asarray(field.grad).reshape(3) for field in fields])
+
+
+def _stress(gradient: Array, axis: int, material: Material) -> Array:
+    """Stress (6,) of the displacement N e_axis with ∇N = gradient: λ tr ε 1 + 2 μ ε, Pa/m."""
+    lam, shear = material.lame
+    strain = np.zeros((3, 3))
+    strain[axis] += 0.5 * gradient
+    strain[:, axis] += 0.5 * gradient
+    sigma = lam * np.trace(strain) * np.eye(3) + 2.0 * shear * strain
+    return np.array([sigma[0, 0], sigma[1, 1], sigma[2, 2], sigma[0, 1], sigma[1, 2], sigma[2, 0]])

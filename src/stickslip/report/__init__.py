@@ -1,8 +1,0 @@
-"""The report: one self-contained HTML page per run that opens offline, `write(dataset, path)`.
-
-`page` lays it out, `sections` or, of most analyses, `plain` fill it; `charts` gathers the charts that report.js draws.
-"""
-
-from stickslip.report.page import write
-
-__all__ = ["write"]

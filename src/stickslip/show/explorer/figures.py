@@ -1,0 +1,166 @@
+"""What the explorer shows of an answer: the curve beside its reference, the peak in two numbers, and one point in detail."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip.analyses.deformed_shape import has_surface
+from stickslip.analyses.forced_response import ForcedResponse
+from stickslip.analyses.performance.curve import PerformanceCurve
+from stickslip.results.shown_units import system_of
+from stickslip.results.view import (
+    Length,
+    along_curve_as,
+    dissipated,
+    energy_unit,
+    frequencies,
+    highest_peak,
+    measure_in,
+    nearest_point,
+    peak_unit,
+    points,
+    size_text,
+)
+from stickslip.show.explorer.solving import Answer
+from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule
+from stickslip.show.plots.interactive import plotly_figure
+from stickslip.show.plots.look import FREE, STUCK, Style, contact
+from stickslip.show.plots.performance_curve import performance_curves
+from stickslip.show.plots.response_curves import HERTZ, response_axis
+from stickslip.show.plots.shown_chart import shown_chart
+
+THIS, PINNED = "this study", "reference"
+
+
+def curve_figure(answer: Answer, pinned: Answer | None, output: str, log: bool, dark: bool) -> dict[str, Any]:
+    """The response, the reference, and the linear responses without contacts and with stuck ones."""
+    dataset = answer.response.dataset
+    shown = [(answer, THIS, Style("contact 5", width=2.4))]
+    if pinned is not None:
+        shown.insert(0, (pinned, PINNED, Style("contact 0", "dash", 1.6)))
+    unit = _unit(answer, pinned)
+    measure = measure_in(dataset)
+    layers: list[Layer] = _linear(answer, answer.place(output), unit.metres)
+    for each, words, style in shown:
+        own = each.response.dataset
+        place = each.place(output)
+        sizes = along_curve_as(own, measure, 0, place) / unit.metres
+        layers.append(Line(frequencies(own, 0), sizes, style, words))
+        peak = highest_peak(own, 0, place)
+        if peak is not None:
+            dot = Style(style.colour, "none", marker="circle", size=7.0)
+            layers.append(Line([peak.frequency], [peak.amplitude / unit.metres], dot))
+    axis = response_axis(dataset, False, measure, unit)
+    heights = np.concatenate([np.asarray(layer.y, dtype=float) for layer in layers[2:] if isinstance(layer, Line)])
+    low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
+    limits = (0.5 * low, 2.0 * high) if log else (0.0, 1.3 * high)
+    axis = Axis(axis.quantity, axis.unit, log=log, limits=limits)
+    panel = Panel(HERTZ, axis, layers, height=4.4)
+    return _figure(Chart(output, [panel]), dataset, dark)
+
+
+def _linear(answer: Answer, output: int, metres: float) -> list[Layer]:
+    dataset, measure = answer.response.dataset, measure_in(answer.response.dataset)
+    hertz = dataset.linear_frequency.values
+    found: list[Layer] = []
+    for name, words, style in (("free", "no contacts", FREE), ("stuck", "contacts stuck", STUCK)):
+        sizes = measure.of_harmonic(dataset[f"{name}_amplitude"].values[0, :, output], 2.0 * np.pi * hertz)
+        found.append(Line(hertz, sizes / metres, style, words))
+    return found
+
+
+def peak_words(answer: Answer, output: str) -> tuple[str, str]:
+    """Frequency and amplitude of the highest peak, the two large numbers."""
+    dataset = answer.response.dataset
+    peak = highest_peak(dataset, 0, answer.place(output))
+    if peak is None:
+        return "–", "–"
+    measure, units = measure_in(dataset), str(dataset["peak_amplitude"].attrs["units"])
+    per = measure.per(float(dataset.force_level[0]))
+    return f"{peak.frequency:.6g} Hz", size_text(peak.amplitude / per, units, dataset)
+
+
+def change_words(answer: Answer, pinned: Answer | None, output: str) -> tuple[str, str]:
+    """How far frequency and amplitude are from those of the reference."""
+    own = highest_peak(answer.response.dataset, 0, answer.place(output))
+    other = None if pinned is None else highest_peak(pinned.response.dataset, 0, pinned.place(output))
+    if own is None or other is None:
+        return "", ""
+    frequency, amplitude = own.frequency / other.frequency - 1.0, own.amplitude / other.amplitude - 1.0
+    return f"{frequency:+.3%} from the reference", f"{amplitude:+.3%} from the reference"
+
+
+def clicked_point(answer: Answer, pinned: Answer | None, output: str, x: float, y: float) -> int:
+    """The converged point nearest to a place of the drawn curve, x in Hz and y in the unit of the axis."""
+    return nearest_point(answer.response.dataset, 0, answer.place(output), x, y * _unit(answer, pinned).metres)
+
+
+def _unit(answer: Answer, pinned: Answer | None) -> Length:
+    """The unit of the curves."""
+    return peak_unit(*(each.response.dataset for each in (answer, pinned) if each is not None))
+
+
+def peak_place(answer: Answer, output: str) -> int | None:
+    """The point of the highest peak."""
+    peak = highest_peak(answer.response.dataset, 0, answer.place(output))
+    return None if peak is None else peak.point
+
+
+def detail_figures(answer: Answer, point: int, output: str, dark: bool, narrow: bool) -> list[dict[str, Any]]:
+    """Motion with loops and contact states, deformed shape, energy by contact and harmonics at a point."""
+    response = answer.response
+    dataset = response.dataset
+    found = []
+    if dataset.sizes["contact"]:
+        found.append(response.animate(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
+    if has_surface(response.problem):
+        found.append(response.deformed_shape(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
+    return [*found, _figure(_energy_and_harmonics(response, point, answer.place(output)), dataset, dark)]
+
+
+def _energy_and_harmonics(response: ForcedResponse, point: int, output: int) -> Chart:
+    """Energy of a period by contact, and the harmonics of the output."""
+    dataset = response.dataset
+    place = int(np.searchsorted(points(dataset, 0), point))
+    energy = np.nan_to_num(dissipated(dataset, 0)[place])
+    joules, unit = energy_unit(float(energy.max(initial=0.0)))
+    names = {float(k): str(name) for k, name in enumerate(dataset.contact.values)}
+    bars = Bars(np.arange(energy.size), energy / joules, contact(2), horizontal=True)
+    parts = dataset["response"].values[0, point, output]
+    metres = peak_unit(dataset)
+    sizes = np.hypot(parts[:, 0], parts[:, 1]) / metres.metres
+    harmonics = Bars(np.arange(sizes.size), sizes, contact(0))
+    left = Panel(
+        Axis("energy per period", unit),
+        Axis("", names=names if len(names) <= 16 else {}, upside_down=True),
+        [bars],
+        "Energy by contact",
+        2.8,
+    )
+    right = Panel(Axis("harmonic"), Axis("amplitude", metres.name, log=True), [harmonics], "Harmonics of the displacement", 2.8)
+    return Chart("Energy and harmonics", [left, right], columns=2, legend=False)
+
+
+def performance_figure(curve: PerformanceCurve, ratio: float, dark: bool) -> dict[str, Any]:
+    """The performance curve with the present ratio of pull and excitation."""
+    chart = performance_curves(curve.dataset)
+    rule = Rule(ratio, Style("contact 5", "dash", 2.0), THIS)
+    marked = replace(chart, panels=[replace(panel, layers=[*panel.layers, rule]) for panel in chart.panels])
+    return _figure(marked, curve.dataset, dark)
+
+
+def _figure(chart: Chart, dataset: xr.Dataset, dark: bool) -> dict[str, Any]:
+    """A chart in the units of the study."""
+    shown = shown_chart(chart, system_of(dataset))
+    found: dict[str, Any] = plotly_figure(shown, dark).update_layout(uirevision="kept", autosize=True).to_dict()
+    return found
+
+
+def sentences_of(sentences: Sequence[str], coarse: bool) -> str:
+    """What the page says below the numbers."""
+    return " ".join(sentences) if sentences else ("Coarse, with few harmonics." if coarse else "")

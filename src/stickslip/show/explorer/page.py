@@ -1,0 +1,340 @@
+"""The page: layout and callbacks of Dash. `assets/explorer.js` pairs sliders with their numbers and asks for answers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from dash import ALL, MATCH, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
+
+from stickslip.show.explorer.export import SAVED, python_of
+from stickslip.show.explorer.figures import (
+    change_words,
+    clicked_point,
+    curve_figure,
+    detail_figures,
+    peak_place,
+    peak_words,
+    performance_figure,
+    sentences_of,
+)
+from stickslip.show.explorer.sliders import Slider
+from stickslip.show.explorer.solving import Answer, OutdatedError, Solver
+from stickslip.show.plots.look import spoken
+from stickslip.show.plots.moving_picture import CONFIG as ALONE
+from stickslip.show.plots.moving_picture import step_script
+from stickslip.support.checks import InputError, fault, nearest
+
+STEPS = 400
+"""Steps of a slider."""
+RATIOS, RATIO_REACH = 9, 3.0
+"""Points of the performance curve, from the present ratio divided by this to it times this."""
+CONFIG = ALONE | {"responsive": True}
+
+Wanted = Mapping[str, Any]
+
+
+def application(solver: Solver, token: str) -> Dash:
+    """The application, all of it under /TOKEN/."""
+    app = Dash(
+        "stickslip",
+        title=f"{solver.name} – stickslip",
+        update_title="",
+        url_base_pathname=f"/{token}/",
+        assets_folder=str(files("stickslip.show.explorer").joinpath("assets")),
+        serve_locally=True,
+    )
+    app.index_string = app.index_string.replace("{%scripts%}", f"<script>{step_script()}</script>{{%scripts%}}")
+    app.layout = _layout(solver)
+    _add_client(app)
+    _add_server(app, solver)
+    return app
+
+
+def _layout(solver: Solver) -> Any:
+    header = html.Header(
+        [
+            html.Div([html.H1(solver.job({}).title), html.P(_what_is_shown(solver), className="note")]),
+            html.Div(
+                [_number("peak-frequency", "Peak at"), _number("peak-amplitude", "Amplitude")],
+                className="numbers",
+            ),
+        ]
+    )
+    stores = [dcc.Store(id=name) for name in ("wanted", "answer", "code", "place")]
+    return html.Div(
+        [
+            dcc.Location(id="location", refresh=False),
+            *stores,
+            dcc.Store(id="start", data={slider.name: slider.value for slider in solver.sliders}),
+            dcc.Download(id="download"),
+            header,
+            html.P("", id="message", role="status", **{"aria-live": "polite"}),
+            html.Main([_controls(solver, solver.outputs), _results()]),
+        ],
+        id="page",
+    )
+
+
+def _what_is_shown(solver: Solver) -> str:
+    """Where the study asks for something else than is shown, what it is."""
+    if solver.analysis == "forced_response":
+        return ""
+    tuned = " with all sectors alike" if solver.analysis == "mistuned_population" else ""
+    return f"Forced response of the problem of this study{tuned}; the study itself is {solver.analysis!r}."
+
+
+def _number(name: str, words: str) -> Any:
+    return html.Div([html.Span(words, className="words"), html.Strong("…", id=name), html.Small("", id=f"{name}-change")])
+
+
+def _controls(solver: Solver, outputs: Sequence[str]) -> Any:
+    choice = (
+        dcc.RadioItems(outputs, outputs[0], id="output")
+        if len(outputs) < 5
+        else html.Div(dcc.Dropdown(outputs, outputs[0], id="output", clearable=False))
+    )
+    buttons = [
+        html.Button(words, id=name, type="button")
+        for name, words in (
+            ("pin", "Pin as reference"),
+            ("reset", "Back to the study"),
+            ("save", "Save as study"),
+            ("copy", "Copy as Python"),
+        )
+    ]
+    return html.Form(
+        [
+            html.H2("Parameters"),
+            *map(_control, solver.sliders),
+            html.Fieldset([html.Legend("Output"), choice]),
+            dcc.Checklist([{"label": "logarithmic", "value": "log"}], ["log"], id="scale"),
+            html.Div(buttons, className="buttons"),
+            html.Pre("", id="python", hidden=True, tabIndex=0),
+        ],
+        id="controls",
+        **{"aria-label": "Parameters"},
+    )
+
+
+def _control(slider: Slider) -> Any:
+    """A slider with its number: both hold the value, which the page keeps equal."""
+    data = {
+        "name": slider.name,
+        "low": slider.low,
+        "high": slider.high,
+        "log": slider.logarithmic,
+        "steps": STEPS,
+        "value": slider.value,
+    }
+    label, place = f"{spoken(slider.name)}{f' in {slider.unit}' if slider.unit else ''}", {"name": slider.name}
+    share = (
+        np.log(slider.value / slider.low) / np.log(slider.high / slider.low)
+        if slider.logarithmic
+        else (slider.value - slider.low) / (slider.high - slider.low)
+    )
+    position, number = round(STEPS * float(share)), {"value": slider.value, "debounce": 0.4}
+    return html.Div(
+        [
+            dcc.Store(id={"type": "slider", **place}, data=data),
+            html.Label([html.Span(label), dcc.Input(id={"type": "number", **place}, type="number", step="any", **number)]),
+            html.Div(dcc.Input(id={"type": "range", **place}, type="range", min=0, max=STEPS, step=1, value=position)),
+        ],
+        className="slider",
+        title=label,
+    )
+
+
+def _results() -> Any:
+    response = [
+        dcc.Graph(id="curve", config=CONFIG, figure={"data": [], "layout": {}}, style={"height": "470px"}),
+        html.P("A click on the curve shows that point below; else the peak is shown.", className="note"),
+        html.Div(html.Button("Show the peak", id="show", type="button"), className="buttons"),
+        html.Div(id="details"),
+    ]
+    performance = [
+        html.P("Pull over excitation, the line is this study; from three harmonics.", className="note"),
+        dcc.Loading(dcc.Graph(id="performance", config=CONFIG, figure={"data": [], "layout": {}})),
+        html.P("", id="performance-message"),
+    ]
+    tabs = [
+        dcc.Tab(response, label="Response", value="response"),
+        dcc.Tab(performance, label="Performance curve", value="performance"),
+    ]
+    return html.Section(dcc.Tabs(tabs, id="tabs", value="response"), id="results")
+
+
+def _add_client(app: Dash) -> None:
+    """Callbacks that run in the page."""
+
+    def client(name: str) -> ClientsideFunction:
+        return ClientsideFunction("explorer", name)
+
+    both = [({"type": kind, "name": MATCH}, "value") for kind in ("range", "number")]
+    app.clientside_callback(
+        client("paired"),
+        *(Output(*each) for each in both),
+        *(Input(*each) for each in both),
+        State({"type": "slider", "name": MATCH}, "data"),
+        prevent_initial_call=True,
+    )
+    app.clientside_callback(
+        client("want"),
+        Output("wanted", "data"),
+        Input({"type": "number", "name": ALL}, "value"),
+        Input("output", "value"),
+        Input("scale", "value"),
+        Input("pin", "n_clicks"),
+        State({"type": "slider", "name": ALL}, "data"),
+        State("location", "href"),
+    )
+    app.clientside_callback(
+        client("reset"), Output("reset", "title"), Input("reset", "n_clicks"), State("start", "data"), prevent_initial_call=True
+    )
+    shown = ["curve.figure", "peak-frequency.children", "peak-amplitude.children"]
+    shown += ["peak-frequency-change.children", "peak-amplitude-change.children", "message.children", "page.className"]
+    app.clientside_callback(
+        client("show"), *(Output(*name.split(".")) for name in shown), Input("answer", "data"), prevent_initial_call=True
+    )
+    step = {"type": "step", "by": MATCH, "figure": MATCH}
+    app.clientside_callback(client("step"), Output(step, "title"), Input(step, "n_clicks"), prevent_initial_call=True)
+    app.clientside_callback(
+        client("copied"),
+        Output("python", "children"),
+        Output("python", "hidden"),
+        Input("code", "data"),
+        prevent_initial_call=True,
+    )
+
+
+def _add_server(app: Dash, solver: Solver) -> None:
+    """Callbacks that solve."""
+
+    def answered(wanted: Wanted | None) -> Any:
+        return _answered(solver, wanted) if wanted else no_update
+
+    def detailed(clicks: int, clicked: Any, answer: Any, wanted: Wanted | None) -> Any:
+        return _detailed(solver, clicks, clicked, answer, wanted)
+
+    def performed(tab: str, wanted: Wanted | None) -> Any:
+        shown = wanted and tab == "performance" and wanted["fine"]
+        return _performed(solver, wanted) if wanted and shown else (no_update, no_update)
+
+    def saved(clicks: int, wanted: Wanted | None) -> Any:
+        return {"content": solver.study(wanted["values"]), "filename": SAVED} if wanted else no_update
+
+    def coded(clicks: int, wanted: Wanted | None) -> Any:
+        return python_of(solver, wanted["values"]) if wanted else no_update
+
+    app.callback(Output("answer", "data"), Input("wanted", "data"))(answered)
+    app.callback(
+        Output("details", "children"),
+        Input("show", "n_clicks"),
+        Input("curve", "clickData"),
+        State("answer", "data"),
+        State("wanted", "data"),
+        prevent_initial_call=True,
+    )(detailed)
+    app.callback(
+        Output("performance", "figure"),
+        Output("performance-message", "children"),
+        Input("tabs", "value"),
+        Input("wanted", "data"),
+    )(performed)
+    app.callback(Output("download", "data"), Input("save", "n_clicks"), State("wanted", "data"), prevent_initial_call=True)(saved)
+    app.callback(Output("code", "data"), Input("copy", "n_clicks"), State("wanted", "data"), prevent_initial_call=True)(coded)
+
+
+def _answered(solver: Solver, wanted: Wanted) -> Any:
+    """The answer to a request, or nothing where a newer one has come."""
+    tab, version, fine = str(wanted["tab"]), int(wanted["version"]), bool(wanted["fine"])
+    solver.ask(tab, version)
+    head = {"version": version, "fine": fine}
+    try:
+        output = _output(solver, wanted)
+        pinned = solver.answer(wanted["pinned"]) if wanted.get("pinned") is not None else None
+        answer = solver.answer(wanted["values"], None if fine else output, tab, version)
+        return head | _shown(answer, pinned, output, wanted)
+    except OutdatedError:
+        return no_update
+    except InputError as error:
+        return head | {"message": str(error), "failed": True}
+
+
+def _output(solver: Solver, wanted: Wanted) -> str:
+    """The output that is shown."""
+    output = str(wanted["output"])
+    if output not in solver.outputs:
+        raise fault("output", "must be one of the study", output, nearest(output, solver.outputs))
+    return output
+
+
+def _shown(answer: Answer, pinned: Answer | None, output: str, wanted: Wanted) -> dict[str, Any]:
+    if not answer.response.dataset["frequency"].notnull().any():
+        return {"message": " ".join(answer.sentences), "failed": True}
+    figure = curve_figure(answer, pinned, output, bool(wanted["log"]), bool(wanted["dark"]))
+    return {
+        "figure": figure,
+        "numbers": peak_words(answer, output),
+        "changes": change_words(answer, pinned, output),
+        "message": sentences_of(answer.sentences, not wanted["fine"]),
+        "failed": False,
+        "seconds": answer.seconds,
+    }
+
+
+def _detailed(solver: Solver, clicks: int, clicked: Any, answer: Any, wanted: Wanted | None) -> Any:
+    """The point that was clicked, or the peak."""
+    if wanted is None or not answer or answer["failed"]:
+        return no_update
+    try:
+        output = _output(solver, wanted)
+        found = solver.answer(wanted["values"])
+        places = (clicked or {}).get("points", ())
+        if ctx.triggered_id == "curve" and places:
+            pinned = solver.answer(wanted["pinned"])
+            point: int | None = clicked_point(found, pinned, output, float(places[0]["x"]), float(places[0]["y"]))
+        else:
+            point = peak_place(found, output)
+        if point is None:
+            return html.P("The curve has no point to show.")
+        hertz = float(found.response.dataset["frequency"].values[0, point])
+        figures = detail_figures(found, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
+    except InputError as error:
+        return html.P(str(error))
+    graphs = [_graph(number, figure) for number, figure in enumerate(figures)]
+    return html.Div([html.H2(f"At {hertz:.6g} Hz"), *graphs], **{"data-version": str(wanted["version"])})
+
+
+def _graph(number: int, figure: dict[str, Any]) -> Any:
+    """A figure, with steps of one frame where it moves."""
+    graph = dcc.Graph(figure=figure, config=CONFIG)
+    if not figure.get("frames"):
+        return graph
+    steps = [
+        html.Button(words, id={"type": "step", "by": by, "figure": number}, type="button", **{"aria-label": name})
+        for by, words, name in ((-1, "◀ step", "one frame back"), (1, "step ▶", "one frame forward"))
+    ]
+    return html.Div([graph, html.Div(steps, className="buttons")], className="moving")
+
+
+def _performed(solver: Solver, wanted: Wanted) -> Any:
+    """The performance curve round the present ratio."""
+    try:
+        problem = solver.problem(wanted["values"])
+        pull = solver.performance_settings.get("pull") or max((abs(force.static) for force in problem.forces), default=0.0)
+        level = float(wanted["values"].get("force_level", 1.0))
+        excitation = max((abs(a) for force in problem.forces for a in force.amplitudes.values()), default=0.0) * level
+        if not pull or not excitation:
+            return no_update, "A performance curve needs a static pull and an excitation."
+        ratio = pull / excitation
+        ratios = np.geomspace(ratio / RATIO_REACH, ratio * RATIO_REACH, RATIOS)
+        output = _output(solver, wanted)
+        curve, said = solver.performance(wanted["values"], ratios, output, str(wanted["tab"]), int(wanted["version"]))
+        return performance_figure(curve, ratio, bool(wanted["dark"])), said
+    except OutdatedError:
+        return no_update, no_update
+    except InputError as error:
+        return no_update, str(error)

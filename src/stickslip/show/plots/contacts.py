@@ -1,0 +1,180 @@
+"""Hysteresis loops at the peak, and contact states along the curve."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.results.representative import representatives
+from stickslip.results.view import (
+    ContactRow,
+    along_curve,
+    contact_rows,
+    frequencies,
+    is_folded,
+    largest_loops,
+    length_unit,
+    level_text,
+)
+from stickslip.show.plots.case_lines import case_lines
+from stickslip.show.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, closed, edges_between
+from stickslip.show.plots.look import PAGE, Style, contact, state_colour
+from stickslip.show.plots.response_curves import HERTZ
+from stickslip.support.checks import Array
+from stickslip.support.renderers import FIGURES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MANY_ROWS = 12
+MOST_NAMES = 100
+"""Directions of contacts in the figure of states; of more, those with the largest loops are drawn."""
+MOST_CONTACTS = 8
+"""Contacts in the figure of loops; of more, those with the largest loops are drawn."""
+MOST_COLUMNS = 6
+MOST_STATES = 8
+"""Cases in the figures of loops and of states; of more, `representatives` chooses."""
+STEPS = 20
+"""Shares of the period are drawn in steps of 1/STEPS."""
+STATES = [Key("stick", Style("stick")), Key("half, half", Style("half")), Key("slip", Style("slip")), Key("open", Style("open"))]
+"""What the colours of states mean."""
+
+
+@FIGURES.of("ForcedResponse", "loops")
+def hysteresis_loops(dataset: xr.Dataset) -> Chart:
+    """Contact force in N against relative displacement in µm at the highest peak: a row per contact, a column per force level."""
+    rows = contact_rows(dataset)
+    shown = largest_loops(dataset, rows, MOST_CONTACTS)
+    chosen = representatives(dataset, MOST_COLUMNS)
+    lines, height = case_lines(chosen.dataset), min(1.6, (PAGE - 0.8) / max(len(shown), 1))
+    panels = []
+    for place, row in enumerate(shown):
+        for case, line in enumerate(lines):
+            title = ", ".join(filter(None, (level_text(chosen.dataset, case) if not place else "", row.label)))
+            layers = [_loop(chosen.dataset, case, row, line["style"], line["label"])]
+            panels.append(Panel(*loop_axes(dataset), layers, title, height))
+    note = f"{len(shown)} of {len(rows)}, the largest" if len(shown) < len(rows) else ""
+    note = "; ".join(filter(None, (note, chosen.words)))
+    panels = panels or [Panel(*loop_axes(dataset), [])]
+    return Chart("Loops at the highest peak", panels, columns=len(lines) if shown else 1, note=note, legend=False)
+
+
+def loops_of(dataset: xr.Dataset, most: int, step: int = 1) -> Callable[[ContactRow, bool], Chart]:
+    """The loops of one contact at all force levels in one panel; step: of the samples drawn.
+
+    What is returned draws them for a row; own: each centred and to its own size, to compare shapes.
+    """
+    chosen = representatives(dataset.isel(sample=slice(None, None, step)), most)
+    lines, axes = case_lines(chosen.dataset), loop_axes(dataset)
+    shapes = Axis("relative displacement over half its range"), Axis("contact force over half its range")
+
+    def drawn(row: ContactRow, own: bool) -> Chart:
+        layers = [_loop(chosen.dataset, case, row, line["style"], line["label"], own) for case, line in enumerate(lines)]
+        panel = Panel(*(shapes if own else axes), layers, height=3.8)
+        return Chart(f"Loops at the highest peak: {row.label}", [panel], note=chosen.words)
+
+    return drawn
+
+
+def loops_at(dataset: xr.Dataset, rows: list[ContactRow], samples: int) -> Callable[[int, int], Chart]:
+    """The loops at a point of a curve, from the harmonics that the result keeps: corners are rounded, the force may overshoot.
+
+    What is returned draws them for a case and a point.
+    """
+    angle = 2.0 * np.pi * np.arange(samples + 1) / samples
+    waves = np.exp(1j * np.outer(np.arange(dataset.sizes["harmonic"]), angle))
+    motions, forces, hertz = (dataset[name].values for name in ("contact_motion", "contact_force", "frequency"))
+    states = {state: dataset[f"share_{state}"].values for state in ("stick", "slip", "open")}
+    metres, axes = length_unit(dataset).metres, loop_axes(dataset)
+    levels = [level_text(dataset, case) for case in range(dataset.sizes["case"])]
+    truncated = f"Hz (truncated to {dataset['harmonic'].values[-1]:g} harmonics)"
+
+    def drawn(case: int, point: int) -> Chart:
+        layers: list[Layer] = []
+        for k, row in enumerate(rows):
+            at = (case, point, row.contact, row.direction)
+            motion, force = _series(motions[at], waves), _series(forces[at], waves)
+            shares = {state: float(share[at]) for state, share in states.items()}
+            words = ", ".join(f"{100.0 * share:.0f} % {state}" for state, share in shares.items() if share > 0.0)
+            if np.all(np.isfinite(motion + force)):
+                layers.append(Line(motion / metres, force, contact(k), f"{row.label}: {words}"))
+        title = f"{levels[case]}, {hertz[case, point]:.7g} {truncated}"
+        return Chart(title, [Panel(*axes, layers, height=3.4)])
+
+    return drawn
+
+
+def loop_axes(dataset: xr.Dataset) -> tuple[Axis, Axis]:
+    """Of a hysteresis loop."""
+    return Axis("relative displacement", length_unit(dataset).name), Axis("contact force", "N")
+
+
+@FIGURES.of("ForcedResponse", "states")
+def contact_states(dataset: xr.Dataset, most: int = MOST_STATES) -> Chart:
+    """Shares of the period in stick, slip and open as mixed colours: one panel a force level, one row a contact."""
+    every = contact_rows(dataset)
+    rows = every if len(every) <= MOST_NAMES else largest_loops(dataset, every, MOST_NAMES)
+    panel = 0.25 + (0.16 if len(rows) <= MANY_ROWS else 0.1) * max(len(rows), 2)
+    chosen = representatives(dataset, max(1, min(most, int((PAGE - 1.2) / (panel + 0.2)))))
+    dataset = chosen.dataset
+    folded = any(is_folded(dataset, case) for case in range(dataset.sizes["case"]))
+    panels = [_states_of(dataset, case, rows, panel) for case in range(dataset.sizes["case"])]
+    title = "Contact states, in shares of the period" + (", along the folded curve" if folded else "")
+    note = f"the {len(rows)} of {len(every)} with the largest loops" if len(rows) < len(every) else ""
+    return Chart(title, panels, note="; ".join(filter(None, (note, chosen.words))), shared_x=not folded)
+
+
+def _series(parts: Array, waves: Array) -> Array:
+    """x(t) = Re Σ X_h exp(ihωt) over a period of harmonics (H+1, 2) with real and imaginary part."""
+    return np.asarray(((parts[:, 0] + 1j * parts[:, 1]) @ waves).real)
+
+
+def _loop(dataset: xr.Dataset, case: int, row: ContactRow, style: Style, label: str, own: bool = False) -> Line:
+    """One closed loop at the highest peak."""
+    motion = closed(dataset.loop_motion.values[case, row.contact, row.direction] / length_unit(dataset).metres)
+    force = closed(dataset.loop_force.values[case, row.contact, row.direction])
+    if not own:
+        return Line(motion, force, style, label)
+    hover = {f"relative displacement in {length_unit(dataset).name}": motion, "contact force in N": force}
+    return Line(_to_own_size(motion), _to_own_size(force), style, label, hover)
+
+
+def _to_own_size(values: Array) -> Array:
+    low, high = np.min(values), np.max(values)
+    return np.asarray((values - 0.5 * (low + high)) / (0.5 * (high - low) or 1.0))
+
+
+def _states_of(dataset: xr.Dataset, case: int, rows: list[ContactRow], height: float) -> Panel:
+    hertz, title = frequencies(dataset, case), level_text(dataset, case)
+    if not hertz.size or not rows:
+        return Panel(HERTZ, Axis("", limits=(0.0, 1.0)), [*STATES], f"{title}: no points", height)
+    shares = np.stack([_shares(dataset, case, row) for row in rows])
+    folded, descending = is_folded(dataset, case), hertz[0] > hertz[-1]
+    if descending and not folded:
+        hertz, shares = hertz[::-1], shares[:, ::-1]
+    names = {float(k): row.label for k, row in enumerate(rows)}
+    words = [
+        [f"{row.label}, {f:.2f} Hz: {_words(share)}" for f, share in zip(hertz, along, strict=True)]
+        for row, along in zip(rows, shares, strict=True)
+    ]
+    x = HERTZ
+    if folded:
+        ticks = np.unique(np.linspace(0, hertz.size - 1, 7).round().astype(int))
+        x = Axis("frequency along the curve", "Hz", names={float(tick): f"{hertz[tick]:.4g}" for tick in ticks})
+    edges = edges_between(np.arange(hertz.size, dtype=float) if folded else hertz)
+    rounded = np.round(STEPS * shares) / STEPS
+    cells = Cells(edges, state_colour(*np.moveaxis(rounded, -1, 0)), words)
+    return Panel(x, Axis("", names=names, upside_down=True), [cells, *STATES], title, height)
+
+
+def _shares(dataset: xr.Dataset, case: int, row: ContactRow) -> Array:
+    """Shares of stick, slip and open of one contact along the curve, (point, 3), NaN where the point did not converge."""
+    names = ("share_stick", "share_slip", "share_open")
+    return np.stack([along_curve(dataset, name, case)[:, row.contact, row.direction] for name in names], axis=-1)
+
+
+def _words(shares: Array) -> str:
+    states = zip(shares, ("stick", "slip", "open"), strict=True)
+    return ", ".join(f"{100.0 * share:.0f} % {state}" for share, state in states if share > 0.005) or "not converged"

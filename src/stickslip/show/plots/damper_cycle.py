@@ -1,0 +1,120 @@
+"""A damper cycle in six panels: platform hysteresis, contact forces, force ratios, motion and its parts, the plane of friction
+forces with its limit lines, and the timeline of stick, slip and open."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.show.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, Rule
+from stickslip.show.plots.chart import closed as with_first
+from stickslip.show.plots.look import Dash, Style, colour, contact, rgb
+from stickslip.support.checks import Array
+from stickslip.support.renderers import FIGURES
+from stickslip.support.units import um
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STATES = {0: "stick", 1: "slip", -1: "slip", 2: "open"}
+CYCLE = Axis("share of the cycle", limits=(0.0, 1.0))
+PARTS: dict[str, tuple[str, Dash]] = {
+    "elastic_motion": ("elastic motion", "dot"),
+    "slip_motion": ("slip motion", "solid"),
+    "rolling": ("rolling", "dash"),
+}
+"""Parts of the motion along a platform, in words, with their dashes."""
+HEIGHT = 2.7
+
+
+@FIGURES.of("DamperCycle")
+def damper_cycle(dataset: xr.Dataset) -> Chart:
+    """Everything that one cycle of a damper between two platforms shows."""
+    energy, rotation = float(dataset.loop_energy) * 1e6, float(dataset.rotation) * 1e3
+    words = f"{dataset.attrs['title']}: {energy:.4g} µJ a cycle, rotation {rotation:.3g} mrad, {dataset.attrs['outcome']}"
+    panels = [draw(dataset) for draw in (_hysteresis, _forces, _ratios, _motion, _plane, _timeline)]
+    return Chart(words.replace("_", " "), panels, columns=2)
+
+
+def _hysteresis(dataset: xr.Dataset) -> Panel:
+    layers = []
+    for axis, name in enumerate(("horizontal", "vertical")):
+        motion, force = (dataset[key].values[:, axis] for key in ("platform_motion", "force_on_right"))
+        if np.ptp(motion) > 0.0:
+            layers.append(Line(closed(motion) / um, closed(force), Style("ink", ("solid", "dash")[axis]), name))
+    axes = Axis("relative motion", "µm"), Axis("force on the right platform", "N")
+    return Panel(*axes, layers, "Platform to platform", HEIGHT)
+
+
+def _forces(dataset: xr.Dataset) -> Panel:
+    """Vector diagram: the ends of the force at each contact through the cycle, T over N, in its friction cone."""
+    layers: list[Layer] = []
+    for k, name, mu in _contacts(dataset):
+        normal, top = dataset.normal_force.values[:, k], float(dataset.normal_force.values[:, k].max())
+        layers.append(Line(closed(dataset.friction_force.values[:, k]), closed(normal), contact(k), name))
+        if np.isfinite(mu):
+            layers.append(
+                Line([-mu * top, 0.0, mu * top], [top, 0.0, top], contact(k, dash="dot", width=0.8), name, listed=False)
+            )
+    axes = Axis("friction force T", "N"), Axis("normal force N", "N")
+    return Panel(*axes, layers, "Contact forces; dotted: friction cones", HEIGHT)
+
+
+def _ratios(dataset: xr.Dataset) -> Panel:
+    layers: list[Layer] = []
+    for k, name, mu in _contacts(dataset):
+        layers.append(Line(dataset.phase.values, dataset.force_ratio.values[:, k], contact(k), name))
+        layers += [Rule(sign * mu, contact(k, dash="dot", width=0.8), along="y") for sign in (-1.0, 1.0) if np.isfinite(mu)]
+    return Panel(CYCLE, Axis("force ratio T/N"), layers, "Force ratios; dotted: ±μ", HEIGHT)
+
+
+def _motion(dataset: xr.Dataset) -> Panel:
+    layers: list[Layer] = [Line([np.nan], [np.nan], Style("grey", dash), words) for words, dash in PARTS.values()]
+    for k, name, _ in _contacts(dataset):
+        for part, (words, dash) in PARTS.items():
+            values = dataset[part].values[:, k]
+            line = contact(k, dash=dash, width=1.2)
+            layers.append(
+                Line(dataset.phase.values, (values - values.mean()) / um, line, name, {"": [words] * values.size}, listed=False)
+            )
+    return Panel(CYCLE, Axis("motion about its mean", "µm"), layers, "Motion along the platforms", HEIGHT)
+
+
+def _plane(dataset: xr.Dataset) -> Panel:
+    """Yang and Menq: friction forces of the two sides over the pull, with the lines on which a side slips as a whole."""
+    pull, sides = float(dataset.attrs["pull"]), dataset.side.values
+    left, right = (dataset.friction_force.values[:, sides == side].sum(axis=1) / pull for side in ("left", "right"))
+    limits = [dataset.slip_limit.values[:, sides == side].sum(axis=1) / pull for side in ("left", "right")]
+    layers: list[Layer] = [Line(closed(left), closed(right), Style("stick"), "both sides")]
+    for sign in (-1.0, 1.0):
+        layers.append(Line(closed(sign * limits[0]), closed(right), Style("grey", width=0.9), "left side slips"))
+        layers.append(Line(closed(left), closed(sign * limits[1]), Style("grey", "dash", 0.9), "right side slips"))
+    axes = Axis("friction force on the left over pull"), Axis("friction force on the right over pull")
+    return Panel(*axes, layers, "Friction of both sides", HEIGHT)
+
+
+def _timeline(dataset: xr.Dataset) -> Panel:
+    phase, names = dataset.phase.values, [str(name) for name in dataset.contact.values]
+    states = [[STATES[int(state)] for state in dataset.state.values[:, row]] for row in range(len(names))]
+    colours = np.array([[rgb(colour(state)) for state in along] for along in states])
+    words = [
+        [f"{name}, {share:.3f} of the cycle: {state}" for share, state in zip(phase, along, strict=True)]
+        for name, along in zip(names, states, strict=True)
+    ]
+    axis = Axis("", names={float(row): name for row, name in enumerate(names)}, upside_down=True)
+    keys = [Key(state, Style(state)) for state in ("stick", "slip", "open")]
+    return Panel(CYCLE, axis, [Cells(np.append(phase, 1.0), colours, words), *keys], "States", HEIGHT)
+
+
+def _contacts(dataset: xr.Dataset) -> Iterator[tuple[int, str, float]]:
+    """Place, name and friction coefficient of each contact."""
+    friction = np.atleast_1d(dataset.attrs["friction"])
+    return ((k, str(name), float(friction[k])) for k, name in enumerate(dataset.contact.values))
+
+
+def closed(values: Array) -> Array:
+    """With the first value at the end, unless that is a leap: a cycle that does not repeat is drawn as it is, open."""
+    leap, usual = abs(values[0] - values[-1]), np.max(np.abs(np.diff(values)), initial=0.0)
+    return np.append(values, np.nan) if leap > 2.0 * usual else with_first(values)

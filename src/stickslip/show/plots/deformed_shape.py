@@ -1,0 +1,177 @@
+"""The deformed shape of meshed bodies over one period, coloured by amplitude: a mesh of plotly that can be turned and played, and
+pictures and films of matplotlib.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.analyses.deformed_shape import SurfaceMotion
+from stickslip.results.shown_units import in_system
+from stickslip.results.view import Length, unit_in
+from stickslip.show.plots.chart import wrapped
+from stickslip.show.plots.interactive import BASE, Combination
+from stickslip.show.plots.look import colour, house_style, plain
+from stickslip.show.plots.model_view import axes_upright, in_space, scene
+from stickslip.show.plots.moving_picture import MovingPicture, magnification, played
+from stickslip.support.checks import Array, between
+from stickslip.support.renderers import FIGURES
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FRAMES = 24
+"""Pictures of a period."""
+DRAWN = 0.1
+"""The largest displacement in a drawing, relative to the extent of the bodies."""
+RIM = 0.01
+"""What the axes leave round it, relative to their longest, so that a flat body has room too."""
+AT_REST = 0.12
+"""Opacity of the bodies at rest."""
+HEIGHT, PHONE_HEIGHT = 620, 560
+
+
+@FIGURES.of("SurfaceMotion")
+@dataclass(frozen=True, eq=False, repr=False)
+class DeformedShape(MovingPicture):
+    """One harmonic of the displacement of meshed bodies over its period, from the instant of the largest deflection on.
+
+    A notebook shows it with play, pause, speed, a slider and steps of one frame, and it can be turned; `.to_html()` is the same
+    as a page, `.to_plotly()` the figure, `.save("x.gif")` a film, `.plot(frame)` one picture. `motion`: points [m], triangles,
+    displacement (complex) and amplitude [m].
+    """
+
+    motion: SurfaceMotion
+
+    def __repr__(self) -> str:
+        return f"DeformedShape of {self.title}: {len(self.motion.points)} points; {self.note}"
+
+    @property
+    def title(self) -> str:
+        return self.motion.title
+
+    @property
+    def frames(self) -> int:
+        """How many pictures there are; the first one shows the instant of the largest deflection."""
+        return FRAMES
+
+    @cached_property
+    def magnification(self) -> float:
+        """How many times displacements are drawn larger than they are, a round number."""
+        extent = float(np.ptp(self.motion.points, axis=0).max())
+        return magnification(DRAWN * extent, float(self.motion.amplitude.max()))
+
+    @property
+    def note(self) -> str:
+        """What is magnified, and by how much, and the largest amplitude."""
+        largest, unit = float(self.motion.amplitude.max()), self._unit
+        amplitude = f"colours: amplitude, largest {largest / unit.metres:.4g} {unit.name}"
+        words = (f"Displacements magnified {self.magnification:g} times", amplitude, self.motion.note)
+        return "; ".join(filter(None, words))
+
+    @property
+    def _unit(self) -> Length:
+        """The unit of amplitudes."""
+        return unit_in(self.motion.system, "m", float(self.motion.amplitude.max()))
+
+    @cached_property
+    def _turned(self) -> NDArray[np.complex128]:
+        """The displacement (p, 3) [m], as drawn, with the phase of the instant at which its real part is largest."""
+        u = self.motion.displacement
+        return np.asarray(self.magnification * u * np.exp(-0.5j * np.angle(np.sum(u**2))))
+
+    def _weights(self, frame: int) -> tuple[float, float, float]:
+        """Of points, real and imaginary part: Re u exp(iφ) = Re u cos φ − Im u sin φ."""
+        phase = 2.0 * np.pi * frame / FRAMES
+        return 1.0, float(np.cos(phase)), -float(np.sin(phase))
+
+    def moved(self, frame: int = 0) -> Array:
+        """The points (p, 3) [m] in one frame, displacements magnified."""
+        one, real, imaginary = self._weights(between("frame", frame, 0, FRAMES - 1))
+        return np.asarray(one * self.motion.points + real * self._turned.real + imaginary * self._turned.imag)
+
+    @cached_property
+    def _limits(self) -> Array:
+        """Ends of the axes, (2, 3) [m], that hold every frame."""
+        reach, points = np.abs(self._turned), self.motion.points
+        low, high = np.min(points - reach, axis=0), np.max(points + reach, axis=0)
+        rim = RIM * float((high - low).max())
+        return np.array([low - rim, high + rim])
+
+    def description(self) -> dict[str, Any]:
+        metre, unit = in_system("m", self.motion.system)[0], self._unit
+        parts = self.motion.points, self._turned.real, self._turned.imag
+        arrays = [(metre * values).astype(np.float32) for values in parts]
+        corners = {name: self.motion.triangles[:, k].astype(np.int32) for k, name in enumerate("ijk")}
+        rest = {name: arrays[0][:, axis] for axis, name in enumerate("xyz")}
+        columns = {name: tuple(array[:, axis] for array in arrays) for axis, name in enumerate("xyz")}
+
+        def at(frame: int) -> dict[str, Any]:
+            return {name: Combination(self._weights(frame), column) for name, column in columns.items()}
+
+        mesh = {"type": "mesh3d", "hoverinfo": "skip", **corners}
+        colours = {
+            "intensity": (self.motion.amplitude / unit.metres).astype(np.float32),
+            "colorscale": "Viridis",
+            "cmin": 0.0,
+            "colorbar": {"title": {"text": f"amplitude in {unit.name}"}, "thickness": 14, "len": 0.7},
+            "flatshading": True,
+            "lighting": {"ambient": 0.75, "diffuse": 0.5, "specular": 0.05},
+        }
+        pale = {"color": "@grey", "opacity": AT_REST, "showscale": False, **rest}
+        found = {"title": self.title, "note": self.note, "data": [mesh | at(0) | colours, mesh | pale]}
+        found["frames"] = [
+            {"name": str(frame), "data": [{"type": "mesh3d", **at(frame)}], "traces": [0]} for frame in range(FRAMES)
+        ]
+        return found | {name: self._layout(name == "narrow") for name in ("wide", "narrow")}
+
+    def _layout(self, narrow: bool) -> dict[str, Any]:
+        metre, length = in_system("m", self.motion.system)
+        low, high = metre * self._limits
+        space = scene(high - low, length, "@paper")
+        for k, axis in enumerate("xyz"):
+            space[f"{axis}axis"] |= {"range": [float(low[k]), float(high[k])], "gridcolor": "@grid", "color": "@text"}
+            space[f"{axis}axis"] |= {"nticks": 5, "showspikes": False}
+        slider = {"x": 0.0, "len": 1.0, "y": -0.15} if narrow else {"x": 0.52, "len": 0.48, "y": -0.01}
+        buttons = {"x": 0.0, "y": -0.02 if narrow else -0.03}
+        return {
+            **BASE,
+            "height": PHONE_HEIGHT if narrow else HEIGHT,
+            "font": {"color": "@text"},
+            "margin": {"l": 0, "r": 0, "t": 16, "b": 160 if narrow else 90},
+            "scene": space | {"uirevision": "kept"},
+            **played(FRAMES, buttons, slider, redraw=True),
+        }
+
+    def _drawn(self) -> tuple[Figure, Callable[[int], object]]:
+        from matplotlib import cm, colormaps, colors
+        from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+        from stickslip.show.plots.notebook import NotebookFigure
+
+        motion, unit = self.motion, self._unit
+        metre, length = in_system("m", motion.system)
+        sizes, sides = motion.amplitude / unit.metres, self._limits[1] - self._limits[0]
+        order = axes_upright(sides)
+        scale = cm.ScalarMappable(colors.Normalize(0.0, float(sizes.max()) or 1.0), colormaps["viridis"])
+        faces = scale.to_rgba(sizes[motion.triangles].mean(axis=1))
+        with house_style():
+            figure = NotebookFigure(figsize=(6.4, 6.4))
+            axes: Any = figure.add_axes((0.02, 0.06, 0.8, 0.84), projection="3d")
+            corners = metre * self.moved()[motion.triangles][:, :, order]
+            surface = Poly3DCollection(corners, facecolors=faces, edgecolors=colour("grey"), linewidths=0.15)
+            axes.add_collection3d(surface)
+            limits = metre * self._limits[:, order].T
+            axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2])
+            in_space(axes, sides, length)
+            bar = figure.add_axes((0.86, 0.2, 0.025, 0.5))
+            figure.colorbar(scale, cax=bar, label=f"amplitude in {unit.name}")
+            words = "\n".join((self.title, *wrapped(self.note, 84)))
+            figure.suptitle(plain(words), x=0.01, ha="left", fontsize=9.5)
+        return figure, lambda frame: surface.set_verts(metre * self.moved(frame)[motion.triangles][:, :, order])

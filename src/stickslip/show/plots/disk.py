@@ -1,0 +1,212 @@
+"""Figures of a bladed disk: mode shape, dampers, nodal diameters, Campbell diagram, mean normal loads."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.results.representative import representatives
+from stickslip.results.view import level_text
+from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, band
+from stickslip.show.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, Style, contact, headed, house_style, level, state_colour
+from stickslip.show.plots.response_curves import force_axis
+from stickslip.support.checks import Array
+from stickslip.support.renderers import FIGURES
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+EXAGGERATION = 0.06
+"""Largest displacement in a picture, relative to the radius of the disk."""
+RINGS = (
+    "A piece is a damper, its arcs the contacts; colours mix shares of the period at the\n"
+    "largest amplitude, the mean of the tangential directions"
+)
+"""What the figure of dampers shows."""
+MOST_RINGS = 12
+"""Force levels in the figure of dampers."""
+
+
+def placed_sectors(dataset: xr.Dataset) -> tuple[Array, Array]:
+    """Surface of all sectors in space at one instant: corners (faces, 4, 3) [m] and the size of their motion (faces,), 0 to 1."""
+    points, quads, parts = (dataset[f"disk_{name}"].values for name in ("points", "quads", "shape"))
+    shape: NDArray[np.complex128] = parts[..., 0] + 1j * parts[..., 1]
+    sectors, order = int(dataset.attrs["sectors"]), _excited(dataset)[0]
+    scale = EXAGGERATION * float(np.hypot(points[:, 0], points[:, 1]).max())
+    corners, sizes = [], []
+    for j in range(sectors):
+        angle = 2.0 * np.pi * j / sectors
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+        moved = (shape * np.exp(-1j * order * angle)).real
+        corners.append(((points + scale * moved) @ turn.T)[quads])
+        sizes.append(np.linalg.norm(moved, axis=1)[quads].mean(axis=1))
+    return np.concatenate(corners), np.concatenate(sizes)
+
+
+def disk_mode(dataset: xr.Dataset) -> Figure:
+    """The disk in its first stuck mode at the first excited nodal diameter, at one instant, coloured by the motion."""
+    from matplotlib import colormaps
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    from stickslip.show.plots.notebook import NotebookFigure
+
+    corners, sizes = placed_sectors(dataset)
+    n = _folded(dataset)[0]
+    with house_style():
+        figure = NotebookFigure(figsize=(7.0, 6.2), layout="constrained")
+        axes: Any = figure.add_subplot(projection="3d")
+        colours = colormaps["viridis"](sizes)
+        axes.add_collection3d(Poly3DCollection(corners, facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.15))
+        reach = float(np.abs(corners[..., :2]).max())
+        axes.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-0.45 * reach, 0.45 * reach))
+        axes.set_box_aspect((1.0, 1.0, 0.45))
+        axes.set_proj_type("ortho")
+        axes.view_init(elev=50.0, azim=-60.0)
+        axes.set_axis_off()
+        axes.set_title(f"First stuck mode, nodal diameter {n}, motion exaggerated")
+    return figure
+
+
+def disk_mode_3d(dataset: xr.Dataset) -> Any:
+    """The same as a plotly figure that can be turned: `.show()` or `.write_html(path)`."""
+    from plotly.graph_objects import Figure as Interactive
+    from plotly.graph_objects import Mesh3d
+
+    corners, sizes = placed_sectors(dataset)
+    x, y, z = corners.reshape(-1, 3).T
+    first = 4 * np.arange(sizes.size)
+    i, j, k = (np.concatenate([first + a, first + b]) for a, b in ((0, 0), (1, 2), (2, 3)))
+    mesh = Mesh3d(x=x, y=y, z=z, i=i, j=j, k=k, intensity=np.tile(sizes, 2), intensitymode="cell", colorscale="Viridis")
+    return Interactive(mesh).update_layout(scene_aspectmode="data", scene_xaxis_visible=False, scene_yaxis_visible=False)
+
+
+def damper_ring(dataset: xr.Dataset) -> Figure:
+    """Dampers around the disk at the largest amplitude, a ring for each force level; colours mix shares of stick, slip, open."""
+    from matplotlib.patches import Wedge
+
+    from stickslip.show.plots.notebook import NotebookFigure
+
+    chosen = representatives(dataset, MOST_RINGS)
+    dataset, levels, sectors = chosen.dataset, chosen.dataset.sizes["case"], int(dataset.attrs["sectors"])
+    columns = min(levels, 4)
+    with house_style():
+        figure = NotebookFigure(figsize=(max(2.6 * columns + 0.4, 7.0), 2.9 * -(-levels // columns) + 0.4), layout="constrained")
+        panels = figure.subplots(-(-levels // columns), columns, squeeze=False).ravel()
+        for case, axes in enumerate(panels):
+            axes.set_axis_off()
+            if case < levels and dataset["amplitude"][case].notnull().any():
+                _ring(axes, _shares(dataset, case), sectors)
+                axes.set_title(level_text(dataset, case))
+        handles = [Wedge((0.0, 0.0), 1.0, 0.0, 90.0, facecolor=c, edgecolor=GREY) for c in (STICK, SLIP, OPEN)]
+        figure.legend(handles, ["stick", "slip", "open"], loc="outside lower center", ncols=3)
+        headed(figure, "Dampers around the disk", f"{RINGS}\n{chosen.words}".strip())
+    return figure
+
+
+def _shares(dataset: xr.Dataset, case: int) -> Array:
+    """Shares of stick, slip and open of each damper's contacts (dampers, contacts of one, 3), tangential directions averaged."""
+    point = int(dataset["amplitude"].isel(case=case, output=0).argmax("point"))
+    here = dataset.isel(case=case, point=point)
+    shares = [here[f"share_{name}"].sel(direction=["t1", "t2"]).mean("direction").values for name in ("stick", "slip", "open")]
+    sectors = int(dataset.attrs["sectors"])
+    rows = np.stack(shares, axis=-1)
+    whole = all(re.match(r"\d+ ", str(name)) for name in dataset["contact"].values) and len(rows) % sectors == 0
+    return rows.reshape(sectors, -1, 3) if whole else np.broadcast_to(rows, (sectors, *rows.shape))
+
+
+def _ring(axes: Axes, shares: Array, sectors: int) -> None:
+    """Each damper a sector of the ring, its contacts one outside another."""
+    from matplotlib.patches import Wedge
+
+    contacts = shares.shape[1]
+    width = 0.45 / contacts
+    for j in range(sectors):
+        ends = np.degrees(2.0 * np.pi / sectors * np.array([j + 0.06, j + 0.94]))
+        for c in range(contacts):
+            colour = state_colour(*shares[j, c])
+            axes.add_patch(
+                Wedge((0.0, 0.0), 1.0 - c * width, *ends, width=0.96 * width, facecolor=colour, edgecolor=GREY, lw=0.2)
+            )
+    axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.05), aspect="equal")
+
+
+@FIGURES.of("NodalDiameters")
+def nodal_diameter_diagram(dataset: xr.Dataset) -> Chart:
+    """Natural frequencies over the nodal diameter, without contacts and with all of them stuck, and what is excited."""
+    frequencies = dataset["disk_frequency"].values
+    diameters = np.arange(frequencies.shape[1])
+    layers: list[Layer] = []
+    for state, (words, dash, marker) in enumerate((("without contacts", "dot", "circle"), ("contacts stuck", "solid", "square"))):
+        style = contact(state, dash=dash, marker=marker, width=1.0, size=3.5)
+        layers += [Line(diameters, frequencies[state, :, mode], style, words) for mode in range(frequencies.shape[2])]
+    for order, n in zip(_excited(dataset), _folded(dataset), strict=True):
+        layers.append(Rule(n, Style("grey", width=0.9), f"engine order {order}"))
+    panel = Panel(Axis("nodal diameter"), Axis("natural frequency", "Hz", log=True), layers, height=3.7)
+    return Chart("Nodal diameters", [panel])
+
+
+def campbell(dataset: xr.Dataset, orders: tuple[int, ...] | None = None) -> Chart:
+    """Stuck natural frequencies (not stiffened by rotation) over the speed; dots where an engine order meets its own wave."""
+    stuck = dataset["disk_frequency"].values[1]
+    excited, sectors = _excited(dataset), int(dataset.attrs["sectors"])
+    order = excited[0]
+    shown = orders or (tuple(range(max(order - 2, 1), order + 4)) if len(excited) == 1 else excited)
+    highest = 1.3 * float(np.nanmax(stuck[:, 0]))
+    speed = 60.0 * highest / min(max(order, 1), max(shown))
+    layers: list[Layer] = [
+        Rule(float(frequency), contact(0, width=0.6, opacity=0.35 + 0.5 * (n in _folded(dataset))), along="y")
+        for n, frequency in enumerate(stuck[:, 0])
+    ]
+    for place, k in enumerate(shown):
+        style, label = level(place, len(shown), width=1.0), f"engine order {k}"
+        met = float(stuck[min(k % sectors, -k % sectors), 0])
+        layers.append(Line([0.0, speed], [0.0, k * speed / 60.0], style, label))
+        layers.append(Line([60.0 * met / k], [met], replace(style, dash="none", marker="circle", size=5.0), label, listed=False))
+    axes = Axis("speed", "rev/min", limits=(0.0, speed)), Axis("frequency", "Hz", limits=(0.0, highest))
+    return Chart("Campbell diagram, first family", [Panel(*axes, layers, height=3.9)])
+
+
+def mean_normal_load(dataset: xr.Dataset, reference: float | None = None) -> Chart:
+    """Mean normal load of each contact line at the largest amplitude over the force level.
+
+    reference: F_C/(2 cos α) [N]; that of the disk unless given.
+    """
+    reference = dataset.attrs.get("static_normal_load") if reference is None else reference
+    names = [re.sub(r"\s+\d+$", "", str(name)) for name in dataset["contact"].values]
+    lines = list(dict.fromkeys(names))[: len(CONTACTS)]
+    levels = dataset["force_level"].values
+    mean, first = (np.full((len(lines), levels.size), np.nan) for _ in range(2))
+    for case in range(levels.size):
+        if not dataset["amplitude"][case].notnull().any():
+            continue
+        point = int(dataset["amplitude"].isel(case=case, output=0).argmax("point"))
+        force = dataset["contact_force"].isel(case=case, point=point).sel(direction="n").values
+        for i, line in enumerate(lines):
+            total = force[[name == line for name in names]].sum(axis=0)
+            mean[i, case], first[i, case] = total[0, 0], np.hypot(*total[1])
+    layers: list[Layer] = []
+    for i, line in enumerate(lines):
+        layers.append(band(levels, mean[i] - first[i], mean[i] + first[i], contact(i, opacity=0.12)))
+        layers.append(Line(levels, mean[i], contact(i, marker="circle"), line, {"first harmonic in N": first[i]}))
+    if reference is not None:
+        layers.append(Rule(float(reference), Style("grey", "dash", 1.0), "F_C/(2 cos α)", "y"))
+    force_level = replace(force_axis(dataset, levels), log=True)
+    panel = Panel(force_level, Axis("mean normal load", "N"), layers, height=3.3)
+    return Chart("Mean normal load under vibration (band: first harmonic)", [panel])
+
+
+def _excited(dataset: xr.Dataset) -> tuple[int, ...]:
+    """The excited engine orders; files that do not say have one."""
+    return tuple(int(order) for order in np.atleast_1d(dataset.attrs.get("excited_orders", dataset.attrs["engine_order"])))
+
+
+def _folded(dataset: xr.Dataset) -> list[int]:
+    """The nodal diameters that they excite."""
+    sectors = int(dataset.attrs["sectors"])
+    return [min(order % sectors, -order % sectors) for order in _excited(dataset)]

@@ -1,0 +1,50 @@
+"""Haigh diagram: amplitude over mean of the stress where each curve has its smallest fatigue margin, and the limit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.analyses.fatigue import has_fatigue, margins
+from stickslip.show.plots.case_lines import case_lines
+from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel
+from stickslip.show.plots.look import Style
+from stickslip.show.plots.stress import MPa
+from stickslip.support.checks import InputError
+from stickslip.support.renderers import FIGURES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LIMIT = Style("grey", "dash", 1.4)
+
+FAR = 10.0
+"""Margin above which all stresses would lie on the axis of a linear scale."""
+
+
+@FIGURES.of("ForcedResponse", "haigh")
+def haigh_diagram(dataset: xr.Dataset) -> Chart:
+    """A dot for each place of stress and force level; below the line the material stands the stress for ever."""
+    if not has_fatigue(dataset):
+        raise InputError("A Haigh diagram must have a fatigue limit. Draw `response.with_stress().with_fatigue(limit)`.")
+    limit = f"fatigue limit, {dataset.attrs['fatigue_criterion']}"
+    drawn, sizes = dataset["haigh_mean"].values / MPa, dataset["haigh_limit"].values / MPa
+    layers: list[Layer] = [Line(drawn, np.where(sizes > 0.0, sizes, np.nan), LIMIT, limit)]
+    found = list(margins(dataset))
+    for case, line in enumerate(case_lines(dataset)):
+        here = [margin for margin in found if margin.case == case]
+        if here:
+            hover: dict[str, ArrayLike] = {
+                "": [margin.place for margin in here],
+                "frequency in Hz": np.array([margin.frequency for margin in here]),
+                "margin": np.array([margin.size for margin in here]),
+            }
+            means, sizes = (np.array([getattr(margin, name) for margin in here]) / MPa for name in ("mean", "alternating"))
+            dots = replace(line["style"], dash="none", marker="circle", size=5.0)
+            layers.append(Line(means, sizes, dots, line["label"], hover, line["listed"]))
+    far = all(margin.size > FAR for margin in found)
+    axes = Axis("mean stress", "MPa"), Axis("stress amplitude", "MPa", log=far, limits=(None if far else 0.0, None))
+    return Chart(f"Haigh diagram: {dataset.attrs['title']}", [Panel(*axes, layers, height=3.2)])

@@ -1,0 +1,145 @@
+"""Nonlinear modes: natural frequency and damping ratio over amplitude or energy, peaks over the force, and what contacts do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.results.representative import spread
+from stickslip.results.view import energy_unit, length_unit
+from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, from_zero
+from stickslip.show.plots.look import CONTACTS, MOST_ENTRIES, MOST_PANELS, STUCK, contact, entries, level
+from stickslip.show.plots.response_curves import HERTZ
+from stickslip.support.checks import Array
+from stickslip.support.renderers import FIGURES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PERCENT = Axis("damping ratio", "%")
+
+
+@FIGURES.of("NonlinearModes")
+def over_amplitude(dataset: xr.Dataset, output: int = 0) -> Chart:
+    """Natural frequency and damping ratio over the amplitude of an output, a curve a mode; dashed: stuck contacts."""
+    unit = length_unit(dataset)
+    name = str(dataset["output"].values[output])
+    across = Axis(f"amplitude of {name}", unit.name, log=_any(dataset, "amplitude"))
+    return _over(dataset, dataset["amplitude"].values[..., output] / unit.metres, across)
+
+
+@FIGURES.of("NonlinearModes", "energy")
+def over_energy(dataset: xr.Dataset) -> Chart:
+    """Natural frequency and damping ratio over the mechanical energy, a curve a mode; dashed: stuck contacts."""
+    joules, unit = energy_unit(float(np.max(np.nan_to_num(dataset["energy"].values), initial=0.0)))
+    across = Axis("mechanical energy", unit, log=_any(dataset, "energy"))
+    return _over(dataset, dataset["energy"].values / joules, across)
+
+
+@FIGURES.of("NonlinearModes", "peaks")
+def peaks_over_force(dataset: xr.Dataset, output: int = 0) -> Chart:
+    """Amplitude and frequency of the resonance peak over the force level, from each mode; dots: the force levels asked for."""
+    unit = length_unit(dataset)
+    levels = dataset["peak_force_level"].values
+    heights = dataset["peak_amplitude"].values[..., output] / unit.metres
+    top, bottom = [], []
+    for case, look in enumerate(_looks(dataset)):
+        top.append(Line(levels[case], heights[case], **look))
+        bottom.append(Line(levels[case], dataset["peak_frequency"].values[case], **look))
+    if "force_level" in dataset.dims and output == 0:
+        asked = dataset["force_level"].values
+        for case, look in enumerate(_looks(dataset, marker="circle", dash="none")):
+            look |= {"listed": False}
+            top.append(Line(asked, dataset["level_amplitude"].values[case] / unit.metres, **look))
+            bottom.append(Line(asked, dataset["level_frequency"].values[case], **look))
+    force = Axis("force level", log=_any(dataset, "peak_force_level"))
+    name = str(dataset["output"].values[output])
+    sizes = Axis(f"peak amplitude of {name}", unit.name, log=_any(dataset, "peak_amplitude"))
+    panels = [Panel(force, sizes, top, height=2.9), Panel(force, HERTZ, bottom, height=2.1)]
+    return Chart("Resonance peaks from the mode", panels, shared_x=True)
+
+
+@FIGURES.of("NonlinearModes", "shape")
+def shape(dataset: xr.Dataset) -> Chart:
+    """How far a mode leaves the shape of the stuck one: energy in other stuck modes at the first harmonic, and above it."""
+    unit = length_unit(dataset)
+    across = Axis(f"amplitude of {dataset['output'].values[0]}", unit.name, log=_any(dataset, "amplitude"))
+    words = {"other_modes": "in other stuck modes", "higher_harmonics": "in higher harmonics"}
+    panels = []
+    for name, title in words.items():
+        lines = [
+            Line(dataset["amplitude"].values[case, :, 0] / unit.metres, 100.0 * dataset[name].values[case], **look)
+            for case, look in enumerate(_looks(dataset))
+        ]
+        panels.append(Panel(across, from_zero(Axis("share of the energy", "%")), lines, f"Energy {title}", 2.3))
+    return Chart("Shape of the mode", panels, shared_x=True)
+
+
+@FIGURES.of("NonlinearModes", "states")
+def contact_states(dataset: xr.Dataset) -> Chart:
+    """Share of the period in which contacts slip and, dashed, are open, over the amplitude of the first output; of more contacts
+    than colours those that dissipate most."""
+    unit = length_unit(dataset)
+    across = Axis(f"amplitude of {dataset['output'].values[0]}", unit.name, log=_any(dataset, "amplitude"))
+    energy = np.nansum(dataset["dissipated"].values, axis=(0, 1))
+    chosen = np.sort(np.argsort(-energy, kind="stable")[: len(CONTACTS) - 1])
+    panels = []
+    for case in spread(dataset.sizes["case"], MOST_PANELS):
+        x = dataset["amplitude"].values[case, :, 0] / unit.metres
+        title = _name(dataset, case) if dataset.sizes["case"] > 1 else ""
+        panels.append(
+            Panel(across, Axis("share of the period", "%", limits=(0.0, 100.0)), _states(dataset, case, x, chosen), title)
+        )
+    note = f"{chosen.size} of {energy.size} contacts, those that dissipate most" if chosen.size < energy.size else ""
+    return Chart("What contacts do", panels, note=note)
+
+
+def _states(dataset: xr.Dataset, case: int, x: Array, chosen: Any) -> list[Layer]:
+    layers: list[Layer] = []
+    for k, c in enumerate(chosen):
+        name = str(dataset["contact"].values[c])
+        slip, opened = (_largest(dataset[f"share_{state}"].values[case, :, c]) for state in ("slip", "open"))
+        layers.append(Line(x, 100.0 * slip, contact(k), name))
+        if np.nanmax(opened, initial=0.0) > 0.0:
+            layers.append(Line(x, 100.0 * opened, contact(k, dash="dash"), f"{name}, open"))
+    return layers
+
+
+def _largest(shares: Array) -> Array:
+    """The largest share over the directions of a contact, (points,); NaN at points that are not there."""
+    there = np.isfinite(shares).any(axis=1)
+    return np.asarray(np.where(there, np.max(np.nan_to_num(shares), axis=1), np.nan))
+
+
+def _over(dataset: xr.Dataset, x: Array, across: Axis) -> Chart:
+    """Frequency and damping ratio of every mode over x, (case, point)."""
+    frequencies, ratios = dataset["frequency"].values, 100.0 * dataset["damping_ratio"].values
+    top: list[Layer] = []
+    bottom: list[Layer] = []
+    for case, look in enumerate(_looks(dataset)):
+        top.append(Line(x[case], frequencies[case], hover={"damping ratio in %": ratios[case]}, **look))
+        bottom.append(Line(x[case], ratios[case], hover={"frequency in Hz": frequencies[case]}, **look))
+    stuck = dataset["stuck_frequency"].values
+    top += [Rule(float(value), STUCK, "stuck" if case == 0 else "", "y") for case, value in enumerate(stuck[:MOST_ENTRIES])]
+    panels = [Panel(across, HERTZ, top, height=2.6), Panel(across, from_zero(PERCENT), bottom, height=2.6)]
+    return Chart(str(dataset.attrs["title"]), panels, shared_x=True)
+
+
+def _name(dataset: xr.Dataset, case: int) -> str:
+    return f"mode {int(dataset['mode_number'].values[case])}"
+
+
+def _looks(dataset: xr.Dataset, **style: Any) -> list[dict[str, Any]]:
+    """Style, label and whether a legend lists it, of the line of each mode."""
+    count = dataset.sizes["case"]
+    names = [_name(dataset, case) for case in range(count)]
+    listed = entries(names)
+    return [
+        {"style": level(case, count, **style), "label": names[case], "listed": names[case] in listed} for case in range(count)
+    ]
+
+
+def _any(dataset: xr.Dataset, name: str) -> bool:
+    """Whether there is a positive number to draw over a logarithmic axis."""
+    return bool(np.any(np.nan_to_num(dataset[name].values) > 0.0))

@@ -1,0 +1,177 @@
+"""Damper performance curves: resonance amplitude and frequency against F_C/F_E, with the states of the contacts marked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.results.representative import spread
+from stickslip.results.view import measure_in, shown_unit
+from stickslip.show.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, Rule, band, edges_between
+from stickslip.show.plots.look import (
+    BETWEEN,
+    CONTACTS,
+    EMPHASIS,
+    LOWER,
+    MOST_ENTRIES,
+    MOST_PANELS,
+    UPPER,
+    Style,
+    colour,
+    contact,
+    entries,
+    level,
+    rgb,
+)
+from stickslip.show.plots.response_curves import HERTZ, LINEAR
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.support.checks import Array, Index
+from stickslip.support.renderers import FIGURES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+REGIONS = ("stick", "microslip", "slip", "lift-off")
+"""Regions of a performance curve, by their number in results; each has a colour of its name."""
+SWAPPED, ISOLA = "another peak is the highest", "on an isola"
+FORCE_RATIO = Axis("force ratio F_C/F_E", log=True)
+
+
+@FIGURES.of("PerformanceCurve")
+def performance_curves(dataset: xr.Dataset, quantity: str = "normalised_amplitude", collapsed: bool = False) -> Chart:
+    """Two panels over F_C/F_E; quantity: normalised_amplitude, normalised_inertance, amplitude_per_force or inertance.
+
+    collapsed: over μ F_C/F_E, on which curves of one mass fall together. Dots mark the optima, bars the states.
+    """
+    cases = range(dataset.sizes["case"])
+    across = replace(FORCE_RATIO, quantity="μ F_C/F_E") if collapsed else FORCE_RATIO
+    x = [_abscissa(dataset, case, collapsed) for case in cases]
+    sizes, scale = _sizes(dataset, quantity)
+    top = [layer for case in cases for layer in _curve(dataset, case, quantity, x[case], scale)]
+    limits = [Rule(float(dataset[f"{key}_frequency"].values[0]), style, words, "y") for key, (words, style) in LINEAR.items()]
+    bottom = [Line(x[case], dataset["frequency"].values[case], **_look(dataset, case)) for case in cases]
+    height = min(0.35 + 0.2 * len(cases), 2.0)
+    names = Axis("", names={float(case): _name(dataset, case) for case in spread(len(cases), MOST_ENTRIES)}, upside_down=True)
+    keys = [Key(region, Style(region)) for region in REGIONS]
+    panels = [
+        Panel(across, sizes, top, height=2.9),
+        Panel(across, HERTZ, [*bottom, *limits], height=1.9),
+        Panel(across, names, [*(_regions(dataset, case, x[case]) for case in cases), *keys], height=height),
+    ]
+    return Chart(str(dataset.attrs["title"]), panels, shared_x=True)
+
+
+def dissipation(dataset: xr.Dataset) -> Chart:
+    """The share of each contact in the energy that the contacts dissipate per cycle, a panel for each curve."""
+    cases = spread(dataset.sizes["case"], MOST_PANELS)
+    energy = np.nan_to_num(dataset["dissipated"].values)
+    order = np.asarray(np.argsort(-energy.sum(axis=(0, 1)), kind="stable"), dtype=np.int64)
+    axis = Axis("share of the dissipation", "%", limits=(0.0, 100.0))
+    panels = [Panel(FORCE_RATIO, axis, _shares(dataset, energy[case], order), _name(dataset, case)) for case in cases]
+    return Chart("Which contact dissipates", panels, shared_x=True)
+
+
+@FIGURES.of("PerformanceBand")
+def performance_band(dataset: xr.Dataset) -> Chart:
+    """Lowest and highest peak per force over the start states, with that of virgin contacts; below, where those two peaks are."""
+    x, heights, hertz = (dataset[name].values for name in ("force_ratio", "amplitude_per_force", "frequency"))
+    sizes, scale = _sizes(dataset, "amplitude_per_force")
+    low, high = scale * heights.T
+    loss = dataset["loss_factor"].values
+    top: list[Layer] = [band(x, low, high, BETWEEN, "all start states")]
+    top += [
+        Line(x, low, LOWER, "lowest", {"frequency in Hz": hertz[:, 0], "loss factor": loss[:, 0]}),
+        Line(x, high, UPPER, "highest", {"frequency in Hz": hertz[:, 1], "loss factor": loss[:, 1]}),
+        Line(x, scale * dataset["virgin_amplitude_per_force"].values, replace(EMPHASIS, dash="dot"), "virgin contacts"),
+    ]
+    bottom = [Line(x, hertz[:, 0], LOWER, "lowest"), Line(x, hertz[:, 1], UPPER, "highest")]
+    panels = [Panel(FORCE_RATIO, sizes, top, height=2.9), Panel(FORCE_RATIO, HERTZ, bottom, height=1.9)]
+    return Chart(str(dataset.attrs["title"]), panels, shared_x=True)
+
+
+def _sizes(dataset: xr.Dataset, quantity: str) -> tuple[Axis, float]:
+    """The axis of the peaks, and the factor from SI to its unit."""
+    attributes, values = dataset[quantity].attrs, dataset[quantity].values
+    unit, scale = "", 1.0
+    if attributes["units"] != "1":
+        shown = shown_unit(attributes["units"], float(np.nanmax(values, initial=0.0)))
+        unit, scale = shown.name, 1.0 / shown.metres
+    words = str(attributes["long_name"])
+    if quantity == "amplitude_per_force" and "force_ratio" in dataset.dims:
+        measure = measure_in(dataset)
+        words = f"peak {'amplitude' if measure == DISPLACEMENT_AMPLITUDE else measure.symbol} per force"
+    return Axis(words, unit, log=bool(np.isfinite(values).any())), scale
+
+
+def _name(dataset: xr.Dataset, case: int) -> str:
+    """What a curve is called."""
+    mu = float(dataset["friction"].values[case])
+    return "as built" if np.isnan(mu) else f"μ = {mu:g}"
+
+
+def _look(dataset: xr.Dataset, case: int) -> dict[str, Any]:
+    """Style, label and whether a legend lists it, of the curve of a case."""
+    count = dataset.sizes["case"]
+    listed = _name(dataset, case) in entries([_name(dataset, other) for other in range(count)])
+    return {"style": level(case, count), "label": _name(dataset, case), "listed": listed}
+
+
+def _abscissa(dataset: xr.Dataset, case: int, collapsed: bool) -> Array:
+    factor = float(dataset["friction"].values[case]) if collapsed else 1.0
+    return np.asarray(dataset["force_ratio"].values * (1.0 if np.isnan(factor) else factor))
+
+
+def _curve(dataset: xr.Dataset, case: int, quantity: str, x: Array, scale: float) -> list[Layer]:
+    """The peaks of one case, those on isolas, where another peak becomes the highest, and the optimum."""
+    look, one = _look(dataset, case), dataset.isel(case=case)
+    height, style = scale * one[quantity].values, look["style"]
+    hover = {"frequency in Hz": one["frequency"].values, "loss factor": one["loss_factor"].values}
+    layers: list[Layer] = [
+        Line(x, height, **look, hover={**hover, "contacts": [_region(value) for value in one["region"].values]})
+    ]
+    share = one["detached_amplitude_per_force"].values / one["amplitude_per_force"].values
+    if np.isfinite(share).any() and "amplitude" in quantity:
+        layers.append(Line(x, height * share, replace(style, dash="none", marker="diamond"), ISOLA))
+    swapped = np.sqrt(one["event_low"].values * one["event_high"].values)[one["event_kind"].values == "swapped"]
+    layers += [
+        Rule(place, replace(style, dash="dot", width=0.9), SWAPPED)
+        for place in swapped * (x[0] / dataset["force_ratio"].values[0])
+    ]
+    if np.isfinite(height).any():
+        best = int(np.nanargmin(height))
+        dot = replace(style, dash="none", marker="circle", size=5.0)
+        layers.append(Line(x[[best]], height[[best]], dot, look["label"], {"": ["optimum"]}, listed=False))
+    return layers
+
+
+def _region(number: float) -> str:
+    return REGIONS[int(number)] if np.isfinite(number) else ""
+
+
+def _regions(dataset: xr.Dataset, case: int, x: Array) -> Cells:
+    """The region of every point as a coloured bar."""
+    found = dataset["region"].values[case]
+    edges = np.concatenate([x[:1], edges_between(x, log=True)[1:-1], x[-1:]])
+    colours = np.array([rgb(colour(_region(value))) if np.isfinite(value) else np.full(3, np.nan) for value in found])
+    words = [f"{_name(dataset, case)}, F_C/F_E {ratio:.4g}: {_region(value)}" for ratio, value in zip(x, found, strict=True)]
+    return Cells(edges, colours[None], [words], float(case))
+
+
+def _shares(dataset: xr.Dataset, energy: Array, order: Index) -> list[Layer]:
+    """Contacts in the given order, those that have no colour left as one."""
+    total = energy.sum(axis=1, keepdims=True)
+    shares = 100.0 * np.divide(energy, total, out=np.zeros_like(energy), where=total > 1e-9 * total.max(initial=0.0))
+    shown, rest = order[: len(CONTACTS) - 1], order[len(CONTACTS) - 1 :]
+    parts = [*shares[:, shown].T, *([shares[:, rest].sum(axis=1)] if rest.size else [])]
+    names = [str(dataset["contact"].values[c]) for c in shown] + (["others"] if rest.size else [])
+    layers: list[Layer] = []
+    x, below = dataset["force_ratio"].values, np.zeros(len(shares))
+    for k, (name, part) in enumerate(zip(names, parts, strict=True)):
+        layers += [
+            band(x, below, below + part, contact(k), name),
+            Line(x, below + part, contact(k, width=0.5), name, {"share in %": part}, listed=False),
+        ]
+        below = below + part
+    return layers

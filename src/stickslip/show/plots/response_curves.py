@@ -1,0 +1,248 @@
+"""Response curves of all force levels between the free and stuck linear responses, with the peaks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.results.curve_kind import CurveKind, kinds_in
+from stickslip.results.representative import is_cloud, levels_of
+from stickslip.results.stability import has_stability, split, unstable_steps
+from stickslip.results.view import (
+    Length,
+    along_curve,
+    along_curve_as,
+    failed_points,
+    frequencies,
+    has_linear_curves,
+    highest_maximum,
+    highest_peak,
+    length_unit,
+    level_text,
+    levels_in_newtons,
+    measure_in,
+    periods_of,
+    quantity_unit,
+)
+from stickslip.show.plots.case_lines import THIN, case_lines
+from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, from_zero, spans
+from stickslip.show.plots.look import CROSS, FREE, STUCK, Style, contact
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, quantity_named
+from stickslip.support.checks import Array, fault, nearest
+from stickslip.support.outcome import Outcome
+from stickslip.support.renderers import FIGURES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LINEAR = {"free": ("no contacts", FREE), "stuck": ("contacts stuck", STUCK)}
+"""Words and line of the linear responses."""
+HERTZ = Axis("frequency", "Hz")
+
+
+@FIGURES.of("ForcedResponse")
+def response_curves(
+    dataset: xr.Dataset,
+    output: str | None = None,
+    log: bool = True,
+    per_force: bool = False,
+    quantity: str | None = None,
+) -> Chart:
+    """Size of a response against Hz, one curve a force level; per_force divides by the level.
+
+    Of start states every curve is a thin line, and the one whose peak is the median is drawn out.
+
+    quantity: displacement in µm (or m), velocity or acceleration, or per force receptance, mobility or inertance; that of the
+    result's peaks unless given. It is measured as these are: amplitude of the first harmonic, rms, or largest value in time.
+
+    Unstable parts are dashed in a response `with_stability`.
+
+    Dots mark the highest peak of what is drawn: solved where the result has peaks of it, else the highest point of the curve that
+    stands above its neighbours. Crosses at the bottom mark points that did not converge.
+    """
+    index, own = output_index(dataset, output), measure_in(dataset)
+    derived, per_force = quantity_named(quantity or own.name, per_force)
+    measure, lines = Measure(derived, own.kind), case_lines(dataset)
+    scales = [_scale(dataset, case, per_force, derived) for case in range(len(lines))]
+    curves = [
+        part
+        for case, line in enumerate(lines)
+        for part in _by_stability(dataset, case, _curve(dataset, case, index, scales[case], measure, line))
+    ]
+    firsts = [cases[0] for cases in levels_of(dataset)][: 1 if per_force else None]
+    known = has_linear_curves(dataset)
+    linear = [Line([np.nan], [np.nan], style, words) for words, style in LINEAR.values()] if known else []
+    for case in firsts if known else ():
+        linear += _linear(dataset, case, index, scales[case], measure, "grey" if per_force else lines[case]["style"].colour)
+    axis = response_axis(dataset, per_force, measure)
+    axis = replace(axis, log=log and _has_heights(curves), limits=_limits(curves, log))
+    layers = [*linear, *curves, *_peaks(dataset, index, scales, measure, lines), *_failed(dataset, axis)]
+    title, name = str(dataset.attrs.get("title", "")), str(dataset.output.values[index])
+    hertz = replace(HERTZ, limits=_band(dataset))
+    return Chart(f"{title}: {name}" if title else name, [Panel(hertz, axis, layers, height=4.1)])
+
+
+@FIGURES.of("ForcedResponse", "peaks")
+def peaks_over_force(dataset: xr.Dataset, output: str | None = None) -> Chart:
+    """The highest peak of every force level: amplitude per force and frequency, against the level."""
+    return compared_peaks({"highest peak": dataset}, str(dataset.output.values[output_index(dataset, output)]))
+
+
+def compared_peaks(datasets: Mapping[str, xr.Dataset], output: str) -> Chart:
+    """The same of several results by name, of those whose peaks are of one quantity and that have the output."""
+    first = next(iter(datasets.values()))
+    measure, unit = measure_in(first), length_unit(*datasets.values())
+    alike = {
+        label: dataset
+        for label, dataset in datasets.items()
+        if measure_in(dataset) == measure and output in dataset.output.values
+    }
+    force = force_axis(first, np.concatenate([dataset.force_level.values for dataset in datasets.values()]))
+    sizes, hertz = [], []
+    for k, (label, dataset) in enumerate(alike.items()):
+        index = output_index(dataset, output)
+        peaks = {case: highest_peak(dataset, case, index) for case in range(dataset.sizes["case"])}
+        solved = [(case, peak) for case, peak in peaks.items() if peak is not None]
+        kinds = kinds_in(dataset)
+        found = [pair for pair in solved if kinds[pair[0]] == CurveKind.SWEEP] or solved
+        others = [pair for pair in solved if pair not in found]
+        style = replace(contact(k) if len(datasets) > 1 else Style("stick"), marker="circle", size=5.0)
+        style = replace(style, dash="none", opacity=0.45) if is_cloud(dataset) else style
+        levels, frequencies = dataset.force_level.values[[case for case, _ in found]], [peak.frequency for _, peak in found]
+        per_force = [_scale(dataset, case, True, measure.quantity, unit) * peak.amplitude for case, peak in found]
+        names = {"case": [level_text(dataset, case) for case, _ in found]} if is_cloud(dataset) else {}
+        sizes.append(Line(levels, per_force, style, label, {"frequency in Hz": frequencies, **names}))
+        hertz.append(Line(levels, frequencies, style, label, names))
+        if others:
+            alone, words = replace(style, dash="none", marker="diamond"), "other curves"
+            sized = [_scale(dataset, case, True, measure.quantity, unit) * peak.amplitude for case, peak in others]
+            levels = dataset.force_level.values[[case for case, _ in others]]
+            curves = [level_text(dataset, case) for case, _ in others]
+            sizes.append(Line(levels, sized, alone, words, {"curve": curves}))
+            hertz.append(Line(levels, [peak.frequency for _, peak in others], alone, words, {"curve": curves}))
+    left = Panel(force, from_zero(response_axis(first, True, measure, unit)), sizes, "Highest peak", 2.8)
+    return Chart(
+        f"Highest peak of each force level: {output}",
+        [left, Panel(force, HERTZ, hertz, "Its frequency", 2.8)],
+        columns=2,
+        legend=len(alike) > 1,
+    )
+
+
+def force_axis(dataset: xr.Dataset, levels: Array) -> Axis:
+    """Force levels, on a logarithmic axis where they span much."""
+    return Axis("force level", "N" if levels_in_newtons(dataset) else "", log=spans(levels, 8.0))
+
+
+def output_index(dataset: xr.Dataset, output: str | None) -> int:
+    """Index of the named output; the first without a name."""
+    names = [str(name) for name in dataset.output.values]
+    if output is not None and output not in names:
+        raise fault("output", f"must be an output of the result. {nearest(output, names)} It", output)
+    return 0 if output is None else names.index(output)
+
+
+def response_axis(
+    dataset: xr.Dataset, per_force: bool, measure: Measure = DISPLACEMENT_AMPLITUDE, length: Length | None = None
+) -> Axis:
+    """The axis of sizes of a response; length: the unit of displacements, that of the result unless given."""
+    unit = quantity_unit(length or length_unit(dataset), measure.quantity).name
+    if not per_force:
+        return Axis(words_on_axis(measure), unit)
+    unit += "/N" if levels_in_newtons(dataset) else " per unit level"
+    return Axis(f"amplitude per force {measure.symbol}/F" if measure.kind == "amplitude" else f"{measure.symbol} per force", unit)
+
+
+def words_on_axis(measure: Measure) -> str:
+    """What a size is, without its unit: "amplitude |X₁|"."""
+    return f"amplitude {measure.symbol}" if measure.kind == "amplitude" else measure.symbol
+
+
+def size_label(dataset: xr.Dataset) -> str:
+    """What sizes of a result are, as its peaks are measured, without their unit: "amplitude |X₁|", "amplitude ω²|X₁|/F"."""
+    measure = measure_in(dataset)
+    return words_on_axis(measure) + ("/F" if measure.per_force else "")
+
+
+def phase(dataset: xr.Dataset, case: int, output: int, order: int = 0) -> Array:
+    """Phase of the first harmonic of a time derivative against cos ωt at `points`, degrees above −180 and up to 180."""
+    parts = along_curve(dataset, "response", case)[:, output, periods_of(dataset)]
+    degrees = np.degrees(np.angle((parts[:, 0] + 1j * parts[:, 1]) * 1j**order))
+    return np.asarray(np.where(degrees <= -180.0, 180.0, degrees))
+
+
+def _scale(dataset: xr.Dataset, case: int, per_force: bool, quantity: Quantity, length: Length | None = None) -> float:
+    """Factor from SI to what is drawn."""
+    level = abs(float(dataset.force_level[case])) or np.nan
+    return 1.0 / quantity_unit(length or length_unit(dataset), quantity).metres / (level if per_force else 1.0)
+
+
+def _curve(dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, line: dict[str, Any]) -> Line:
+    size = scale * along_curve_as(dataset, measure, case, output)
+    few = {"marker": "circle", "size": 3.0} if np.count_nonzero(np.isfinite(size)) < 12 else {}
+    hover = {"phase in °": phase(dataset, case, output, measure.order), "loss factor": along_curve(dataset, "loss_factor", case)}
+    hover |= {"dissipated per period in J": np.sum(along_curve(dataset, "dissipated", case), axis=1)}
+    return Line(frequencies(dataset, case), size, **{**line, "style": replace(line["style"], **few)}, hover=hover)
+
+
+def _by_stability(dataset: xr.Dataset, case: int, curve: Line) -> Iterator[Line]:
+    """The curve, its unstable parts dashed where their stability is known."""
+    unstable = unstable_steps(dataset, case) if has_stability(dataset) else np.zeros(0, dtype=bool)
+    if not unstable.any():
+        yield curve
+        return
+    stable, other = split(np.asarray(curve.y, dtype=float), unstable)
+    yield replace(curve, y=stable)
+    yield replace(curve, y=other, style=replace(curve.style, dash="dash"), listed=False)
+
+
+def _peaks(
+    dataset: xr.Dataset, output: int, scales: list[float], measure: Measure, lines: list[dict[str, Any]]
+) -> Iterator[Layer]:
+    for case, line in enumerate(lines):
+        peak = highest_maximum(dataset, case, output, measure)
+        if peak is not None:
+            style = replace(line["style"], dash="none", marker="circle", size=2.5 if line["style"].width == THIN else 5.0)
+            yield Line([peak[0]], [scales[case] * peak[1]], style, line["label"], {"": ["highest peak"]}, listed=False)
+
+
+def _failed(dataset: xr.Dataset, axis: Axis) -> Iterator[Layer]:
+    """Points that did not converge, at the foot of the panel, each with its cause."""
+    found = [(case, point) for case in range(dataset.sizes["case"]) for point in failed_points(dataset, case)]
+    if found:
+        low, high = axis.limits if axis.limits[0] is not None else (0.0, 1.0)
+        foot = low * (high / low) ** 0.015 if axis.log and low and high else 0.015 * (high or 1.0)
+        frequency = [float(dataset.frequency.values[place]) for place in found]
+        causes = [Outcome(int(dataset.outcome.values[place])).name.lower().replace("_", " ") for place in found]
+        yield Line(frequency, [foot] * len(found), CROSS, "not converged", {"cause": causes})
+
+
+def _linear(dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, colour: str) -> Iterator[Line]:
+    omegas = 2.0 * np.pi * dataset.linear_frequency.values
+    for which, (words, style) in LINEAR.items():
+        values: Array = dataset[f"{which}_amplitude"].values[case, :, output]
+        size = scale * measure.of_harmonic(values, omegas)
+        style = replace(style, colour=colour, opacity=0.6)
+        yield Line(dataset.linear_frequency.values, size, style, words, listed=False)
+
+
+def _band(dataset: xr.Dataset) -> tuple[float | None, float | None]:
+    """The band that was computed."""
+    computed = dataset.frequency.values[dataset.outcome.values != 0]
+    return (float(computed.min()), float(computed.max())) if computed.size else (None, None)
+
+
+def _has_heights(curves: list[Line]) -> bool:
+    return _limits(curves, log=True)[0] is not None
+
+
+def _limits(curves: list[Line], log: bool) -> tuple[float | None, float | None]:
+    """From zero on a linear axis, from a little below the lowest curve on a logarithmic one; linear curves may go out of it."""
+    heights = np.concatenate([np.asarray(curve.y, dtype=float) for curve in curves])
+    heights = heights[np.isfinite(heights) & (heights > 0.0)]
+    if not heights.size:
+        return (None, None)
+    return (0.7 * float(heights.min()), 1.6 * float(heights.max())) if log else (0.0, 1.06 * float(heights.max()))

@@ -1,0 +1,113 @@
+"""Speed sweep: amplitude over the rotor speed, a curve for each engine order and force level, their envelope, and the peaks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.results.stability import UNSTABLE, split
+from stickslip.results.view import Length, level_text, unit_for
+from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, spans
+from stickslip.show.plots.look import FREE, STUCK, Style, contact, entries, level
+from stickslip.show.plots.response_curves import HERTZ
+from stickslip.support.outcome import Outcome
+from stickslip.support.renderers import FIGURES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SPEED = Axis("rotor speed", "rev/min")
+
+
+@FIGURES.of("SpeedSweep")
+def over_speed(dataset: xr.Dataset, output: int = 0, log: bool = True) -> Chart:
+    """Amplitude of an output over the speed; grey: linear, without contacts (dotted) and all stuck (dashed), at the first level;
+    dots: highest peaks; dashed: unstable; of several engine orders the envelope as a wide pale line."""
+    unit = unit_for(float(np.nanmax(dataset["amplitude"].values[..., output], initial=0.0)))
+    looks = _looks(dataset)
+    layers: list[Layer] = []
+    if dataset.sizes["engine_order"] > 1:
+        for case in range(dataset.sizes["case"]):
+            values = dataset["envelope"].values[case, :, output] / unit.metres
+            style = Style("grey", width=5.0, opacity=0.25)
+            layers.append(Line(dataset["envelope_speed"].values, values, style, "envelope", listed=case == 0))
+    for e in range(dataset.sizes["engine_order"]):
+        layers += _linear(dataset, e, output, unit)
+        for case in range(dataset.sizes["case"]):
+            layers += _curve(dataset, (e, case), output, unit, looks[e, case])
+    heights = np.concatenate([np.ravel(layer.y) for layer in layers if isinstance(layer, Line) and layer.style.colour != "grey"])
+    heights = heights[np.isfinite(heights) & (heights > 0.0)]
+    limits = (0.7 * float(heights.min()), 1.6 * float(heights.max())) if log and heights.size else (None, None)
+    axis = Axis(f"amplitude of {dataset['output'].values[output]}", unit.name, log=log, limits=limits)
+    return Chart(
+        str(dataset.attrs["title"]), [Panel(SPEED, axis, layers, height=4.1)], note="frequency = engine order × speed/60"
+    )
+
+
+@FIGURES.of("SpeedSweep", "peaks")
+def peaks_over_speed(dataset: xr.Dataset, output: int = 0) -> Chart:
+    """Highest peak of each curve: amplitude, and frequency on the engine-order lines, over the speed."""
+    unit = unit_for(float(np.nanmax(dataset["peak_amplitude"].values[..., output], initial=0.0)))
+    sizes: list[Layer] = []
+    hertz: list[Layer] = []
+    ends = [float(np.nanmin(dataset["speed"].values)), float(np.nanmax(dataset["speed"].values))]
+    for e, order in enumerate(dataset["engine_order"].values.tolist()):
+        style = contact(e, marker="circle", dash="none", size=5.0)
+        top = dataset.isel(engine_order=e, peak=0, output=output) if dataset.sizes["peak"] else None
+        hertz.append(
+            Line(ends, [order * end / 60.0 for end in ends], contact(e, width=1.0), f"engine order {order}", listed=False)
+        )
+        if top is None:
+            continue
+        names = {"": [level_text(dataset, case) for case in range(dataset.sizes["case"])]}
+        speed, label = top["peak_speed"].values, f"engine order {order}"
+        sizes.append(Line(speed, top["peak_amplitude"].values / unit.metres, style, label, names))
+        hertz.append(Line(speed, top["peak_frequency"].values, style, label, names))
+    values = dataset["peak_amplitude"].values[..., output]
+    axis = Axis(f"amplitude of {dataset['output'].values[output]}", unit.name, log=spans(values[np.isfinite(values)], 8.0))
+    title = f"{dataset.attrs['title']}: highest peaks"
+    return Chart(title, [Panel(SPEED, axis, sizes, height=2.6), Panel(SPEED, HERTZ, hertz, height=2.6)], shared_x=True)
+
+
+def _looks(dataset: xr.Dataset) -> dict[tuple[int, int], dict[str, Any]]:
+    """Style, label and whether a legend lists it, of each engine order and force level."""
+    orders, cases = dataset["engine_order"].values.tolist(), range(dataset.sizes["case"])
+    labels = {(e, c): f"engine order {order}, {level_text(dataset, c)}" for e, order in enumerate(orders) for c in cases}
+    listed = entries(list(labels.values()))
+    count = len(labels)
+    return {
+        place: {"style": level(k, count), "label": label, "listed": label in listed}
+        for k, (place, label) in enumerate(labels.items())
+    }
+
+
+def _linear(dataset: xr.Dataset, e: int, output: int, unit: Length) -> Iterator[Layer]:
+    at = f", {level_text(dataset, 0)}" if dataset.sizes["case"] > 1 else ""
+    for name, words, style in (("free", "no contacts", FREE), ("stuck", "contacts stuck", STUCK)):
+        values = dataset[f"{name}_amplitude"].values[e, 0, :, output] / unit.metres
+        look = replace(style, colour="grey", opacity=0.6)
+        yield Line(dataset["linear_speed"].values[e], values, look, f"{words}{at}", listed=e == 0)
+
+
+def _curve(dataset: xr.Dataset, place: tuple[int, int], output: int, unit: Length, look: dict[str, Any]) -> Iterator[Layer]:
+    solved = dataset["outcome"].values[place] == Outcome.CONVERGED
+    speed, size = dataset["speed"].values[place][solved], dataset["amplitude"].values[place][solved, output] / unit.metres
+    hover = {
+        name: dataset[key].values[place][solved]
+        for name, key in (("frequency in Hz", "frequency"), ("loss factor", "loss_factor"))
+    }
+    unstable = np.zeros(max(speed.size - 1, 0), dtype=bool)
+    if "stability" in dataset:
+        flags = dataset["stability"].values[place][solved] == UNSTABLE
+        unstable = flags[1:] | flags[:-1]
+    steady, other = split(size, unstable) if speed.size else (size, size)
+    yield Line(speed, steady, **look, hover=hover)
+    if unstable.any():
+        yield Line(speed, other, replace(look["style"], dash="dash"), look["label"], hover, listed=False)
+    if dataset.sizes["peak"]:
+        top = dataset["peak_speed"].values[place][0, output], dataset["peak_amplitude"].values[place][0, output] / unit.metres
+        style = replace(look["style"], dash="none", marker="circle", size=5.0)
+        yield Line([top[0]], [top[1]], style, look["label"], {"": ["highest peak"]}, listed=False)

@@ -1,0 +1,144 @@
+"""The first screen of responses: the highest peak of each force level, how it compares and how sure it is, and every warning."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.analyses.truncation import ALL_MODES, ALL_NODES
+from stickslip.results.representative import representatives
+from stickslip.results.stability import peak_is_unstable
+from stickslip.results.view import Peak, highest_peak, is_listed, level_text, measure_in, peak_unit
+from stickslip.show.report.conclusions import SAME, level_sentence, linear_limits, reference
+from stickslip.show.report.failures import failures_of, warnings_of
+from stickslip.show.report.markup import cell, table, text
+from stickslip.show.report.numbers import hertz, number, percent
+from stickslip.support.checks import counted
+from stickslip.support.outcome import Outcome
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_LEVELS, MOST_PEAKS, MOST_WARNINGS = 6, 4, 2
+"""Force levels, and peaks of all outputs, in the table, so that the first chart is on the first screen too; the section on peaks
+has all. Warnings whose first sentence is shown.
+"""
+SOURCES = {
+    "truncation_error": "harmonics",
+    "sampling_error": "samples",
+    ALL_MODES.variable: "coordinates",
+    ALL_NODES.variable: "contact points",
+}
+"""What can be too few for a peak, by the variable with its relative change by more of them."""
+AGAINST = {"stuck": "Against stuck contacts", "free": "Against no contacts"}
+"""Heads of the columns that compare with the linear responses."""
+PERCENT = re.compile(r"(\d[\d.]*) %")
+"""An error in a warning."""
+LEVEL = 24
+"""Characters of the words for a force level, which stand in front of its warnings."""
+LEAST = 1e-3
+"""Relative error below which its size does not matter to a reader."""
+
+
+def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
+    """A table of the highest peaks, and below it what is incomplete and all warnings, of the least certain curve first."""
+    cases = representatives(dataset, MOST_LEVELS).cases if dataset.sizes["case"] > 1 else [0]
+    outputs = range(dataset.sizes["output"] if len(cases) * dataset.sizes["output"] <= MOST_PEAKS else 1)
+    heads = ["Force level", *(["Output"] if dataset.sizes["output"] > 1 else []), "Frequency in Hz"]
+    heads += [f"{_size_word(dataset)} in {peak_unit(dataset).name}", "Estimated error"]
+    heads += [AGAINST[which] for which in _limits(dataset)]
+    name = "" if len(outputs) > 1 else f" of {dataset['output'].values[0]}"
+    rows = [_row(dataset, case, output) for case in cases for output in outputs]
+    found = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows)
+    worst = sorted(range(dataset.sizes["case"]), key=lambda case: -_largest_error(dataset, case))
+    said = [_warning(words) for words in (*failures_of(dataset), *warnings_of(dataset, worst))]
+    first, more = "".join(said[:MOST_WARNINGS]), "".join(said[MOST_WARNINGS:])
+    count = counted(len(said) - MOST_WARNINGS, "more warning")
+    return found + first + (f"<details><summary>{count}</summary>{more}</details>" if more else "")
+
+
+def _warning(words: str) -> str:
+    """A warning by its sentence with the largest error, else by its first one, with the others behind it."""
+    of, colon, rest = words.partition(": ")
+    of, colon, rest = (of, colon, rest) if colon and len(of) < LEVEL else ("", "", words)
+    sentences = re.split(r"(?<=\.) (?=[A-Z])", rest)
+    if len(sentences) == 1:
+        return f'<p class="warning">{text(words)}</p>'
+    largest = max(range(len(sentences)), key=lambda k: max(map(float, PERCENT.findall(sentences[k])), default=0.0))
+    first = sentences.pop(largest)
+    return f'<details class="warning"><summary>{text(of + colon + first)}</summary>{text(" ".join(sentences))}</details>'
+
+
+def _limits(dataset: xr.Dataset) -> list[str]:
+    """The linear responses to compare with; none for a structure without contacts, which is one itself."""
+    return list(linear_limits(dataset)) if dataset.sizes["contact"] else []
+
+
+def _size_word(dataset: xr.Dataset) -> str:
+    """What the peaks are of, "Amplitude" or "Rms of the acceleration"."""
+    measure = measure_in(dataset)
+    word = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
+    return word if measure.quantity.name == "displacement" else f"{word} of the {measure.quantity.name}"
+
+
+def _largest_error(dataset: xr.Dataset, case: int) -> float:
+    return max((size for k in range(dataset.sizes["output"]) for size in errors_of(dataset, case, k).values()), default=0.0)
+
+
+def errors_of(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
+    """The known estimates of error of a peak, relative, by what causes them."""
+    found = {source: float(dataset[name].values[case, output]) for name, source in SOURCES.items() if name in dataset}
+    return {source: abs(error) for source, error in found.items() if np.isfinite(error)}
+
+
+def _row(dataset: xr.Dataset, case: int, output: int) -> str:
+    peak, unit, limits = highest_peak(dataset, case, output), peak_unit(dataset), _limits(dataset)
+    begin = cell(level_text(dataset, case), float(dataset["force_level"][case]))
+    begin += cell(str(dataset["output"].values[output])) if dataset.sizes["output"] > 1 else ""
+    if peak is None:
+        none = level_sentence(dataset, case, output).partition(": ")[2]
+        return f'<tr>{begin}<td colspan="{3 + len(limits)}">{text(none)}</td></tr>'
+    size = cell(number(peak.amplitude / unit.metres), peak.amplitude)
+    changes = "".join(cell(_change(dataset, which, case, peak, output)) for which in limits)
+    return f"<tr>{begin}{_place(dataset, case, peak)}{size}{cell(_sure(dataset, case, output, peak))}{changes}</tr>"
+
+
+def _place(dataset: xr.Dataset, case: int, peak: Peak) -> str:
+    return cell(hertz(peak.frequency), peak.frequency, "" if peak.local else _no_peak(dataset, case))
+
+
+def _no_peak(dataset: xr.Dataset, case: int) -> str:
+    if int(dataset["case_outcome"].values[case]) == Outcome.STOPPED:
+        return "not finished"
+    return "largest listed" if is_listed(dataset) else "no peak in the band"
+
+
+def _change(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int) -> str:
+    """Change of the amplitude and shift of the frequency against a linear resonance; of a peak, not of a largest point."""
+    linear = reference(dataset, which, case, peak, output) if peak.local else None
+    if linear is None:
+        return "–"
+    change, shift = peak.amplitude / linear[1] - 1.0, peak.frequency - linear[0]
+    if abs(change) < SAME and abs(shift) < SAME * linear[0]:
+        return "the same"
+    sign, to = ("+" if value > 0.0 else "−" for value in (change, shift))
+    return f"{sign}{percent(abs(change))}, {to}{number(abs(shift), 3)} Hz"
+
+
+def _sure(dataset: xr.Dataset, case: int, output: int, peak: Peak) -> str:
+    """The largest estimate of error and what causes it; none of the last point of a curve that broke off on its way up."""
+    if not peak.local and not is_listed(dataset) and int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED:
+        return "cannot be judged"
+    unstable = "unstable; " if peak_is_unstable(dataset, case, output, peak.point) else ""
+    return unstable + error_words(dataset, case, output)
+
+
+def error_words(dataset: xr.Dataset, case: int, output: int) -> str:
+    """The largest estimate of error of the highest peak of a curve, and what causes it."""
+    errors = errors_of(dataset, case, output)
+    if not errors:
+        return "not estimated"
+    source = max(errors, key=lambda name: errors[name])
+    return f"{percent(errors[source])}, {source}" if errors[source] >= LEAST else f"below {percent(LEAST)}"

@@ -1,0 +1,244 @@
+"""Conclusions in sentences, computed from the data.
+
+Where each peak is, against the resonances with stuck and without contacts, and which force level is damped best. A curve that is
+higher at an end than at its peak counts by that end; one that is incomplete is not compared, since its peak may lie beyond.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.results.curve_kind import CurveKind, kinds_in
+from stickslip.results.stability import NOT_JUDGED, none_is_judged, peak_is_unstable, peak_unjudged
+from stickslip.results.view import (
+    Peak,
+    converged_points,
+    higher_end,
+    highest_peak,
+    is_listed,
+    level_text,
+    linear_peak,
+    measure_in,
+    peak_unit,
+    per_force_unit,
+    size_text,
+)
+from stickslip.show.report.numbers import hertz, number, percent
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.support.checks import counted
+from stickslip.support.outcome import Outcome
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_ABSENT = {"free": "without contacts", "stuck": "with stuck contacts"}
+
+SAME = 5e-4
+"""Relative difference of two frequencies or amplitudes below which a sentence calls them the same."""
+
+
+def headline(dataset: xr.Dataset, output: int = 0) -> str:
+    """One or two sentences over all force levels."""
+    return _unbroken(_headline(dataset, output))
+
+
+def bounds_headline(bounds: xr.Dataset) -> str:
+    """Both bounds over all start states, at the force level and frequency where they are furthest apart."""
+    low, high = bounds["amplitude"].values[:, 0], bounds["amplitude"].values[:, 1]
+    if not np.isfinite(high / low).any():
+        return "No bounds of the response were found."
+    case, k = np.unravel_index(int(np.nanargmax(high / low)), low.shape)
+    ends = [size_text(float(values[case, k]), bounds["amplitude"].attrs["units"], bounds) for values in (low, high)]
+    what = "peak" if bounds.attrs["objective"] == "peak" else "response"
+    at = bounds["resonance"].values[case, :, k]
+    where = f"{hertz(at[0])} and {hertz(at[1])} Hz" if what == "peak" else f"{hertz(float(bounds['frequency'].values[k]))} Hz"
+    apart = f"{percent(float(high[case, k] / low[case, k]) - 1.0)} apart"
+    return _unbroken(
+        f"Over all start states of the contacts the {what} of {level_text(bounds, int(case))} lies between {ends[0]} and "
+        f"{ends[1]}, at {where}: {apart}, the widest range found."
+    )
+
+
+def level_sentence(dataset: xr.Dataset, case: int, output: int = 0) -> str:
+    """The highest peak of one force level."""
+    return _unbroken(_level_sentence(dataset, case, output))
+
+
+def _unbroken(sentence: str) -> str:
+    """Numbers stay on one line with their units."""
+    return re.sub(r"(?<=\d) (?=Hz|%|µm|mm|N\b)|(?<=×) (?=\d)", "\u00a0", sentence)
+
+
+def _headline(dataset: xr.Dataset, output: int) -> str:
+    """What the sweeps show, and the highest of the other curves."""
+    unjudged = NOT_JUDGED if none_is_judged(dataset) and _peaks(dataset, output) else ""
+    return " ".join(filter(None, (_of_sweeps(dataset, output), further_curves_sentence(dataset, output), unjudged)))
+
+
+def further_curves_sentence(dataset: xr.Dataset, output: int = 0) -> str:
+    """The highest of the curves that no sweep meets; empty without such curves."""
+    kinds = kinds_in(dataset)
+    found = {case: highest_peak(dataset, case, output) for case, kind in enumerate(kinds) if kind != CurveKind.SWEEP}
+    sizes = {case: peak.amplitude for case, peak in found.items() if peak is not None}
+    if not sizes:
+        return ""
+    highest = max(sizes, key=lambda case: sizes[case])
+    return f"Of {counted(len(found), 'curve')} that no sweep meets the highest: {_level_sentence(dataset, highest, output)}"
+
+
+def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
+    found = _peaks(dataset, output)
+    if not found:
+        return "No point converged, so nothing can be concluded."
+    peaks = {case: peak for case, peak in found.items() if not _incomplete(dataset, case)}
+    missing = len(found) - len(peaks)
+    if len(found) == 1 or not peaks:
+        return " ".join(_level_sentence(dataset, case, output) for case in found)
+    if not missing:
+        return _comparison(dataset, peaks, output, "the")
+    noticed = f"{missing} of {len(found)} curves {'is' if missing == 1 else 'are'} incomplete."
+    if len(peaks) == 1:
+        return f"{noticed} {_level_sentence(dataset, next(iter(peaks)), output)}"
+    return f"{noticed} {_comparison(dataset, peaks, output, 'the other')}"
+
+
+def _comparison(dataset: xr.Dataset, peaks: dict[int, Peak], output: int, which: str) -> str:
+    """Which of several curves is damped best."""
+    ends = {case: end for case in peaks if (end := higher_end(dataset, case, output))}
+    peaks |= ends
+    normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
+    best, first, last = min(normalised, key=lambda case: normalised[case]), *_extreme_levels(dataset, peaks)
+    unit = peak_unit(dataset)
+    factor, per_force = per_force_unit(dataset, " per unit level")
+    several = "curves" if "start" in dataset.coords else "force levels"
+    response = _size_of(dataset) or "response"
+    lowest = (
+        f"the lowest {response} per force at its peak" if peaks[best].local else f"the lowest maximum of the {response} per force"
+    )
+    reductions = "" if best in ends else _reductions(dataset, best, peaks[best], output)
+    sentence = (
+        f"Of {which} {len(peaks)} {several}, {level_text(dataset, best)} has {lowest}: "
+        f"{number(normalised[best] / unit.metres * factor)} {unit.name}{per_force}{reductions}."
+    )
+    if not (peaks[first].local and peaks[last].local):
+        return sentence
+    return (
+        f"{sentence} From {level_text(dataset, first)} to {level_text(dataset, last)} the peak moves from "
+        f"{hertz(peaks[first].frequency)} to {hertz(peaks[last].frequency)} Hz."
+    )
+
+
+def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
+    peak = highest_peak(dataset, case, output)
+    name, unit, size = dataset.output.values[output], peak_unit(dataset), _size_of(dataset)
+    if peak is None:
+        none = "not computed" if _stopped(dataset, case) else "no point converged"
+        return f"{level_text(dataset, case)}: {none}."
+    where = "of the listed frequencies the" if is_listed(dataset) else "no peak inside the band; the"
+    what = f"{name} peaks at" if peak.local else f"{where} largest computed {size or 'amplitude'} of {name} is"
+    what = what.replace("peaks", f"peaks in {size}") if size else what
+    if _incomplete(dataset, case) and not peak.local and not is_listed(dataset):
+        last = hertz(float(dataset["frequency"].values[case, converged_points(dataset, case)[-1]]))
+        largest = f"{number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
+        ended = "run was stopped" if _stopped(dataset, case) else "curve broke off"
+        return (
+            f"{level_text(dataset, case)}: the {ended} at {last} Hz before a peak was found; the largest computed "
+            f"{size or 'amplitude'} of {name} is {largest}."
+        )
+    unjudged = "" if none_is_judged(dataset) else peak_unjudged(dataset, case, output)
+    return (
+        f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
+        f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
+        f"{' This motion is unstable.' if peak_is_unstable(dataset, case, output, peak.point) else ''}"
+        f"{f' Its stability is {unjudged}.' if unjudged else ''}"
+        f"{_end_sentence(dataset, case, output)}"
+    )
+
+
+def _incomplete(dataset: xr.Dataset, case: int) -> bool:
+    """Whether a curve ends before its band does, or lacks points that were asked for."""
+    return int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED
+
+
+def _stopped(dataset: xr.Dataset, case: int) -> bool:
+    return int(dataset["case_outcome"].values[case]) == Outcome.STOPPED
+
+
+def _end_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
+    """Where a curve is higher at an end than at its peak."""
+    end, unit = higher_end(dataset, case, output), peak_unit(dataset)
+    if end is None:
+        return ""
+    return f" It is larger, {number(end.amplitude / unit.metres)} {unit.name}, at an end of the curve, {hertz(end.frequency)} Hz."
+
+
+def _size_of(dataset: xr.Dataset) -> str:
+    """What peaks are of, in a word or two; "" for displacement amplitudes, which go without saying."""
+    measure = replace(measure_in(dataset), per_force=False)
+    if measure == DISPLACEMENT_AMPLITUDE:
+        return ""
+    return measure.quantity.name if measure.kind == "amplitude" else measure.symbol
+
+
+def reference(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int = 0) -> tuple[float, float] | None:
+    """The "free" or "stuck" resonance of the mode of a peak: natural frequency, Hz, and size of the linear curve."""
+    found = linear_peak(dataset, which, case, peak.frequency, output, peak.amplitude)
+    if found is None:
+        return None
+    natural = dataset[f"natural_frequency_{which}"].values
+    natural = natural[np.isfinite(natural)]
+    near = natural[np.abs(natural / found[0] - 1.0) < 0.02] if natural.size else natural
+    return (float(near[np.argmin(np.abs(near - found[0]))]) if near.size else found[0]), found[1]
+
+
+def _peaks(dataset: xr.Dataset, output: int) -> dict[int, Peak]:
+    sweeps = [case for case, kind in enumerate(kinds_in(dataset)) if kind == CurveKind.SWEEP]
+    found = ((case, highest_peak(dataset, case, output)) for case in sweeps or range(dataset.sizes["case"]))
+    return {case: peak for case, peak in found if peak is not None and float(dataset.force_level[case]) != 0.0}
+
+
+def _extreme_levels(dataset: xr.Dataset, peaks: dict[int, Peak]) -> tuple[int, int]:
+    levels = {case: float(dataset.force_level[case]) for case in peaks}
+    return min(levels, key=lambda case: levels[case]), max(levels, key=lambda case: levels[case])
+
+
+def linear_limits(dataset: xr.Dataset) -> dict[str, str]:
+    """The linear responses to compare with, in words; one where stuck contacts add no stiffness, as cubic springs do."""
+    free, stuck = (dataset[f"natural_frequency_{which}"].values for which in ("free", "stuck"))
+    same = free.shape == stuck.shape and np.allclose(free, stuck, rtol=1e-9, atol=0.0, equal_nan=True)
+    return {"free": _ABSENT["free"]} if same else {which: _ABSENT[which] for which in ("stuck", "free")}
+
+
+def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
+    words = []
+    for which, absent in linear_limits(dataset).items():
+        linear = reference(dataset, which, case, peak, output)
+        if linear is not None:
+            shift = peak.frequency - linear[0]
+            side = "above" if shift > 0 else "below"
+            away = f"{number(abs(shift), 3)} Hz ({percent(abs(shift) / linear[0])}) {side}"
+            meant = f"the {_which_resonance(dataset, which)} {absent}"
+            words.append(f"{'at' if abs(shift) < SAME * linear[0] else away} {meant}")
+    return ", " + " and ".join(words) if words else ""
+
+
+def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
+    words = []
+    for which, absent in linear_limits(dataset).items():
+        linear = reference(dataset, which, case, peak, output)
+        if linear is not None:
+            change = peak.amplitude / linear[1] - 1.0
+            other = f"{percent(abs(change))} {'lower' if change <= 0.0 else 'higher'} than"
+            words.append(f"{'as high as' if abs(change) < SAME else other} {absent}")
+    return "; " + ", ".join(words) if words else ""
+
+
+def _which_resonance(dataset: xr.Dataset, which: str) -> str:
+    """Of several resonances in the band that of the same mode is meant."""
+    natural, band = dataset[f"natural_frequency_{which}"].values, dataset.linear_frequency.values
+    several = np.count_nonzero((natural >= band.min()) & (natural <= band.max())) > 1
+    return "resonance of this mode" if several else "resonance"

@@ -1,0 +1,92 @@
+"""Presentation of controlled responses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.view import size_text
+from stickslip.show.plots.controlled_response import controlled_response, resonances
+from stickslip.show.plots.files import Figures
+from stickslip.show.report.numbers import hertz
+from stickslip.show.report.presentation import Presentation, presents
+from stickslip.support.checks import counted
+from stickslip.support.outcome import Outcome
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+MOST = 12
+"""Amplitudes with a sentence each."""
+
+
+def _name(dataset: xr.Dataset, case: int) -> str:
+    return size_text(float(dataset["held_amplitude"].values[case]), dataset["held_amplitude"].attrs["units"], dataset)
+
+
+def _newtons(dataset: xr.Dataset, level: float) -> str:
+    factor, unit = in_system("N", system_of(dataset))
+    return f"{factor * level:.4g} {unit}" if dataset["force_level"].attrs["units"] == "N" else f"force level {level:.4g}"
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """Where force and displacement are at 90°, for each amplitude: the lowest force."""
+    lines, count, held = [], dataset.sizes["case"], f"{dataset.attrs['quantity']} of {dataset.attrs['output_held']} held"
+    for case in range(min(count, MOST)):
+        found = dataset["resonance_frequency"].values[case]
+        if not (found.size and np.isfinite(found[0])):
+            lines.append(f"{held} at {_name(dataset, case)}: force and displacement are nowhere at 90° in the band")
+            continue
+        force, loss = (float(dataset[f"resonance_{name}"].values[case, 0]) for name in ("force_level", "loss_factor"))
+        at = f"{_newtons(dataset, force)} at {hertz(float(found[0]))} Hz"
+        lines.append(f"{held} at {_name(dataset, case)}: phase resonance with {at}, loss factor {loss:.4g}")
+    if count > MOST:
+        lines.append(f"{MOST} of {count} amplitudes; all stand in the report")
+    return lines
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each amplitude whose curve did not arrive or misses frequencies."""
+    found = []
+    for case in range(dataset.sizes["case"]):
+        missing = int(np.count_nonzero(dataset["outcome"].values[case] > Outcome.CONVERGED))
+        if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED:
+            found.append(f"{_name(dataset, case)}: {dataset['case_message'].values[case]}")
+        elif missing:
+            found.append(f"{_name(dataset, case)}: {counted(missing, 'frequency', 'frequencies')} could not be solved")
+    return found
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Phase resonances, and every point of every curve."""
+    import pandas as pd
+
+    units, level = dataset["held_amplitude"].attrs["units"], dataset["force_level"].attrs["units"]
+    force, held = f"force level [{level}]", f"{dataset.attrs['quantity']} [{units}]"
+    rows, points = [], []
+    for case, amplitude in enumerate(dataset["held_amplitude"].values.tolist()):
+        for k in np.flatnonzero(np.isfinite(dataset["resonance_frequency"].values[case])):
+            values = [float(dataset[f"resonance_{name}"].values[case, k]) for name in ("frequency", "force_level", "loss_factor")]
+            rows.append((amplitude, *values))
+        for k in np.flatnonzero(dataset["outcome"].values[case] == Outcome.CONVERGED):
+            points.append((amplitude, *(float(dataset[name].values[case, k]) for name in _COLUMNS)))
+    at_90 = pd.DataFrame(rows, columns=[held, "frequency [Hz]", force, "loss factor"])
+    curves = pd.DataFrame(points, columns=[held, "frequency [Hz]", force, "phase [degree]", "loss factor"])
+    return {"force and displacement at 90 degrees": at_90, "controlled response": curves}
+
+
+_COLUMNS = ("frequency", "force_level", "phase", "loss_factor")
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """The curves, and the phase resonances of several amplitudes."""
+    found: Figures = {"controlled_response": controlled_response}
+    known = int(np.isfinite(dataset["resonance_frequency"].values).any(axis=1).sum())
+    return {**found, "phase_resonances": resonances} if known > 1 else found
+
+
+PRESENTATION = presents("controlled_response", Presentation("Controlled response", sentences, failures, figures, tables))

@@ -1,0 +1,153 @@
+"""Presentation of a damper design."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.analyses.performance.design import no_optimum
+from stickslip.results.view import measure_in, size_text
+from stickslip.show.plots.design import design_space
+from stickslip.show.plots.files import Figures
+from stickslip.show.report.numbers import percent
+from stickslip.show.report.presentation import Presentation, presents
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+MORE = 0.1
+"""Share by which the worst case over all start states must exceed that of the sampled ones to be reported."""
+
+FALLS, SIDES = -0.01, ("less", "more")
+"""The search counts as not converged where 1 % of a variable lowers the worst-case peak by more than 0.01 %."""
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """The best design, how flat it is, and its caveats."""
+    refused, total = int(np.count_nonzero(dataset["allowed"].values == 0)), dataset.sizes["design"]
+    counts = f"{total} designs, {refused} of them {'breaks' if refused == 1 else 'break'} a constraint"
+    if no_optimum(dataset):
+        return [counts]
+    names = [str(name) for name in dataset["variable"].values]
+    best, optimum = dataset.isel(design=int(dataset["optimum_design"])), float(dataset["optimum_peak"])
+    measure = measure_in(dataset)
+    of = "" if measure.quantity.order == 0 and measure.kind == "amplitude" else f", {measure.words}"
+    lines = [f"worst-case resonance of the best design{of}: {_peak(best)}"]
+    if optimum > (1.0 + MORE) * float(best["sampled_peak"]):
+        more = percent(optimum / float(best["sampled_peak"]) - 1.0)
+        lines.append(f"  that is {more} more than for the sampled start states, for which alone the constraints were checked")
+    lines += [_variable(dataset, k, name) for k, name in enumerate(names)]
+    lines += [f"  known design {_compared(dataset, k)}" for k in range(int(dataset.attrs.get("known", 0)))]
+    lines += _caveats(dataset, best, names)
+    partly = int(np.count_nonzero((dataset["allowed"].values == 1) & (dataset["failed"].values > 0)))
+    lines.append(counts)
+    return [*lines, f"{partly} met the constraints only where a peak was solved and come last"] if partly else lines
+
+
+def _size(dataset: xr.Dataset, name: str) -> str:
+    """A peak with its unit, "12.3 µm" or "12.3 µm per unit level"."""
+    return size_text(float(dataset[name]), dataset[name].attrs["units"], dataset)
+
+
+def _peak(design: xr.Dataset) -> str:
+    """The worst-case peak of a design over all start states and from those sampled, each named as what it is."""
+    if not int(design["searches"]):
+        return _size(design, "worst_peak")
+    return f"{_size(design, 'searched_peak')} over all start states ({_size(design, 'sampled_peak')} over the sampled ones)"
+
+
+def _variable(dataset: xr.Dataset, k: int, name: str) -> str:
+    """The best value of a variable, its range, and what 1 % of it does to either side."""
+    value, low, high = (float(dataset[key].values[k]) for key in ("optimum", "near_low", "near_high"))
+    ends = [float(dataset[key].values[k]) for key in ("low", "high")]
+    span = f"alone {low:.4g} to {high:.4g} stays within 5 %"
+    if np.allclose([low, high], ends, rtol=0.0, atol=1e-9 * (ends[1] - ends[0])):
+        span = f"its whole range, {low:.4g} to {high:.4g}, stays within 5 %"
+    slopes = zip(SIDES, dataset["sensitivity"].values[k], strict=True)
+    changes = [f"1 % {side}: {slope:+.2g} %" if np.isfinite(slope) else f"{side}: not allowed" for side, slope in slopes]
+    return f"  {name} = {value:.4g}; {span}; {', '.join(changes)} (over 2 % of its range)"
+
+
+def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[str]:
+    """Where the best design is not the end of the search, and what slopes and ranges do not hold."""
+    slopes = dataset["sensitivity"].values
+    falls = [
+        f"{side} {name}"
+        for name, pair in zip(names, slopes, strict=True)
+        for side, s in zip(SIDES, pair, strict=True)
+        if s < FALLS
+    ]
+    caveats, seen = [], float(best["worst_peak"])
+    if falls:
+        ways = " or ".join(falls)
+        caveats.append(
+            f"the search has not converged: {ways} lowers the worst-case resonance; more designs or generations would continue it"
+        )
+    if float(dataset["optimum_peak"]) > (1.0 + 1e-3) * seen:
+        caveats.append(
+            f"ranges and changes are those of {_size(best, 'worst_peak')}, the worst case that the search saw for that design"
+        )
+    return caveats
+
+
+def _compared(dataset: xr.Dataset, design: int) -> str:
+    """A known design beside the best one, over all start states if they were searched."""
+    one, words = dataset.isel(design=design), ", ".join(_variables(dataset, design))
+    if not float(one["allowed"]):
+        return f"{words}: breaks a constraint"
+    if design == int(dataset["optimum_design"]):
+        return f"{words}: {_peak(one)}; it is the best"
+    peak = float(one["searched_peak" if int(one["searches"]) else "worst_peak"])
+    return f"{words}: {_peak(one)}; the best is {percent(1.0 - float(dataset['optimum_peak']) / peak)} lower"
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """That no design is allowed; each design with conditions that gave no peak, and which they are."""
+    message = no_optimum(dataset)
+    return ([message] if message else []) + [
+        f"design {', '.join(_variables(dataset, k))}: no peak solved at {_conditions(dataset, k)}; its worst case may be higher"
+        for k in np.flatnonzero(dataset["failed"].values).tolist()
+    ]
+
+
+def _variables(dataset: xr.Dataset, design: int) -> list[str]:
+    values = dataset["value"].values[design]
+    return [f"{name} = {value:.4g}" for name, value in zip(dataset["variable"].values, values, strict=True)]
+
+
+def _conditions(dataset: xr.Dataset, design: int) -> str:
+    """The conditions of a design without a peak, in words."""
+    cases = np.stack([dataset[f"failed_{key}"].values[design] for key in ("force", "friction", "start")], axis=-1)
+    return ", ".join(
+        f"force level {force:.4g} with friction {mu:.4g} from {'virgin contacts' if start == 0 else f'sampled start {start:.0f}'}"
+        for force, mu, start in cases[np.isfinite(cases[:, 0])]
+    )
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Every design, the best ones first."""
+    import pandas as pd
+
+    table = pd.DataFrame({str(name): dataset["value"].values[:, k] for k, name in enumerate(dataset["variable"].values)})
+    units = dataset["worst_peak"].attrs["units"]
+    table[f"worst-case peak [{units}]"] = dataset["worst_peak"].values
+    table[f"from virgin contacts and sampled starts [{units}]"] = dataset["sampled_peak"].values
+    table[f"over all start states, where searched [{units}]"] = dataset["searched_peak"].values
+    table["at Hz"] = dataset["worst_frequency"].values
+    table["at force level"] = dataset["worst_force"].values
+    table["at friction"] = dataset["worst_friction"].values
+    met = np.where(dataset["failed"].values > 0, "met where a peak was solved", "met")
+    table["constraints"] = np.where(dataset["allowed"].values == 1, met, "broken")
+    table["conditions without a peak"] = dataset["failed"].values.astype(int)
+    return {"designs": table.iloc[np.lexsort((dataset["worst_peak"].values, -dataset["allowed"].values))]}
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """The design space."""
+    return {"design_space": design_space}
+
+
+PRESENTATION = presents("damper_design", Presentation("Design of a damper", sentences, failures, figures, tables))

@@ -1,0 +1,129 @@
+"""Presentation of mistuned disks."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.view import energy_text, size_text
+from stickslip.show.plots.files import Figures
+from stickslip.show.plots.mistuning import all_blades, amplification, busiest_damper, worst_blade
+from stickslip.show.report.presentation import Presentation, presents
+from stickslip.support.checks import Array, counted
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """The highest amplification and its blade, the tuned disk, the distribution."""
+    solved = dataset.isel(sample=dataset["worst_blade"].values > 0)
+    tuned, place = float(dataset["tuned_peak"]), float(dataset["tuned_peak_frequency"])
+    units = dataset["tuned_peak"].attrs["units"]
+    edge = _edge(dataset["tuned_frequency"].values, place)
+    disk = f"tuned disk of {dataset.attrs['sectors']} blades: {size_text(tuned, units, dataset)} at {place:.5g} Hz{edge}"
+    ratio = solved["amplification"].values
+    if not np.isfinite(ratio).any():
+        return ["no amplification: every sample or the tuned disk failed", disk]
+    top = solved.isel(sample=int(ratio.argmax()))
+    blade = int(top["worst_blade"])
+    place = float(top["blade_peak_frequency"].sel(blade=blade))
+    where = f"blade {blade} at {place:.5g} Hz{_edge(top['frequency'].values, place)}"
+    lines = [f"highest amplification {float(ratio.max()):.4g}: {where}{_busiest(top)}", disk]
+    if "stress_von_mises" in dataset:
+        lines.append(_stress(solved))
+    if ratio.size > 1:
+        middle, high = np.percentile(ratio, [50, 95])
+        lines.append(f"{ratio.size} samples: median {middle:.4g}, 95 % stay below {high:.4g}, mean {ratio.mean():.4g}")
+        often, times = Counter(solved["worst_blade"].values.tolist()).most_common(1)[0]
+        lines.append(f"most often worst: blade {often}, in {counted(times, 'sample')}")
+        often, times = Counter(solved["busiest_damper"].values.tolist()).most_common(1)[0]
+        if often:
+            lines.append(f"most often busiest: the damper after blade {often}, in {counted(times, 'sample')}")
+    return lines
+
+
+def _edge(frequencies: Array, place: float) -> str:
+    """What to add where the highest value stands at an end of several frequencies: the peak itself may lie beyond."""
+    known = frequencies[np.isfinite(frequencies)]
+    at_end = np.unique(known).size > 1 and bool(np.isclose(place, [known.min(), known.max()], rtol=1e-12, atol=0.0).any())
+    return " (the edge of the band: a peak may lie beyond)" if at_end else ""
+
+
+def _stress(dataset: xr.Dataset) -> str:
+    """The largest stress of all blades and samples, each blade at its largest amplitude, and that of the tuned disk."""
+    stress, (factor, unit) = dataset["stress_von_mises"], in_system("MPa", system_of(dataset))
+    sample, blade, place = np.unravel_index(int(np.nanargmax(stress.values)), stress.shape)
+    here = f"blade {dataset['blade'].values[blade]}, {dataset['place'].values[place]}"
+    sizes = [
+        factor * 1e-6 * float(size) for size in (stress.values[sample, blade, place], dataset["tuned_stress_von_mises"].max())
+    ]
+    return f"largest von Mises stress {sizes[0]:.4g} {unit}: {here}; of the tuned disk {sizes[1]:.4g} {unit}"
+
+
+def _busiest(sample: xr.Dataset) -> str:
+    """The damper that takes out the most energy there."""
+    damper = int(sample["busiest_damper"])
+    if bool(sample["damper_missing"].all()):
+        return ", no dampers"
+    if not damper:
+        return ", all dampers stuck"
+    work = float(sample["damper_work"].sel(blade=damper))
+    return f", where the damper after blade {damper} works most ({energy_text(work, sample)} a period)"
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """Samples that failed, grouped by why."""
+    reasons: dict[str, list[int]] = {}
+    for sample in np.flatnonzero(dataset["worst_blade"].values == 0):
+        reasons.setdefault(str(dataset["sample_message"].values[sample]), []).append(int(sample) + 1)
+    lines = [f"{counted(len(samples), 'sample')} failed, the first is {samples[0]}: {why}" for why, samples in reasons.items()]
+    return (
+        lines if np.isfinite(float(dataset["tuned_peak"])) else [*lines, "The tuned disk failed, so there is no amplification."]
+    )
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Every sample, and every blade of the worst one."""
+    import pandas as pd
+
+    units = dataset["blade_peak"].attrs["units"]
+    samples = pd.DataFrame(
+        {
+            "sample": range(1, dataset.sizes["sample"] + 1),
+            "amplification": dataset["amplification"].values,
+            "worst blade": dataset["worst_blade"].values,
+            "busiest damper": dataset["busiest_damper"].values,
+            f"largest amplitude [{units}]": dataset["blade_peak"].max("blade").values,
+            "dampers missing": dataset["damper_missing"].sum("blade").values,
+        }
+    )
+    if "stress_von_mises" in dataset:
+        samples["largest stress [Pa]"] = dataset["stress_von_mises"].max(["blade", "place"]).values
+    found = {"samples": samples}
+    if np.isfinite(dataset["amplification"].values).any():
+        top = dataset.isel(sample=int(np.nanargmax(dataset["amplification"].values)))
+        columns = {"blade": top["blade"], f"largest amplitude [{units}]": top["blade_peak"], "at Hz": top["blade_peak_frequency"]}
+        columns["work of the damper after it [J]"] = top["damper_work"]
+        if "stress_von_mises" in top:
+            columns["largest stress [Pa]"] = top["stress_von_mises"].max("place")
+        columns |= {name.replace("_", " "): top[name] for name in map(str, top) if name.endswith("_deviation")}
+        found["blades of the worst sample"] = pd.DataFrame({name: each.values for name, each in columns.items()})
+    return found
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """The blades of the worst sample and the dampers; of several samples the distribution and the worst blades."""
+    if not np.isfinite(dataset["amplification"].values).any():
+        return {}
+    several = dataset.sizes["sample"] > 1
+    shown: Figures = {"all_blades": all_blades, "busiest_damper": busiest_damper}
+    return {**shown, "amplification": amplification, "worst_blade": worst_blade} if several else shown
+
+
+PRESENTATION = presents("mistuned_population", Presentation("Mistuned disks", sentences, failures, figures, tables))

@@ -1,0 +1,159 @@
+"""Presentation of nonlinear modes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.analyses.modes.synthesis import SATURATION, saturated
+from stickslip.results.representative import spread
+from stickslip.results.view import length_text
+from stickslip.show.plots.files import Figures
+from stickslip.show.plots.nonlinear_modes import contact_states, over_amplitude, over_energy, peaks_over_force, shape
+from stickslip.show.report.numbers import hertz, percent
+from stickslip.show.report.presentation import Presentation, presents
+from stickslip.support.outcome import Outcome
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+MOST_LEVELS = 12
+"""Force levels of a mode that a summary lists."""
+
+ROUGH = 0.2
+"""Damping ratio above which a free decay has little to do with the mode (docs/modes.md, "High damping")."""
+
+HIGH = "Above a damping ratio of 20 % a free motion decays within a few periods: take its frequency and damping as rough."
+
+FIRST = (
+    'Damping ratios are computed with extended = "first": the damping that sustains the motion acts on its first harmonic. Codes '
+    'in which it acts on all harmonics give other ratios where damping is high. For a comparison, use extended = "all".'
+)
+
+VERY_HIGH = "Above a damping ratio of 100 % there is no free vibration: take frequency and damping as those of a forced motion."
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """Where each mode begins and ends, and the largest damping ratio on the way."""
+    lines = []
+    for case in range(dataset.sizes["case"]):
+        one = dataset.isel(case=case)
+        there = np.flatnonzero(np.isfinite(one["frequency"].values))
+        name = f"mode {int(one['mode_number'])}"
+        if not there.size:
+            lines.append(f"{name}: no motion was found")
+            continue
+        most = int(np.nanargmax(one["damping_ratio"].values))
+        ends = [float(one["frequency"][int(k)]) for k in (there[0], there[-1])]
+        ratio, amplitude = float(one["damping_ratio"][most]), float(one["amplitude"][most, 0])
+        output = str(dataset["output"].values[0])
+        lines.append(
+            f"{name}: {hertz(ends[0])} Hz at the smallest amplitude, {hertz(ends[1])} Hz at the largest; most damping "
+            f"{percent(ratio)} at {hertz(float(one['frequency'][most]))} Hz, where {output} moves by "
+            f"{length_text(amplitude, dataset)}"
+        )
+        if ratio > ROUGH:
+            lines.append(f"  warning, {name}: {VERY_HIGH if ratio > 1.0 else HIGH}")
+        if _has_levels(dataset):
+            lines += _level_lines(one, output)
+        if warning := str(one["synthesis_warning"].item()):
+            lines.append(f"  warning, {name}: {warning}")
+        lines += [
+            f"  {name}: {words.rstrip('.')}." for words in str(one["case_message"].item()).split(". ") if "Internal" in words
+        ]
+    return [*lines, FIRST] if str(dataset.attrs.get("extended", "")) == "first" and lines else lines
+
+
+def _level_lines(one: xr.Dataset, output: str) -> list[str]:
+    """The peak of each force level, by one mode."""
+    reached = np.flatnonzero(np.isfinite(one["level_amplitude"].values))
+    shown = reached[spread(reached.size, MOST_LEVELS)]
+    lines = []
+    for k in shown:
+        frequency, size = float(one["level_frequency"][k]), float(one["level_amplitude"][k])
+        solved = float(one["level_solved_amplitude"][k]) if "level_solved_amplitude" in one else np.nan
+        checked = f", solved {length_text(solved, one)}" if np.isfinite(solved) else ""
+        lines.append(
+            f"  force {float(one['force_level'][k]):g}: {output} peaks at {length_text(size, one)}, "
+            f"{hertz(frequency)} Hz{checked}"
+        )
+    more = reached.size - shown.size
+    return [*lines, *([f"  {shown.size} of {reached.size} force levels; the report shows all"] if more else [])]
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each mode whose curve ended early, and for each that gives no peaks of some force levels."""
+    found = []
+    for case, outcome in enumerate(dataset["case_outcome"].values):
+        name = f"mode {int(dataset['mode_number'].values[case])}"
+        if outcome != Outcome.CONVERGED:
+            found.append(f"{name}: {dataset['case_message'].values[case]}")
+        if message := str(dataset["synthesis_message"].values[case]):
+            found.append(f"{name}: no peaks of force levels. {message}")
+        elif (
+            _has_levels(dataset)
+            and (beyond := dataset["force_level"].values[np.isnan(dataset["level_amplitude"].values[case])]).size
+        ):
+            levels = ", ".join(f"{level:g}" for level in beyond)
+            there = np.isfinite(dataset["peak_force_level"].values[case])
+            ends = (dataset[each].values[case, there] for each in ("peak_force_level", "modal_amplitude"))
+            why = "make more than its largest amplitude; compute it up to a larger one"
+            why = f"are more than it needs at any of its amplitudes. {SATURATION}" if saturated(*ends) else why
+            found.append(f"{name}: force levels {levels} {why}")
+    return found
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """The peaks of the force levels, and the points of every mode."""
+    return ({"peaks of force levels": _peaks(dataset)} if _has_levels(dataset) else {}) | {"nonlinear modes": _points(dataset)}
+
+
+def _has_levels(dataset: xr.Dataset) -> bool:
+    return "force_level" in dataset.dims
+
+
+def _points(dataset: xr.Dataset) -> pd.DataFrame:
+    import pandas as pd
+
+    frames = []
+    for case in range(dataset.sizes["case"]):
+        one = dataset.isel(case=case)
+        columns = {"mode": np.full(one.sizes["point"], int(one["mode_number"]))}
+        columns["modal amplitude [m kg^0.5]"] = one["modal_amplitude"].values
+        columns["frequency [Hz]"] = one["frequency"].values
+        columns["damping ratio"] = one["damping_ratio"].values
+        for output, name in enumerate(dataset["output"].values):
+            columns[f"{name} [m]"] = one["amplitude"].values[:, output]
+        columns["energy [J]"] = one["energy"].values
+        columns["dissipated in contacts [J]"] = np.nansum(one["dissipated"].values, axis=1)
+        columns["dissipated by viscous damping [J]"] = one["viscous_work"].values
+        columns["force level of the peak"] = one["peak_force_level"].values
+        frames.append(pd.DataFrame(columns)[np.isfinite(one["frequency"].values)])
+    return pd.concat(frames, ignore_index=True)
+
+
+def _peaks(dataset: xr.Dataset) -> pd.DataFrame:
+    import pandas as pd
+
+    rows = []
+    for case in range(dataset.sizes["case"]):
+        for k, level in enumerate(dataset["force_level"].values.tolist()):
+            mode, at = int(dataset["mode_number"].values[case]), dataset.isel(case=case, force_level=k)
+            rows.append((mode, level, float(at["level_frequency"]), float(at["level_amplitude"])))
+    name = str(dataset["output"].values[0])
+    return pd.DataFrame(rows, columns=["mode", "force level", "frequency [Hz]", f"{name} [m]"])
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """Frequency and damping over amplitude and over energy, peaks of all force levels, the change of shape, what contacts do."""
+    found: Figures = {"modes_over_amplitude": over_amplitude, "modes_over_energy": over_energy}
+    if np.isfinite(dataset["peak_force_level"].values).any():
+        found = {**found, "peaks_over_force": peaks_over_force}
+    found = {**found, "mode_shape": shape}
+    return {**found, "contact_states": contact_states} if dataset.sizes["contact"] else found
+
+
+PRESENTATION = presents("nonlinear_modes", Presentation("Nonlinear modes", sentences, failures, figures, tables))

@@ -1,0 +1,136 @@
+"""Presentation of performance curves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.results.view import measure_in, size_text
+from stickslip.show.plots.files import Figures
+from stickslip.show.plots.performance_curve import dissipation, performance_curves
+from stickslip.show.report.presentation import Presentation, presents
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+REGIONS = ("stick", "microslip", "slip", "lift-off")
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """The optimum of every curve, its plateau, and what happened to peaks."""
+    measure, units = measure_in(dataset), dataset["amplitude_per_force"].attrs["units"]
+    resonance = "resonance" if measure.order == 0 else f"resonance, as {measure.quantity.name_per_force},"
+    lines = []
+    for case, mu in enumerate(dataset["friction"].values):
+        one = {name: float(dataset[name].values[case]) for name in _OPTIMUM}
+        name = "friction of the problem" if np.isnan(mu) else f"friction {mu:g}"
+        if not np.isfinite(one["optimum_ratio"]):
+            lines.append(f"{name}: no resonance was found")
+            continue
+        ends = [f"{one[key]:.4g}" if np.isfinite(one[key]) else "where the values end" for key in ("plateau_low", "plateau_high")]
+        lines.append(
+            f"{name}: lowest {resonance} {size_text(one['optimum_amplitude_per_force'], units, dataset)} at "
+            f"F_C/F_E = {one['optimum_ratio']:.4g} and {one['optimum_frequency']:.5g} Hz; "
+            f"within 10 % of it from {ends[0]} to {ends[1]}"
+        )
+        if warning := str(dataset["optimum_warning"].values[case]):
+            lines[-1] += f"; {warning}"
+        lines += [f"  {name}: {words}" for words in _detached(dataset, case)]
+        lines += [f"  {name}: {words}" for words in _happened(dataset, case)]
+    return lines
+
+
+_OPTIMUM = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency", "plateau_low", "plateau_high")
+
+
+def _detached(dataset: xr.Dataset, case: int) -> list[str]:
+    """Where higher peaks lie on isolas."""
+    heights, ratios = dataset["detached_amplitude_per_force"].values[case], dataset["force_ratio"].values
+    units = dataset["detached_amplitude_per_force"].attrs["units"]
+    isolas = ratios[np.isfinite(heights)]
+    if not isolas.size:
+        return []
+    where = f"{isolas[0]:.4g}" if isolas.size == 1 else f"{isolas[0]:.4g} to {isolas[-1]:.4g}"
+    return [
+        f"F_C/F_E {where}: higher peaks, up to {size_text(np.nanmax(heights), units, dataset)}, lie on an isola that "
+        "sweeps miss; they are not counted and may be unstable (a time simulation shows)"
+    ]
+
+
+KINDS = ("born", "ended", "merged", "swapped")
+
+
+def _happened(dataset: xr.Dataset, case: int) -> list[str]:
+    """What happened to peaks along a curve, in one sentence; the table lists each event."""
+    kinds = dataset["event_kind"].values[case]
+    if not np.any(kinds):
+        return []
+    counts = ", ".join(f"{np.count_nonzero(kinds == kind)} {kind}" for kind in KINDS if np.any(kinds == kind))
+    low, high = np.nanmin(dataset["event_low"].values[case]), np.nanmax(dataset["event_high"].values[case])
+    return [f"F_C/F_E {low:.4g} to {high:.4g}: peaks {counts}; the report lists each of them"]
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each curve with points where no peak was found."""
+    found = []
+    for case, outcomes in enumerate(dataset["outcome"].values):
+        missing = dataset["force_ratio"].values[outcomes != 1]
+        if missing.size:
+            found.append(f"curve {case + 1}: no peak was found at {missing.size} values of F_C/F_E, the first {missing[0]:.4g}")
+    return found
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Every point of every curve, and what happened to peaks between them."""
+    import pandas as pd
+
+    happened = pd.DataFrame(_events(dataset), columns=["friction", "F_C/F_E from", "to", "at Hz", "what happened"])
+    return {"performance curves": _points(dataset), **({"peaks along the curves": happened} if len(happened) else {})}
+
+
+def _events(dataset: xr.Dataset) -> list[tuple[float, float, float, float, str]]:
+    """Every event of every curve in the order of F_C/F_E."""
+    found = []
+    for case, mu in enumerate(dataset["friction"].values.tolist()):
+        numbers = (dataset[f"event_{key}"].values[case] for key in ("low", "high", "frequency"))
+        for low, high, frequency, words in zip(*numbers, dataset["event"].values[case], strict=True):
+            if words:
+                found.append((mu, float(low), float(high), float(frequency), str(words).partition(": ")[2]))
+    return found
+
+
+def _points(dataset: xr.Dataset) -> pd.DataFrame:
+    """Every point of every curve."""
+    import pandas as pd
+
+    rows, units = [], dataset["amplitude_per_force"].attrs["units"]
+    for case, mu in enumerate(dataset["friction"].values):
+        for k, ratio in enumerate(dataset["force_ratio"].values):
+            at = dataset.isel(case=case, point=k)
+            region = float(at["region"])
+            rows.append(
+                {
+                    "friction": float(mu),
+                    "F_C/F_E": float(ratio),
+                    "frequency [Hz]": float(at["frequency"]),
+                    f"amplitude per force [{units}]": float(at["amplitude_per_force"]),
+                    "inertance [m/(s2 N)]": float(at["inertance"]),
+                    "relative to no contacts": float(at["normalised_amplitude"]),
+                    "contacts": REGIONS[int(region)] if np.isfinite(region) else "",
+                    "loss factor": float(at["loss_factor"]),
+                    f"on an isola [{units}]": float(at["detached_amplitude_per_force"]),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """The curves as they were measured and as inertance at the same peaks, and which contact dissipates."""
+    as_inertance = {"performance_inertance": lambda data: performance_curves(data, "inertance")}
+    return {"performance_curve": performance_curves, **as_inertance, "dissipation": dissipation}
+
+
+PRESENTATION = presents("performance_curve", Presentation("Performance curves", sentences, failures, figures, tables))

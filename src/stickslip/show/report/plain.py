@@ -1,0 +1,134 @@
+"""Sections of the page of an analysis: the answer with its chart, further figures, tables, failures.
+
+An analysis fills them through its `Presentation`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.results.view import energy_unit, shown_unit
+from stickslip.show.report.charts import Charts
+from stickslip.show.report.markup import cell, section, table, text
+from stickslip.show.report.numbers import number
+from stickslip.show.report.presentation import presentation_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+Datasets = Mapping[str, "xr.Dataset"]
+
+ROUNDING = 1e-11
+"""Numbers below this share of the largest one of their unit in a table are rounding."""
+
+SYMBOL = re.compile(r"\w+ (=|≥|×) ")
+"""A line that begins with a symbol."""
+
+
+def overview(datasets: Datasets, charts: Charts) -> str:
+    """What came out: the answer, the first figure, everything else in sentences."""
+    parts = []
+    for place, (label, dataset) in enumerate(datasets.items()):
+        shown = presentation_of(dataset)
+        first, *rest = [sentence.strip() for sentence in shown.sentences(dataset)]
+        lines = "".join(f"<li>{text(sentence)}</li>" for sentence in rest)
+        seconds = dataset.attrs.get("cpu_seconds")
+        note = "" if seconds is None else f'<p class="note">{text(f"{float(seconds):.3g} s of processor time")}.</p>'
+        figure = "".join(_figure(charts, place, name, draw, dataset) for name, draw in [*shown.figures(dataset).items()][:1])
+        parts.append(f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{figure}<ul>{lines}</ul>{note}')
+    return section("overview", "Overview", *parts)
+
+
+def figures(datasets: Datasets, charts: Charts) -> str:
+    """The other figures of every result."""
+    parts = []
+    for place, (label, dataset) in enumerate(datasets.items()):
+        others = [*presentation_of(dataset).figures(dataset).items()][1:]
+        parts += [_head(label, datasets), *(_figure(charts, place, name, draw, dataset) for name, draw in others)]
+    return section("figures", "Figures", *parts)
+
+
+def has_more_figures(dataset: xr.Dataset) -> bool:
+    """Whether a result has figures beside that of the overview."""
+    return len(presentation_of(dataset).figures(dataset)) > 1
+
+
+def _figure(charts: Charts, place: int, name: str, draw: Callable[[xr.Dataset], Any], dataset: xr.Dataset) -> str:
+    return charts.drawn(f"chart-{place}-{name.replace('_', '-')}", draw(dataset), name.replace("_", " "))
+
+
+def tables(datasets: Datasets, charts: Charts) -> str:
+    """Every table of every result."""
+    parts = []
+    for place, (label, dataset) in enumerate(datasets.items()):
+        parts.append(_head(label, datasets))
+        for caption, frame in presentation_of(dataset).tables(dataset).items():
+            identifier = f"table-{place}-{caption.replace(' ', '-')}"
+            columns = _columns(frame)
+            parts.append(table(identifier, caption, [head for head, _, _ in columns], _rows(frame, columns)))
+    return section("tables", "Tables", *parts)
+
+
+def failures(datasets: Datasets, charts: Charts) -> str:
+    """What failed, and why."""
+    parts = []
+    for label, dataset in datasets.items():
+        causes = "".join(f"<li>{text(sentence)}</li>" for sentence in presentation_of(dataset).failures(dataset))
+        parts.append(_head(label, datasets) + (f'<ul class="failed">{causes}</ul>' if causes else "<p>Nothing failed.</p>"))
+    return section("failures", "What failed, and why", *parts)
+
+
+def _head(label: str, datasets: Datasets) -> str:
+    return f"<h3>{text(label)}</h3>" if len(datasets) > 1 else ""
+
+
+def _sentence(line: str) -> str:
+    """A line of the console as a sentence; a symbol at its start, `kt = ...`, stays as it is."""
+    start = line[:1] if SYMBOL.match(line) else line[:1].upper()
+    return start + line[1:] + ("" if line.endswith((".", "!", "?")) else ".")
+
+
+def _columns(frame: pd.DataFrame) -> list[tuple[str, float, float]]:
+    """Of each column its head with the unit that is shown, the size of that unit in SI, and the number below which it shows 0."""
+    heads = [str(name) for name in frame.columns]
+    units = [head.removesuffix("]").rpartition(" [")[2] if head.endswith("]") else head for head in heads]
+    largest: dict[str, float] = {}
+    for unit, (_, column) in zip(units, frame.items(), strict=True):
+        values = np.abs(column.to_numpy(dtype=float)) if column.dtype.kind == "f" else np.zeros(0)
+        largest[unit] = max(largest.get(unit, 0.0), float(np.max(values[np.isfinite(values)], initial=0.0)))
+    found = []
+    for head, unit in zip(heads, units, strict=True):
+        size, name = _shown(unit, largest[unit])
+        words = head.rpartition(" [")[0]
+        shown = head if unit == head else words if unit == "1" else f"{words} in {name}"
+        found.append((shown, size, ROUNDING * largest[unit]))
+    return found
+
+
+def _shown(units: str, largest: float) -> tuple[float, str]:
+    """The unit to show a column of SI units in: its size and its name."""
+    if units == "J":
+        return energy_unit(largest)
+    if units.split("/")[0] != "m":
+        return 1.0, units
+    unit = shown_unit(units, largest)
+    return unit.metres, unit.name
+
+
+def _rows(frame: pd.DataFrame, columns: list[tuple[str, float, float]]) -> list[str]:
+    return [
+        f"<tr>{''.join(_cell(value, size, zero) for value, (_, size, zero) in zip(row, columns, strict=True))}</tr>"
+        for row in frame.itertuples(index=False)
+    ]
+
+
+def _cell(value: object, size: float, zero: float) -> str:
+    """A cell; numbers below `zero` are rounding and shown as 0, their exact values in SI stay in the page."""
+    if isinstance(value, float):
+        return cell("0" if abs(value) < zero else number(value / size), value)
+    return cell(str(value), float(value)) if isinstance(value, int) and not isinstance(value, bool) else cell(str(value))

@@ -1,0 +1,226 @@
+"""Presentation of forced responses, with bounds or samples if present."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.analyses.fatigue import has_fatigue
+from stickslip.analyses.stress import has_gauges, has_stress
+from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
+from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
+from stickslip.analyses.variability.percentiles import has_percentiles
+from stickslip.results.curve_kind import kind_words
+from stickslip.results.quantities import peak_table, quantity_table
+from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
+from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.stability import (
+    NOT_JUDGED,
+    has_stability,
+    none_is_judged,
+    peak_is_unstable,
+    peak_unjudged,
+    stability_sentences,
+)
+from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in
+from stickslip.show.plots.files import Figures
+from stickslip.show.plots.forced_response import figures_of
+from stickslip.show.report.bounds import bounds_table
+from stickslip.show.report.failures import bounds_failures, bounds_warnings
+from stickslip.show.report.fatigue import fatigue_sentences, fatigue_table
+from stickslip.show.report.percentiles import percentiles_table
+from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.stress import strain_sentences, strain_table, stress_sentences, stress_table
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.solve.balance.orders import of_attribute
+from stickslip.support.checks import counted
+from stickslip.support.outcome import Outcome
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+MOST_LINES = 12
+"""Force levels listed in a summary."""
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """What "auto" took, and the highest peak of the first output at each force level, or the largest point without a peak."""
+    if _bounds_alone(dataset):
+        return bound_sentences(dataset)
+    chosen = dataset.attrs.get("harmonics_chosen")
+    lines = [*([f"{chosen}."] if chosen else []), *finer_sentences(dataset)]
+    measure = measure_in(dataset)
+    of = "" if measure == DISPLACEMENT_AMPLITUDE else f", {measure.words}"
+    lines += [f"highest peaks of {dataset['output'].values[0]}{of}"]
+    levels = levels_of(dataset)
+    shown = spread(len(levels), MOST_LINES)
+    for cases in (levels[place] for place in shown):
+        lines += cloud_lines(dataset, cases) if len(cases) > 1 else [level_line(dataset, cases[0])]
+    lines += [f"  {len(shown)} of {len(levels)} force levels; the report shows all"] if len(shown) < len(levels) else []
+    lines += [f"  {NOT_JUDGED}"] if none_is_judged(dataset) else []
+    lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
+    lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
+    lines += isolated_sentences(dataset)
+    lines += stability_sentences(dataset) if has_stability(dataset) else []
+    lines += stress_sentences(dataset) if has_stress(dataset) else []
+    lines += strain_sentences(dataset) if has_gauges(dataset) else []
+    return [*lines, *(fatigue_sentences(dataset) if has_fatigue(dataset) else [])]
+
+
+def _bounds_alone(dataset: xr.Dataset) -> bool:
+    """Whether there are bounds without the curves of a study beside them, as Python gives them."""
+    return "bound" in dataset.dims and "output" not in dataset.dims
+
+
+def isolated_sentences(dataset: xr.Dataset) -> list[str]:
+    """How many isolated curves were found, and from how many starts."""
+    if "isolated_starts" not in dataset.attrs:
+        return []
+    found, starts = (int(dataset.attrs[name]) for name in ("isolated_curves", "isolated_starts"))
+    return [f"isolated curves: {found or 'none'} found from {counted(starts, 'start')}"]
+
+
+def truncation_sentences(dataset: xr.Dataset) -> list[str]:
+    """A warning where the harmonics left out matter at a highest peak: the worst force level, and how many more there are."""
+    if "truncation_error" not in dataset or not np.isfinite(dataset["truncation_error"].values).any():
+        return []
+    errors = dataset["truncation_error"].values
+    case = int(np.argmax(np.nanmax(np.nan_to_num(errors), axis=1)))
+    names = tuple(str(name) for name in dataset["output"].values)
+    warning = truncation_warning(of_attribute(dataset.attrs["harmonics"]), names, errors[case])
+    count = int(np.count_nonzero(np.nanmax(np.nan_to_num(errors), axis=1) > ALLOWED))
+    more = f" ({count} of {len(errors)} force levels above {100.0 * ALLOWED:g} %)" if count > 1 else ""
+    return [f"warning, force {float(dataset['force_level'][case]):g}: {warning}{more}"] if warning else []
+
+
+def message_sentences(dataset: xr.Dataset) -> list[str]:
+    """What else the message of a completed curve warns of: the first force level with it, an unstable one before others, and how
+    many there are.
+    """
+    found, harmonics = [], of_attribute(dataset.attrs["harmonics"])
+    names = tuple(str(name) for name in dataset["output"].values)
+    for case in np.flatnonzero(dataset["case_outcome"].values == Outcome.CONVERGED):
+        _, _, more = str(dataset["case_message"].values[case]).partition(". ")
+        errors = dataset["truncation_error"].values[case] if "truncation_error" in dataset else np.zeros(1)
+        rest = more.replace(truncation_warning(harmonics, names, errors), "").strip()
+        found += [f"warning, force {float(dataset['force_level'][case]):g}: {rest}"] if rest else []
+    found.sort(key=lambda words: "Unstable motion" not in words)
+    return [*found[:1], *([f"  and of {counted(len(found) - 1, 'more curve')}; the report has them"] if len(found) > 1 else [])]
+
+
+def level_line(dataset: xr.Dataset, case: int) -> str:
+    """The highest peak of one case."""
+    kind, level = kind_words(dataset, case), force_text(dataset, case)
+    words = f"{level}, {kind}" if kind else f"{level:<8}"
+    line = f"  {'' if level.startswith('force') else 'force '}{words} {peak_words(dataset, case)}"
+    if ALL_NODES.variable not in dataset:
+        return line
+    change = float(dataset[ALL_NODES.variable].values[case, 0])
+    much = f"{100.0 * change:+.2g} %" if np.isfinite(change) else "unknown"
+    return f"{line}   with all nodes {much}"
+
+
+def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
+    """Of many start states at one force level those with the lowest, the median and the highest response."""
+    chosen = representative_starts(dataset, cases)
+    level, solved = float(dataset["force_level"][cases[0]]), len(ranked(dataset, cases))
+    lines = [f"  force {level:g}, {counted(len(cases), 'start state')}, {solved} of them solved"]
+    for word, case in zip(words_of(chosen), chosen, strict=True):
+        start = f"start {int(dataset['start'][case]) + 1}"
+        lines.append(f"    {word:<8} {start:<10} {peak_words(dataset, case)}")
+    return lines
+
+
+def bound_sentences(bounds: xr.Dataset) -> list[str]:
+    """Where the bounds of each force level are furthest apart, and the highest one; of peaks both bounds."""
+    measure, (factor, units) = measure_in(bounds), _unit(bounds, "amplitude")
+    of = "" if measure == DISPLACEMENT_AMPLITUDE else f" of the {measure.words}"
+    lines = [f"bounds{of} over the start states, by {str(bounds.attrs['objective']).replace('_', ' ')}"]
+    levels = bounds["force_level"].values
+    for case in spread(len(levels), MOST_LINES):
+        level = levels[case]
+        low, high = factor * bounds["amplitude"].values[case]
+        if not np.any(np.isfinite(high - low)):
+            lines.append(f"  force {level:<8g} none found")
+            continue
+        k = int(np.nanargmax(high - low))
+        frequency = float(bounds["frequency"].values[k])
+        at = bounds["resonance"].values[case, :, k]
+        peaks = f"{low[k]:12.6g} {units} at {at[0]:.6g} Hz to {high[k]:12.6g} {units} at {at[1]:.6g} Hz"
+        lines.append(f"  force {level:<8g} {widest_and_highest(bounds, case, k) if np.isfinite(frequency) else peaks}")
+    return [*lines, *(f"  {sentence}" for sentence in bounds_warnings(bounds))]
+
+
+def widest_and_highest(bounds: xr.Dataset, case: int, widest: int) -> str:
+    """Both bounds where they are furthest apart, and the highest of all."""
+    factor, units = _unit(bounds, "amplitude")
+    frequencies, (low, high) = bounds["frequency"].values, factor * bounds["amplitude"].values[case]
+    top = int(np.nanargmax(high))
+    return (
+        f"furthest apart at {frequencies[widest]:.6g} Hz: {low[widest]:.6g} to {high[widest]:.6g} {units}; "
+        f"highest bound {high[top]:.6g} {units} at {frequencies[top]:.6g} Hz"
+    )
+
+
+def peak_words(dataset: xr.Dataset, case: int) -> str:
+    """The highest peak of the first output of one curve, and its end where that is higher."""
+    highest = highest_peak(dataset, case)
+    if highest is None:
+        return "no point was found"
+    measure, (factor, units) = measure_in(dataset), _unit(dataset, "peak_amplitude")
+    size = factor * highest.amplitude / measure.per(float(dataset["force_level"][case]))
+    if not highest.local:
+        what = "largest of the listed frequencies, at" if is_listed(dataset) else "no peak; largest at"
+        return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
+    words = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
+    words += ", unstable" if peak_is_unstable(dataset, case, 0, highest.point) else ""
+    unjudged = "" if none_is_judged(dataset) else peak_unjudged(dataset, case, 0)
+    words += f", stability {unjudged}" if unjudged else ""
+    words += ", curve incomplete" if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED else ""
+    end = higher_end(dataset, case)
+    if end is None:
+        return words
+    size = factor * end.amplitude / measure.per(float(dataset["force_level"][case]))
+    return f"{words}; higher at an end of the curve, {end.frequency:.6g} Hz: {size:.6g} {units}"
+
+
+def _unit(dataset: xr.Dataset, variable: str) -> tuple[float, str]:
+    """The factor from SI to the unit that a variable is shown in, and its name."""
+    return in_system(dataset[variable].attrs["units"], system_of(dataset))
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each case that did not reach the end of its band, and for each force level without bounds."""
+    if _bounds_alone(dataset):
+        return bounds_failures(dataset)
+    cases = zip(dataset["force_level"].values, dataset["case_outcome"].values, dataset["case_message"].values, strict=True)
+    broken = [f"force {level:g}: {message}".strip() for level, outcome, message in cases if outcome != 1]
+    return broken + (bounds_failures(detached(dataset)) if has_bounds(dataset) else [])
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Curves and peaks, as the quantity that peaks are of, and those of bounds, percentiles and stress where there are any."""
+    return {"curves": quantity_table(dataset), "peaks": peak_table(dataset), **further_tables(dataset)}
+
+
+def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """What only some results hold."""
+    found = {"bounds": bounds_table(detached(dataset))} if has_bounds(dataset) else {}
+    found |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
+    found |= {"stress": stress_table(dataset)} if has_stress(dataset) else {}
+    found |= {"strain": strain_table(dataset)} if has_gauges(dataset) else {}
+    return found | ({"fatigue": fatigue_table(dataset)} if has_fatigue(dataset) else {})
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """Those of the curves, and of the bounds where there are any."""
+    return figures_of(dataset)
+
+
+PRESENTATION = presents(
+    ("forced_response", "response_bounds", "response_samples"),
+    Presentation("Forced response", sentences, failures, figures, tables, responses=True),
+)

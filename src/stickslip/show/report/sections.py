@@ -1,0 +1,356 @@
+"""Sections of the page, each a function from datasets to HTML. Tables carry exact SI numbers in data-value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.analyses.truncation import finer_sentences
+from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
+from stickslip.results.representative import representatives, spread
+from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.view import (
+    ContactRow,
+    Length,
+    contact_rows,
+    converged_points,
+    energy_text,
+    has_linear_curves,
+    highest_peak,
+    is_listed,
+    largest_loops,
+    length_unit,
+    level_text,
+    measure_in,
+    peak_unit,
+    per_force_unit,
+    points,
+)
+from stickslip.show.plots.chart import Chart
+from stickslip.show.plots.contacts import contact_states, loops_at, loops_of
+from stickslip.show.plots.energy import dissipation, loss_factor
+from stickslip.show.plots.response_curves import compared_peaks, response_curves
+from stickslip.show.report.answer import peaks_at_a_glance
+from stickslip.show.report.charts import Charts, Choice, Opening
+from stickslip.show.report.conclusions import bounds_headline, further_curves_sentence, headline, level_sentence
+from stickslip.show.report.failures import failures_of, warnings_of
+from stickslip.show.report.fatigue import fatigue_headline
+from stickslip.show.report.markup import cell, section, table, text
+from stickslip.show.report.numbers import hertz, number
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
+from stickslip.support.checks import Array, counted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Datasets = Mapping[str, "xr.Dataset"]
+
+ENERGY_RESIDUAL_LIMIT, SLIP_WORK_LIMIT = 1e-8, 1e-3
+"""What a trustworthy point stays below: consistency of the solution, and the physics of slip at enough samples."""
+CYCLE_NOTE = (
+    "Loops at the kept point nearest to the click, redrawn from the harmonics that the result keeps: corners are rounded, and "
+    "the force may overshoot. Exact loops at the highest peak stand below."
+)
+MOST_SHOWN = 12
+"""Cases whose loops and states are drawn, and that the overview lists."""
+MOST_LOOPS = 100
+"""Directions of contacts whose loops a report holds; of more, those with the largest."""
+LOOPS_OF_A_POINT = 8
+"""Contact rows, those with the largest loops, whose loops are drawn at a point that is clicked."""
+NUMBERS_OF_LOOPS, SAMPLES_OF_MANY = 120_000, 64
+"""Numbers of the loops at the peaks that a page takes as they are; the samples of each loop where there would be more."""
+OPENED, SAMPLES_OF_A_LOOP = 150, 64
+"""Points of all curves together whose loops the page holds, about a megabyte, and the samples of each loop."""
+LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK_LIMIT, "residual": np.inf}
+
+
+def overview(datasets: Datasets, charts: Charts) -> str:
+    """The answer, in one or two sentences."""
+    return section(
+        "overview", "Overview", *(_overview_of(label, dataset, len(datasets) > 1) for label, dataset in datasets.items())
+    )
+
+
+def curves(datasets: Datasets, charts: Charts) -> str:
+    """The response curves with their choices."""
+    html = ""
+    for label, dataset in datasets.items():
+        first = measure_in(dataset).quantity.name
+        choices = [
+            Choice("Output", _outputs(dataset)),
+            Choice("Scale", ("logarithmic", "linear")),
+            Choice("Show", list(dict.fromkeys((first, *QUANTITIES)))),
+            Choice("Amplitude", ("absolute", "per force")),
+        ]
+        html += charts.place("chart-curves", partial(_responses, dataset), choices, label, _loops_of_points(dataset))
+    known = any(has_linear_curves(dataset) for dataset in datasets.values())
+    linear = "Thin dotted: without contacts; thin dashed: with stuck contacts. " if known else ""
+    note = (
+        f'<p class="note">{linear}Dots mark the highest peaks of what is '
+        "shown; crosses at the bottom mark frequencies that did not converge. Click a point for its loops.</p>"
+    )
+    return section("curves", "Response curves", html, note)
+
+
+def _responses(dataset: xr.Dataset, output: str, scale: str, quantity: str, size: str) -> Chart:
+    return response_curves(dataset, output, scale == "logarithmic", size == "per force", quantity)
+
+
+def _outputs(*datasets: xr.Dataset) -> list[str]:
+    return list(dict.fromkeys(str(name) for dataset in datasets for name in dataset.output.values))
+
+
+def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
+    """Loops at points spread over the curves, the peaks among them, as many as `OPENED` allows over all force levels."""
+    rows = contact_rows(dataset)
+    if not rows:
+        return None
+    drawn = loops_at(dataset, largest_loops(dataset, rows, LOOPS_OF_A_POINT), SAMPLES_OF_A_LOOP)
+    found: list[Chart] = []
+    points_of = {}
+    for case in range(dataset.sizes["case"]):
+        kept, peak = converged_points(dataset, case), highest_peak(dataset, case)
+        some = kept[spread(kept.size, max(OPENED // dataset.sizes["case"], 1))] if kept.size else kept
+        some = np.unique(np.append(some, peak.point)) if peak is not None else some
+        places: list[int | None] = [None] * points(dataset, case).size
+        for point in some:
+            places[int(np.searchsorted(points(dataset, case), point))] = len(found)
+            found.append(drawn(case, int(point)))
+        points_of[level_text(dataset, case)] = places
+    return Opening(found, points_of, CYCLE_NOTE)
+
+
+def peaks(datasets: Datasets, charts: Charts) -> str:
+    """The highest peak over the force level, and all peaks in tables, one for each quantity that they are of."""
+    alike: dict[Measure, dict[str, xr.Dataset]] = {}
+    for label, dataset in datasets.items():
+        alike.setdefault(replace(measure_in(dataset), per_force=False), {})[label] = dataset
+    parts = [_peaks_of(measure, f"-{k + 1}" if k else "", some, datasets) for k, (measure, some) in enumerate(alike.items())]
+    trend = ""
+    if any(dataset.sizes["case"] > 1 for dataset in datasets.values()):
+        trend = charts.place("chart-trend", partial(compared_peaks, datasets), [Choice("Output", _outputs(*datasets.values()))])
+    levels = (_each_level(label, dataset, len(datasets) > 1) for label, dataset in datasets.items())
+    return section("peaks-section", "Peaks", trend, *levels, *parts)
+
+
+def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
+    """The peaks of one quantity, and where it is largest in time."""
+    unit = peak_unit(*datasets.values())
+    rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(every) > 1, unit)]
+    word = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
+    heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"{word} in {unit.name}", f"{word} per force"]
+    heads += [f"Largest in {unit.name}"] if measure.kind != "max_abs" else []
+    heads = [*_result_head(every), *heads, "Loss factor"]
+    of = "first harmonic" if measure == DISPLACEMENT_AMPLITUDE else measure.words
+    caption = f"Peaks: local maxima of the {of} along the curve, highest first."
+    mean = "the mean and " if measure.order == 0 else ""
+    largest = f"largest is max |{('x', 'ẋ', 'ẍ')[measure.order]}(t)| in time, with {mean}all harmonics."
+    first = f"{word} is {measure.symbol}{', the first harmonic alone' if measure.kind == 'amplitude' else ''}; {largest} "
+    first += "It may be smaller than the amplitude: a third harmonic can flatten the crests."
+    said = largest.capitalize() if measure.kind == "max_abs" else first
+    note = f'<p class="note">{said}</p>'
+    return table(f"peaks{place}", caption, heads, rows) + note + _largest(measure, place, datasets, every)
+
+
+def _largest(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
+    """Where the quantity over the whole period, with mean and all harmonics, is largest; peaks of this say so themselves."""
+    rows, unit = [], peak_unit(*datasets.values())
+    for label, dataset in datasets.items() if measure.kind != "max_abs" else ():
+        for case, output in np.argwhere(np.isfinite(dataset.highest_max_abs.values)):
+            size, frequency = (float(dataset[f"highest_max_abs{end}"].values[case, output]) for end in ("", "_frequency"))
+            size *= measure_in(dataset).per(float(dataset.force_level[case]))
+            cells = (cell(label) if len(every) > 1 else "") + cell(level_text(dataset, case), float(dataset.force_level[case]))
+            cells += cell(str(dataset.output.values[output])) + cell(number(size / unit.metres), size)
+            rows.append(f"<tr>{cells}{cell(hertz(frequency), frequency)}</tr>")
+    heads = [*_result_head(every), "Force level", "Output", f"Largest in {unit.name}", "at Hz"]
+    mean = "the mean and " if measure.order == 0 else ""
+    caption = f"Largest {measure.quantity.name} in time along the curve, with {mean}all harmonics, at a peak of its own."
+    return table(f"largest{place}", caption, heads, rows) if rows else ""
+
+
+def loops(datasets: Datasets, charts: Charts) -> str:
+    """Hysteresis loops at the peak."""
+    html = ""
+    for label, dataset in datasets.items():
+        every = contact_rows(dataset)
+        rows = {row.label: row for row in (every if len(every) <= MOST_LOOPS else largest_loops(dataset, every, MOST_LOOPS))}
+        if rows:
+            if len(rows) < len(every):
+                html += f'<p class="note">To choose from: the {len(rows)} of {len(every)} directions with the largest loops.</p>'
+            first = largest_loops(dataset, [*rows.values()], 1)[0].label
+            many = 2 * MOST_SHOWN * len(rows) * dataset.sizes["sample"] > NUMBERS_OF_LOOPS
+            step = max(1, dataset.sizes["sample"] // SAMPLES_OF_MANY) if many else 1
+            sizes = f"in {in_system('N', system_of(dataset))[1]} and {length_unit(dataset).name}", "each to its own size"
+            choices = Choice("Contact", list(dict.fromkeys([first, *rows]))), Choice("Loops", sizes)
+            draw = loops_of(dataset, MOST_SHOWN, step)
+            html += charts.place("chart-loops", partial(_loops, draw, rows, sizes[1]), choices, label)
+    note = (
+        '<p class="note">One period at the highest peak of the first output. '
+        "Double-click a level in the legend to see it alone.</p>"
+    )
+    return section("loops", "Hysteresis loops", html, note)
+
+
+def _loops(draw: Callable[[ContactRow, bool], Chart], rows: Mapping[str, ContactRow], own: str, contact: str, size: str) -> Chart:
+    return draw(rows[contact], size == own)
+
+
+def states(datasets: Datasets, charts: Charts) -> str:
+    """Contact states along the curves."""
+    note = '<p class="note">Colours mix by the shares of the period. Gaps mark points that did not converge.</p>'
+    html = "".join(
+        charts.drawn("chart-states", contact_states(dataset, MOST_SHOWN), "", label) for label, dataset in datasets.items()
+    )
+    return section("states", "Contact states", note, html)
+
+
+def energies(datasets: Datasets, charts: Charts) -> str:
+    """Where the energy goes, and the numbers that say whether to trust it."""
+    rows = [row for label, dataset in datasets.items() for row in _energy_rows(label, dataset, len(datasets) > 1)]
+    heads = ["Force level", "Dissipated at the peak", "Largest energy residual", "Largest slip work error", "Largest residual"]
+    heads = [*_result_head(datasets), *heads]
+    caption = (
+        "Energy dissipated in contacts per period of the excitation at the highest peak, and accuracy over all converged points: "
+        f"the energy balance of the solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below "
+        f"{SLIP_WORK_LIMIT:g}). What more harmonics and samples would change is estimated of this energy and of the height of "
+        "the highest peaks; loss factors, contact forces and stresses have no estimate of their error."
+    )
+    html = ""
+    for label, dataset in datasets.items():
+        html += charts.drawn("chart-energy", dissipation(dataset), "", label)
+    for label, dataset in datasets.items():
+        html += charts.drawn("chart-loss", loss_factor(dataset), "", label)
+    return section("energy", "Energy", html, table("energies", caption, heads, rows))
+
+
+def failures(datasets: Datasets, charts: Charts) -> str:
+    """What failed and why, grouped by cause."""
+    parts = []
+    for label, dataset in datasets.items():
+        count = sum(points(dataset, case).size for case in range(dataset.sizes["case"]))
+        head = f"<h3>{text(label)}</h3>" if len(datasets) > 1 else ""
+        causes = "".join(f"<li>{text(sentence)}</li>" for sentence in failures_of(dataset))
+        fine = f"<p>Every point converged: {counted(count, 'point')} on {counted(dataset.sizes['case'], 'curve')}.</p>"
+        warnings = "".join(f"<li>{text(sentence)}</li>" for sentence in warnings_of(dataset))
+        warned = f'<p>To be looked at:</p><ul class="warnings">{warnings}</ul>' if warnings else ""
+        parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine) + warned)
+    return section("failures", "What failed, and why", *parts)
+
+
+def study(datasets: Datasets, charts: Charts) -> str:
+    """The text of the study file."""
+    parts = []
+    for label, dataset in datasets.items():
+        content = str(dataset.attrs["study"])
+        if content.strip():
+            parts.append(f"<details><summary>{text(label)}</summary><pre>{text(content)}</pre></details>")
+        else:
+            parts.append(f"<p>{text(label)}: computed from Python, without a study file.</p>")
+    return section("study", "Study", *parts)
+
+
+def versions(datasets: Datasets, charts: Charts) -> str:
+    """What computed it, and how."""
+    names = sorted({str(name) for dataset in datasets.values() for name in dataset.attrs} - {"study", "title"})
+    rows = []
+    for name in names:
+        values = "".join(cell(str(dataset.attrs.get(name, ""))) for dataset in datasets.values())
+        rows.append(f'<tr><th scope="row">{text(name)}</th>{values}</tr>')
+    return section("versions", "Versions and settings", table("attributes", "Kept with the results", ["", *datasets], rows))
+
+
+def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
+    head = f"<h3>{text(label)}</h3>" if several else ""
+    cases = range(dataset.sizes["case"])
+    count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
+    whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
+    solved = f"{whole}; {float(dataset.attrs['cpu_seconds']):.3g} s of processor time."
+    chosen = str(dataset.attrs.get("harmonics_chosen", ""))
+    how = [*([f"Chosen by “auto”: {chosen}."] if chosen else []), *finer_sentences(dataset)]
+    note = f"<details><summary>{text(solved)}</summary>{text(' '.join(how))}</details>" if how else text(solved)
+    said = [
+        fatigue_headline(dataset),
+        *([bounds_headline(detached(dataset))] if has_bounds(dataset) else []),
+        further_curves_sentence(dataset),
+    ]
+    answers = "".join(f'<p class="headline">{text(answer)}</p>' for answer in said if answer)
+    return f'{head}{answers}{peaks_at_a_glance(label, dataset)}<div class="note">{note}</div>'
+
+
+def _each_level(label: str, dataset: xr.Dataset, several: bool) -> str:
+    """The highest peak of each force level in words."""
+    shown = representatives(dataset, MOST_SHOWN).cases if dataset.sizes["case"] > 1 else []
+    items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown)
+    sentences = f"<p>{text(headline(dataset))}</p>{_representative_note({label: dataset})}<ul>{items}</ul>" if items else ""
+    return f"<details><summary>{text(label)}: each force level</summary>{sentences}</details>" if several and items else sentences
+
+
+def _representative_note(datasets: Datasets) -> str:
+    """A note on the cases that stand for all."""
+    words = dict.fromkeys(words for dataset in datasets.values() if (words := representatives(dataset, MOST_SHOWN).words))
+    return "".join(f'<p class="note">{text(f"Shown: {sentence}.")}</p>' for sentence in words)
+
+
+def _result_head(datasets: Datasets) -> list[str]:
+    return ["Result"] if len(datasets) > 1 else []
+
+
+def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: Length) -> Iterator[str]:
+    for case in range(dataset.sizes["case"]):
+        for output, name in enumerate(dataset.output.values):
+            for rank, values in _ranked(dataset, case, output):
+                force = float(dataset.force_level[case])
+                result = cell(label) if several else ""
+                largest = (
+                    "largest of the listed frequencies" if is_listed(dataset) else "no peak inside the band; the largest point"
+                )
+                words = f"{rank}" if rank else largest
+                yield (
+                    f'<tr data-case="{case}" data-rank="{rank}">{result}{cell(level_text(dataset, case), force)}{cell(str(name))}'
+                    f"<td>{text(words)}</td>{_peak_cells(values, force, unit, per_force_unit(dataset), measure_in(dataset))}</tr>"
+                )
+
+
+def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, Array]]:
+    """Rank and (frequency, size, largest, loss factor) of each peak, not per force; rank 0 for a curve without local maximum."""
+    names = ("peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
+    table_of_peaks = np.array([dataset[name].values[case, :, output] for name in names]).T
+    table_of_peaks[:, 1:3] *= measure_in(dataset).per(float(dataset.force_level[case]))
+    solved = table_of_peaks[np.isfinite(table_of_peaks[:, 1])] if table_of_peaks.size else table_of_peaks
+    yield from enumerate(solved, start=1)
+    highest = highest_peak(dataset, case, output)
+    if not len(solved) and highest is not None:
+        yield 0, np.array([highest.frequency, highest.amplitude, highest.max_abs, highest.loss_factor])
+
+
+def _peak_cells(values: Array, force: float, unit: Length, per_level: tuple[float, str], measure: Measure) -> str:
+    frequency, amplitude, largest, loss = (float(value) for value in values)
+    normalised = amplitude / abs(force) if force else float("nan")
+    per_force = f"{number(normalised / unit.metres * per_level[0])} {unit.name}{per_level[1]}"
+    return (
+        cell(hertz(frequency), frequency)
+        + cell(number(amplitude / unit.metres), amplitude)
+        + cell(per_force, normalised)
+        + (cell(number(largest / unit.metres), largest) if measure.kind != "max_abs" else "")
+        + cell(number(loss), loss)
+    )
+
+
+def _energy_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:
+    for case in range(dataset.sizes["case"]):
+        peak, kept = highest_peak(dataset, case), converged_points(dataset, case)
+        result = (cell(label) if several else "") + cell(level_text(dataset, case), float(dataset.force_level[case]))
+        if peak is None:
+            yield f'<tr>{result}<td colspan="4">no point converged</td></tr>'
+            continue
+        total = float(np.sum(dataset.dissipated.values[case, peak.point]))
+        cells = cell(energy_text(total, dataset), total)
+        for name, limit in LIMITS.items():
+            values = np.abs(dataset[name].values[case, kept])
+            worst = float(np.nanmax(values)) if np.any(np.isfinite(values)) else float("nan")
+            cells += cell(f"{worst:.1e}" if np.isfinite(worst) else "–", worst, f"above {limit:g}" if worst > limit else "")
+        yield f"<tr>{result}{cells}</tr>"

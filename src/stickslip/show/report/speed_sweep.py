@@ -1,0 +1,140 @@
+"""Presentation of speed sweeps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import islice
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.results.view import length_text, level_text, linear_peak
+from stickslip.show.plots.files import Figures
+from stickslip.show.plots.speed_sweep import over_speed, peaks_over_speed
+from stickslip.show.report.answer import error_words, errors_of
+from stickslip.show.report.numbers import hertz, percent
+from stickslip.show.report.presentation import Presentation, presents
+from stickslip.support.checks import counted
+from stickslip.support.outcome import Outcome
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+MOST = 12
+"""Curves with a sentence each."""
+NO_ESTIMATE = "The error is not estimated for loss factors, lower peaks and other points of the curves."
+LINEAR = {"stuck": "with stuck contacts", "free": "without contacts"}
+"""The linear responses that peaks are compared with."""
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """The highest peak of the first output, of all curves and for each engine order and force level, with the estimate of its
+    error and beside the linear resonances; what the curves warn of."""
+    places = list(np.ndindex(dataset["outcome"].shape[:2]))
+    lines = [_highest(dataset, e, case) for e, case in places[:MOST]]
+    peaks = dataset["peak_amplitude"].values[..., 0] if dataset.sizes["peak"] else np.array([np.nan])
+    if len(places) > 1 and np.isfinite(peaks).any():
+        e, case, _ = np.unravel_index(np.nanargmax(peaks), peaks.shape)
+        lines = [f"highest peak: {_highest(dataset, int(e), int(case))}", *lines]
+    lines += [f"{MOST} of {len(places)} curves; the report shows all"] if len(places) > MOST else []
+    lines += [NO_ESTIMATE] if np.isfinite(peaks).any() else []
+    return [*lines, *islice(filter(None, (_warning(dataset, e, case) for e, case in places)), MOST)]
+
+
+def _warning(dataset: xr.Dataset, e: int, case: int) -> str:
+    """What the message of a curve that arrived warns of."""
+    _, _, more = str(dataset["case_message"].values[e, case]).partition(". ")
+    arrived = int(dataset["case_outcome"].values[e, case]) == Outcome.CONVERGED
+    return f"  warning, {_name(dataset, e, case)}: {more.strip()}" if more.strip() and arrived else ""
+
+
+def _name(dataset: xr.Dataset, e: int, case: int) -> str:
+    return f"engine order {int(dataset['engine_order'].values[e])}, {level_text(dataset, case)}"
+
+
+def _highest(dataset: xr.Dataset, e: int, case: int) -> str:
+    name, output = _name(dataset, e, case), str(dataset["output"].values[0])
+    solved = dataset["outcome"].values[e, case] == Outcome.CONVERGED
+    if not solved.any():
+        return f"{name}: no point was found"
+    if dataset.sizes["peak"] and np.isfinite(dataset["peak_speed"].values[e, case, 0, 0]):
+        speed, frequency, size = (
+            float(dataset[f"peak_{key}"].values[e, case, 0, 0]) for key in ("speed", "frequency", "amplitude")
+        )
+        one = dataset.isel(engine_order=e)
+        error = error_words(one, case, 0)
+        words = [f"{output} {length_text(size, dataset)} at {speed:.5g} rev/min ({hertz(frequency)} Hz)"]
+        words.append(f"estimated error {error}" if errors_of(one, case, 0) else f"error {error}")
+        for which, linear in _linear(one, case, frequency, 0, size).items():
+            change = size / linear - 1.0
+            words.append(f"{percent(abs(change))} {'lower' if change <= 0.0 else 'higher'} than {LINEAR[which]}")
+        return f"{name}: {'; '.join(words)}"
+    sizes = np.where(solved, dataset["amplitude"].values[e, case, :, 0], -np.inf)
+    k = int(np.argmax(sizes))
+    speed = float(dataset["speed"].values[e, case, k])
+    return f"{name}: no resonance in the range; {output} at most {length_text(float(sizes[k]), dataset)}, at {speed:.5g} rev/min"
+
+
+def _linear(one: xr.Dataset, case: int, frequency: float, output: int, size: float) -> dict[str, float]:
+    """The heights of the linear resonances of the mode of a peak of an engine order, with stuck contacts and without contacts;
+    empty where both curves are the same, as without contacts, and where they are not known."""
+    if np.array_equal(one["stuck_amplitude"].values, one["free_amplitude"].values, equal_nan=True):
+        return {}
+    found = {which: linear_peak(one, which, case, frequency, output, size) for which in LINEAR}
+    return {which: peak[1] for which, peak in found.items() if peak is not None}
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each curve that did not arrive."""
+    outcomes = dataset["case_outcome"].values
+    return [
+        f"{_name(dataset, e, case)}: {dataset['case_message'].values[e, case]}"
+        for e, case in np.argwhere(outcomes != Outcome.CONVERGED)
+    ]
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """All peaks, with the estimate of error at the highest of each curve and beside the linear resonances, and every point of
+    every curve."""
+    import pandas as pd
+
+    outputs = [str(name) for name in dataset["output"].values]
+    peaks, points = [], []
+    for e, case in np.ndindex(dataset["outcome"].shape[:2]):
+        first = {
+            "engine order": int(dataset["engine_order"].values[e]),
+            "force level": float(dataset["force_level"].values[case]),
+        }
+        for k, o in np.argwhere(np.isfinite(dataset["peak_speed"].values[e, case])):
+            place = e, case, k, o
+            row: dict[str, object] = {**first, "output": outputs[o], "speed [rev/min]": dataset["peak_speed"].values[place]}
+            row |= {
+                "frequency [Hz]": dataset["peak_frequency"].values[place],
+                "amplitude [m]": dataset["peak_amplitude"].values[place],
+            }
+            row["loss factor"] = dataset["peak_loss_factor"].values[place]
+            one, size = dataset.isel(engine_order=e), float(dataset["peak_amplitude"].values[place])
+            linear = _linear(one, case, float(dataset["peak_frequency"].values[place]), int(o), size)
+            row |= {f"{words} [m]": linear.get(which, np.nan) for which, words in LINEAR.items()}
+            errors = errors_of(one, case, int(o)).values() if k == 0 else ()
+            peaks.append(row | {"estimated error": max(errors, default=np.nan)})
+        for k in np.flatnonzero(dataset["outcome"].values[e, case] == Outcome.CONVERGED):
+            row = {
+                **first,
+                "speed [rev/min]": dataset["speed"].values[e, case, k],
+                "frequency [Hz]": dataset["frequency"].values[e, case, k],
+            }
+            row |= {f"{name} [m]": dataset["amplitude"].values[e, case, k, o] for o, name in enumerate(outputs)}
+            points.append(row)
+    count = counted(dataset.sizes["engine_order"], "engine order")
+    return {"peaks": pd.DataFrame(peaks), f"amplitude over the speed, {count}": pd.DataFrame(points)}
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """Curves over the speed, and their peaks."""
+    found: Figures = {"speed_sweep": over_speed}
+    return {**found, "speed_sweep_peaks": peaks_over_speed} if dataset.sizes["peak"] else found
+
+
+PRESENTATION = presents("speed_sweep", Presentation("Speed sweep", sentences, failures, figures, tables))

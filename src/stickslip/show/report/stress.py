@@ -1,0 +1,174 @@
+"""Report section on stress: the largest at every place, with its vibratory and mean parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stickslip.analyses.fatigue import has_fatigue, margins
+from stickslip.analyses.stress import has_gauges, has_stress
+from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.view import level_text
+from stickslip.show.plots.stress import MPa, stress_curves
+from stickslip.show.report.charts import Charts
+from stickslip.show.report.fatigue import fatigue_part
+from stickslip.show.report.markup import cell, section, table
+from stickslip.show.report.numbers import hertz, number
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+NOTE = (
+    '<p class="note">The largest of the computed points of each curve: the stress of von Mises at the worst instant of the '
+    "period, with the mean; the component is the one that vibrates most there, in the axes of the body. At clamps, sharp corners "
+    "and contacts stress is singular and grows with the mesh.</p>"
+)
+
+
+GAUGES = (
+    '<p class="note">Strain gauges: the largest strain amplitude of each curve, half the peak-to-peak value over the period. '
+    "With a fatigue limit, the limit of a gauge is its strain amplitude at the point of the smallest margin, multiplied by this "
+    "margin: the motion is assumed to grow without changing its shape.</p>"
+)
+MICRO = 1e-6
+
+
+class Largest(NamedTuple):
+    """The largest stress of one curve at one place: Hz, Pa; the component that vibrates most, its amplitude and mean."""
+
+    case: int
+    place: str
+    frequency: float
+    von_mises: float
+    component: str
+    amplitude: float
+    mean: float
+
+
+def largest_stresses(dataset: xr.Dataset) -> Iterator[Largest]:
+    """Of every force level and place where a point was solved."""
+    for case, curve in enumerate(dataset["stress_von_mises"].values):
+        for k, place in enumerate(dataset["place"].values):
+            if np.any(np.isfinite(curve[:, k])):
+                point = int(np.nanargmax(curve[:, k]))
+                amplitudes, means = (dataset[name].values[case, point, k] for name in ("stress_amplitude", "stress_mean"))
+                most = int(np.argmax(amplitudes))
+                frequency = float(dataset["frequency"].values[case, point])
+                component = str(dataset["component"].values[most])
+                yield Largest(case, str(place), frequency, curve[point, k], component, amplitudes[most], means[most])
+
+
+def stress_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """`largest_stresses` as a table."""
+    import pandas as pd
+
+    rows = [(float(dataset["force_level"].values[found.case]), *found[1:]) for found in largest_stresses(dataset)]
+    heads = ["frequency [Hz]", "von Mises [Pa]", "component", "amplitude [Pa]", "mean [Pa]"]
+    return pd.DataFrame(rows, columns=["force_level", "place", *heads])
+
+
+class Strain(NamedTuple):
+    """The largest strain of one curve at one gauge, and that at which the smallest fatigue margin of the curve is 1 if the motion
+    grows in its shape, NaN without one; amplitudes [1]; Hz."""
+
+    case: int
+    gauge: str
+    frequency: float
+    amplitude: float
+    limit: float
+
+
+def largest_strains(dataset: xr.Dataset) -> Iterator[Strain]:
+    """Of every force level and gauge where a point was solved."""
+    found = list(margins(dataset)) if has_fatigue(dataset) else []
+    for case, curve in enumerate(dataset["strain_amplitude"].values):
+        worst = min((margin for margin in found if margin.case == case), key=lambda margin: margin.size, default=None)
+        for k, gauge in enumerate(dataset["gauge"].values):
+            if np.any(np.isfinite(curve[:, k])):
+                point = int(np.nanargmax(curve[:, k]))
+                limit = np.nan if worst is None else worst.size * curve[worst.point, k]
+                yield Strain(case, str(gauge), float(dataset["frequency"].values[case, point]), curve[point, k], limit)
+
+
+def strain_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """`largest_strains` as a table."""
+    import pandas as pd
+
+    rows = [(float(dataset["force_level"].values[found.case]), *found[1:]) for found in largest_strains(dataset)]
+    return pd.DataFrame(rows, columns=["force_level", "gauge", "frequency [Hz]", "strain amplitude [1]", "limit [1]"])
+
+
+def strain_sentences(dataset: xr.Dataset) -> list[str]:
+    """The largest strain of each gauge and force level."""
+    lines, levels = ["largest strain amplitude at gauges"], dataset["force_level"].values
+    for found in largest_strains(dataset):
+        limit = "" if np.isnan(found.limit) else f"; limit {found.limit / MICRO:.4g} µm/m"
+        size = f"{found.amplitude / MICRO:.4g} µm/m at {found.frequency:.6g} Hz"
+        lines.append(f"  force {levels[found.case]:<8g} {size}, {found.gauge}{limit}")
+    return lines
+
+
+def stress_sentences(dataset: xr.Dataset) -> list[str]:
+    """The largest stress of each force level."""
+    lines, (unit, name) = ["largest von Mises stress"], _unit(dataset)
+    for case, level in enumerate(dataset["force_level"].values):
+        found = [stress for stress in largest_stresses(dataset) if stress.case == case]
+        worst = max(found, key=lambda stress: stress.von_mises, default=None)
+        words = "no point was found"
+        if worst:
+            words = f"{worst.von_mises / unit:.4g} {name} at {worst.frequency:.6g} Hz, {worst.place}"
+        lines.append(f"  force {level:<8g} {words}")
+    return lines
+
+
+def _unit(dataset: xr.Dataset) -> tuple[float, str]:
+    """The size in Pa of the unit to show stress in, and its name: MPa unless the study states others."""
+    factor, name = in_system("MPa", system_of(dataset))
+    return MPa / factor, name
+
+
+def stress(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
+    """Figure and table of every result that holds stress."""
+    found = {label: dataset for label, dataset in datasets.items() if has_stress(dataset)}
+    return section("stress", "Stress", NOTE, *(_part(charts, k, *item) for k, item in enumerate(found.items())))
+
+
+def _part(charts: Charts, k: int, label: str, dataset: xr.Dataset) -> str:
+    name = _unit(dataset)[1]
+    heads = ["force level", "place", "frequency in Hz", f"von Mises in {name}", "component"]
+    heads += [f"vibrating in {name}", f"mean in {name}"]
+    figure = charts.drawn(f"chart-stress-{k}", stress_curves(dataset), "Von Mises stress along the curves")
+    largest = table(f"stress-{k}", f"{label}: largest stress at each place", heads, _rows(dataset))
+    return fatigue_part(charts, str(k), label, dataset) + _gauges(k, label, dataset) + figure + largest
+
+
+def _gauges(k: int, label: str, dataset: xr.Dataset) -> str:
+    """The table of strain gauges; empty without any."""
+    if not has_gauges(dataset):
+        return ""
+    heads = ["force level", "gauge", "frequency in Hz", "strain amplitude in µm/m"]
+    heads += ["limit in µm/m"] if has_fatigue(dataset) else []
+    rows = []
+    for found in largest_strains(dataset):
+        cells = [cell(level_text(dataset, found.case), float(dataset["force_level"].values[found.case])), cell(found.gauge)]
+        cells += [cell(hertz(found.frequency), found.frequency), cell(number(found.amplitude / MICRO), found.amplitude)]
+        if has_fatigue(dataset):
+            cells.append(cell(number(found.limit / MICRO) if np.isfinite(found.limit) else "–", found.limit))
+        rows.append(f"<tr>{''.join(cells)}</tr>")
+    return GAUGES + table(f"gauges-{k}", f"{label}: largest strain at each gauge", heads, rows)
+
+
+def _rows(dataset: xr.Dataset) -> Iterator[str]:
+    unit, _ = _unit(dataset)
+    for found in largest_stresses(dataset):
+        cells = [cell(level_text(dataset, found.case), float(dataset["force_level"].values[found.case])), cell(found.place)]
+        cells += [cell(hertz(found.frequency), found.frequency), cell(number(found.von_mises / unit), found.von_mises)]
+        cells += [
+            cell(found.component),
+            cell(number(found.amplitude / unit), found.amplitude),
+            cell(number(found.mean / unit), found.mean),
+        ]
+        yield f"<tr>{''.join(cells)}</tr>"

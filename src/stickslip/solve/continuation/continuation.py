@@ -1,0 +1,207 @@
+"""Pseudo-arclength continuation of harmonic balance through folds and kinks, in ω or in the force level.
+
+A curve is an iterator of solved points, whose steps `steps.py` takes; here stands how it begins and how it may end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from stickslip.solve.balance.balance import HarmonicBalance, Parameter
+from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, solve_at
+from stickslip.solve.continuation.held_amplitude import first_held
+from stickslip.solve.continuation.more_harmonics import resolved
+from stickslip.solve.continuation.newton import Correction, correct, fixed
+from stickslip.solve.continuation.steps import StepControl, Steps
+
+CLOSED = "The curve closed on itself."
+TURNED_BACK = "The curve turned back and left the band through its start."
+
+DRIFTS = "A body drifts: all contacts that hold it slip, and nothing else does."
+
+DRIFT_STEPS = 10
+"""Steps in a row in which means alone move, after which a body drifts."""
+
+STANDS_STILL = "The curve stands still: positions change and nothing else does. A body that friction alone holds may drift."
+
+STANDING_STEPS = 300
+"""Steps in a row within `STILL` of the parameter, after which a curve stands still."""
+
+STILL = 1e-6
+"""Share of a step up to which everything but the means stands still."""
+
+FOLDS = "The curve folds again and again without advancing, as it does if contacts open and close many times in a period."
+
+FOLDING_STEPS = 2000
+"""Steps in a row without `ADVANCE`, after which a curve folds for ever. Of 110 random problems with barely pressed contacts, the
+class of `robustness/problems.py` that folds most, none that arrived took more than 1215, and all others but one below 520."""
+
+ADVANCE = 1e-3
+"""Share of the way to the end by which a curve must pass the furthest place so far to count as getting further."""
+
+INFINITE = "The response grows without bound."
+
+GROWN = 100.0
+"""Growth of the vibration within `STILL` of the frequency, after which nothing bounds the response of an undamped structure."""
+
+FEW = 20
+"""Harmonics up to which a ramp is cheap; more are reached from fewer."""
+
+MET = 1e-7
+"""Arc length within which a curve is back at a point; below the smallest step."""
+
+
+def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correction:
+    """A solved point at a frequency and level: Newton from the stuck state by descent, else with few harmonics first, else a
+    ramp of the force level from a thousandth of it, else Newton with the patience to cross kinks, which costs more than the ramp
+    and fails more often.
+
+    Where the balance holds an amplitude, the level is the one that holds it.
+    """
+    if balance.control is not None:
+        return first_held(balance, omega)
+    descent = _descended(balance, omega, level, iterations=20)
+    if descent.converged or descent.singular:
+        return descent
+    if balance.highest > FEW:
+        carried = _from_fewer(balance, omega, level)
+        if carried is not None and carried.converged:
+            return carried
+    ramped = _ramped(balance, omega, level)
+    if ramped is not None and ramped.converged:
+        return ramped
+    patient = _patient(balance, omega, level)
+    return patient if patient.converged else descent
+
+
+def _from_fewer(balance: HarmonicBalance, omega: float, level: float) -> Correction | None:
+    """The first point with a third of the harmonics, carried to all of them; None where there is none, and where the load acts on
+    more than these."""
+    fewer = balance.highest // 3
+    if any(harmonic > fewer for force in balance.problem.forces for harmonic in force.factors):
+        return None
+    first = first_point(balance.with_harmonics(fewer), omega, level)
+    return resolved(balance, first.evaluation) if first.converged else None
+
+
+def solve_cold(balance: HarmonicBalance, omega: float, level: float) -> Correction:
+    """Newton from the stuck state at a given frequency and level: by descent, else with the patience to cross kinks."""
+    descent = _descended(balance, omega, level, iterations=40)
+    if descent.converged or descent.singular:
+        return descent
+    patient = _patient(balance, omega, level)
+    return patient if patient.converged else descent
+
+
+def _descended(balance: HarmonicBalance, omega: float, level: float, iterations: int) -> Correction:
+    return correct(balance, balance.stuck_point(omega, level), fixed("omega", omega), iterations, halvings=12)
+
+
+def _patient(balance: HarmonicBalance, omega: float, level: float) -> Correction:
+    return correct(balance, balance.stuck_point(omega, level), fixed("omega", omega), iterations=40, patience=30)
+
+
+def _ramped(balance: HarmonicBalance, omega: float, level: float) -> Correction | None:
+    """The end of a curve in the force level from a thousandth of it; None if the curve does not begin or breaks off."""
+    low = solve_cold(balance, omega, 1e-3 * level)
+    if not low.converged:
+        return None
+    try:
+        *_, last = trace(balance, low, "level", level, StepControl(points=400))
+    except LostCurveError:
+        return None
+    return correct(balance, last.point, fixed("omega", omega), iterations=40, halvings=12)
+
+
+def trace(
+    balance: HarmonicBalance, first: Correction, parameter: Parameter, end: float, control: StepControl | None = None
+) -> Iterator[CurvePoint]:
+    """The curve from a solved point until its parameter reaches `end`, that point included; raises `LostCurveError` on the way,
+    also where the curve turns back and leaves through its start.
+    """
+    return _Tracer(balance, parameter, first, end, control or StepControl()).points(first)
+
+
+class _Tracer:
+    """One continuation to an end of its parameter, and the ways in which it may be lost before."""
+
+    def __init__(
+        self, balance: HarmonicBalance, parameter: Parameter, first: Correction, end: float, control: StepControl
+    ) -> None:
+        self.parameter = parameter
+        self.start = first.evaluation.point.value(parameter)
+        self.end = end
+        self.direction = 1.0 if end > self.start else -1.0
+        self.steps = Steps(balance, parameter, abs(end - self.start) / 10.0, control)
+        self.undamped = parameter == "omega" and not balance.problem.C.any()
+
+    def points(self, first: Correction) -> Iterator[CurvePoint]:
+        current = self.steps.starting_point(first, self.direction)
+        yield current
+        before: CurvePoint | None = None
+        mark, renewal, drifting = current, 64, 0
+        place, standing, size = current.point.value(self.parameter), 0, self._vibration(current)
+        furthest, folding = place, 0
+        for count in range(self.steps.control.points):
+            if self._remaining(current) <= 0.0:
+                return
+            following = self.steps.advance(current, before)
+            value = following.point.value(self.parameter)
+            if self.direction * (value - self.end) >= 0.0:
+                yield self._last_point(current, following)
+                return
+            if self.direction * (value - self.start) < 0.0:
+                raise LostCurveError(TURNED_BACK)
+            before = current
+            drifting = drifting + 1 if self._means_alone_move(current, following) else 0
+            current = following
+            yield current
+            if drifting == DRIFT_STEPS:
+                raise LostCurveError(DRIFTS)
+            if abs(value - place) >= STILL * self.steps.scale:
+                place, standing, size = value, 0, self._vibration(current)
+            standing += 1
+            if self._vibration(current) > GROWN * size:
+                raise LostCurveError(INFINITE)
+            if standing > STANDING_STEPS:
+                raise LostCurveError(STANDS_STILL)
+            folding += 1
+            if self.direction * (value - furthest) > ADVANCE * abs(self.end - self.start):
+                furthest, folding = value, 0
+            if folding > FOLDING_STEPS:
+                raise LostCurveError(FOLDS)
+            if self._meets(mark, current):
+                raise LostCurveError(CLOSED)
+            if count == renewal:
+                mark, renewal = current, 2 * renewal
+        raise LostCurveError(f"The curve was not finished within {self.steps.control.points} points.")
+
+    def _remaining(self, current: CurvePoint) -> float:
+        return self.direction * (self.end - current.point.value(self.parameter))
+
+    def _means_alone_move(self, current: CurvePoint, following: CurvePoint) -> bool:
+        """Whether a step changes harmonic 0 and nothing else: a family of solutions along which a body lies elsewhere."""
+        change = following.point.value(self.parameter) - current.point.value(self.parameter)
+        if abs(change) > STILL * self.steps.scale:
+            return False
+        motion = following.evaluation.w - current.evaluation.w
+        whole = current.metric.length(motion, change)
+        motion[:, 0] = 0.0
+        return current.metric.length(motion, change) < STILL * whole
+
+    def _meets(self, mark: CurvePoint, current: CurvePoint) -> bool:
+        """Whether the curve is back where it was, in the same direction: then it goes round for ever (Brent's test)."""
+        change = current.point.value(self.parameter) - mark.point.value(self.parameter)
+        if abs(change) > MET * self.steps.scale or mark.chord(current, self.parameter) > MET:
+            return False
+        return mark.turn(current) > 0.9
+
+    def _last_point(self, current: CurvePoint, following: CurvePoint) -> CurvePoint:
+        """The point at the end of the band, exactly, between the last two."""
+        return solve_at(self.steps.balance, current, following, self.parameter, self.end)
+
+    def _vibration(self, point: CurvePoint) -> float:
+        """The largest harmonic of a point, the mean left out; 0 where damping bounds it."""
+        return float(np.abs(point.evaluation.w[:, 1:]).max(initial=0.0)) if self.undamped else 0.0

@@ -1,0 +1,307 @@
+"""Steps along a curve: predictor, corrector and step size, over folds and kinks and past crossing branches.
+
+Arc length is measured in the motion of contacts and outputs, each relative to its own size, and in the parameter relative to
+the band. Predictor of second order; step from the error of the prediction. Stick and slip make the curve piecewise smooth. The
+sign of the bordered determinant is constant along it, which orients the tangent beyond a kink where the curve turns sharply.
+Only where another branch crosses does it change: a symmetric disk may lose its symmetry there, and its own curve goes straight
+on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.solve.balance.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
+from stickslip.solve.balance.system import Direction
+from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, Metric, Tangent, moving_sizes, relative_metric
+from stickslip.solve.continuation.hidden_resonance import hidden_resonance
+from stickslip.solve.continuation.newton import Correction, compile_newton, correct
+from stickslip.solve.continuation.step import LEAST, Place, Solver, Stepped, step
+
+BEYOND = (1e-3, 1e-2, 1e-4)
+SHORT = (1e-4, 1e-3, 1e-5, 1e-2)
+"""Steps along the tangent from beyond a kink, in the order in which they are tried; `SHORT` where each must be reversible."""
+
+SAME = 0.999
+"""Cosine of the angle between tangents above which no kink lies between their places."""
+
+RETURN = 0.03
+"""Share of a step by which the step back may miss the point that it came from."""
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """Steps in arc length: first, smallest, largest; one may exceed the last `growth` times, below `short` `recovery` times.
+
+    iterations: of Newton's method before a step is shortened; error: the prediction error aimed at; cosine: the sharpest turn
+    accepted in one step; straight: prediction error relative to the step up to which a curve goes straight on over a branch
+    point, where the cosine is below `reversed`; reversible: believe a step only if the step back leads to where it came from,
+    which costs a second solution but keeps to one branch in a cascade of folds; branching: branch points are met where the
+    parameter turns too, as the branches of a symmetric structure meet each other; points: the most of them.
+    """
+
+    first: float = 0.1
+    smallest: float = 1e-6
+    largest: float = 0.6
+    growth: float = 2.0
+    short: float = 0.1
+    recovery: float = 5.0
+    iterations: int = 7
+    error: float = 0.03
+    cosine: float = 0.1
+    straight: float = 0.05
+    reversed: float = -0.95
+    reversible: bool = False
+    branching: bool = False
+    points: int = 8000
+
+
+class Steps:
+    """State of one continuation: what changes along the curve, kept in one place. scale: of the parameter in arc length."""
+
+    def __init__(self, balance: HarmonicBalance, parameter: Parameter, scale: float, control: StepControl) -> None:
+        compile_newton(balance.system)
+        self.balance, self.parameter, self.scale, self.control = balance, parameter, scale, control
+        self.largest = [0.0, 0.0]
+        self.orientation = 0.0
+        self.step = control.first
+
+    def metric(self, evaluation: Evaluation) -> Metric:
+        """Scales of the motion at a point: its own size, but no less than `LEAST` of the largest so far."""
+        sizes = moving_sizes(evaluation.w, self.balance.rows)
+        self.largest = [max(pair) for pair in zip(self.largest, sizes, strict=True)]
+        scales = [max(size, LEAST * largest) for size, largest in zip(sizes, self.largest, strict=True)]
+        return relative_metric(evaluation.w, self.balance.rows, scales, self.scale)
+
+    def starting_point(self, first: Correction, direction: float) -> CurvePoint:
+        """A solved point with the direction of the curve, in which the parameter grows (1) or falls (−1)."""
+        evaluation = first.evaluation
+        along = PathCondition(self.parameter, None, direction, 0.0)
+        return self._begun(evaluation, along, self.metric(evaluation), first.iterations)
+
+    def begun_along(self, evaluation: Evaluation, wanted: Tangent) -> CurvePoint:
+        """A solved point with the direction of the curve that goes with a wanted one."""
+        metric = self.metric(evaluation)
+        return self._begun(evaluation, self._condition(evaluation, wanted, metric, 0.0), metric, 0)
+
+    def _begun(self, evaluation: Evaluation, along: PathCondition, metric: Metric, iterations: int) -> CurvePoint:
+        """The first point; its direction is that in which a condition grows."""
+        factors = self.balance.factorise(evaluation, along)
+        tangent = self._tangent(self.balance.tangent(evaluation, self.parameter, factors), factors, metric)
+        factors = self.balance.factorise(evaluation, self._condition(evaluation, tangent, metric, 0.0))
+        self.orientation = factors.orientation
+        return CurvePoint(evaluation, tangent, metric, iterations, factors.size, 0.0)
+
+    def _tangent(self, direction: Direction, factors: Factors, metric: Metric) -> Tangent:
+        """The unit tangent, turned so that the sign of the bordered determinant stays."""
+        forces, motion, amount, level = direction
+        length = metric.length(motion, amount)
+        if self.orientation * factors.orientation < 0.0:
+            length = -length
+        return Tangent(forces / length, motion / length, amount / length, level / length)
+
+    def _condition(self, evaluation: Evaluation, tangent: Tangent, metric: Metric, distance: float) -> PathCondition:
+        """The plane at `distance` along a tangent, normal to it in the metric."""
+        weight, slope = metric.weight * tangent.motion, metric.parameter * tangent.parameter
+        reached = float(np.vdot(weight, evaluation.w)) + slope * evaluation.point.value(self.parameter)
+        return PathCondition(self.parameter, weight, slope, reached + distance)
+
+    def _along(self, current: CurvePoint, tangent: Tangent, distance: float) -> Point:
+        """The place at a distance along a tangent."""
+        changes = distance * tangent.forces, self.parameter, distance * tangent.parameter, distance * tangent.level
+        return current.point.moved(*changes)
+
+    def _stepped(
+        self,
+        current: CurvePoint,
+        tangent: Tangent,
+        distance: float,
+        before: CurvePoint | None = None,
+        iterations: int = 7,
+        halvings: int = 4,
+    ) -> Stepped:
+        """A step along a tangent; before: the point that the curve comes from, for a prediction of second order."""
+        point, state, length = current.point, current.evaluation.state, current.length
+        if before is None:
+            before, length = current, 0.0
+        metric, behind, unknown = current.metric, before.tangent, before.evaluation.unknown
+        place = Place(point.forces, state.w, state.unknown, point.omega, point.level, metric, behind, unknown, length)
+        by_level = self.parameter == "level"
+        solver = Solver(iterations, halvings, self.scale, by_level, self.orientation, *self.largest)
+        found = step(self.balance.placed_system, self.balance.rows, place, tangent, distance, solver)
+        self.largest = [found.contacts, found.outputs]
+        return found
+
+    def _solved(self, stepped: Stepped, distance: float) -> CurvePoint:
+        """The point that a step led to."""
+        found = stepped.found
+        evaluation = Evaluation(
+            Point(found.state.forces, found.omega, found.level), self.balance.table, found.state
+        ).without_derivatives()
+        size = int(found.bordered.offsets[-1])
+        return CurvePoint(evaluation, stepped.tangent, stepped.metric, found.iterations, size, distance)
+
+    def advance(self, current: CurvePoint, before: CurvePoint | None) -> CurvePoint:
+        """The next point, with smaller steps until one is right; at a kink, along the tangent from beyond it."""
+        distance, orientation = self.step, self.orientation
+        passing: CurvePoint | None = None
+        while distance > self.control.smallest:
+            found = self._try(current, distance, before)
+            if isinstance(found, CurvePoint):
+                hidden = self._hidden(current, found)
+                if hidden is None:
+                    return found
+                # No kink: the step is only too long. It is shortened as far as it takes, down to the smallest.
+                self.orientation, passing = orientation, found
+                distance *= 0.6 * hidden if hidden > 0.3 else 0.4
+                continue
+            distance *= found
+            if distance < 1e-3:
+                before = None
+            if distance < 1e-3 and distance / found >= 1e-3:
+                beyond = self._beyond_kink(current)
+                if beyond is not None:
+                    return beyond
+        beyond = self._beyond_kink(current) or passing
+        if beyond is None:
+            raise LostCurveError("Newton's method failed at the smallest step.")
+        return beyond
+
+    def _hidden(self, current: CurvePoint, following: CurvePoint) -> float | None:
+        """The fraction of a step where it passes over a resonance, if it does."""
+        if self.parameter != "omega":
+            return None
+        return hidden_resonance(self.balance, current, following, self._loose(current, following))
+
+    def _loose(self, current: CurvePoint, following: CurvePoint) -> bool:
+        """Whether contacts change their state in a step whose motion is so small beside the largest that the metric hardly sees
+        it."""
+        ends = current.evaluation, following.evaluation
+        if np.array_equal(ends[0].unknown, ends[1].unknown):
+            return False
+        sizes = zip(*(moving_sizes(each.w, self.balance.rows) for each in ends), self.largest, strict=True)
+        return any(min(first, last) < LEAST * largest for first, last, largest in sizes)
+
+    def _try(self, current: CurvePoint, distance: float, before: CurvePoint | None) -> CurvePoint | float:
+        """One step; a point, or the factor by which to shorten the step."""
+        stepped = self._stepped(current, current.tangent, distance, before, self.control.iterations)
+        if stepped.outside:
+            return 0.5
+        if not stepped.found.converged:
+            return 0.3
+        following, error, turn = self._solved(stepped, distance), stepped.error, stepped.turn
+        backwards = self.control.branching or following.tangent.parameter * current.tangent.parameter < 0.0
+        crossed = backwards and turn < self.control.reversed and error < self.control.straight * distance
+        if crossed:
+            # Another branch crosses: the determinant has changed its sign, not the curve its direction.
+            following, turn = replace(following, tangent=following.tangent.turned()), -turn
+            if not self._goes_on(following, 0.5 * distance):
+                return 0.5
+        elif backwards and turn < self.control.reversed and self._kinked(following, distance, error, turn):
+            crossed, following, turn = True, replace(following, tangent=following.tangent.turned()), -turn
+        if self._turns_back(current, following):
+            return 0.5
+        close = error < 8.0 * self.control.error and turn > self.control.cosine
+        if distance >= 1e-3 and not (close and stepped.chord <= 1.5 * distance and self._beside(current, following)):
+            return 0.5
+        if crossed:
+            self.orientation = -self.orientation
+        self.step = self._next_step(distance, error, stepped.found.iterations)
+        return following
+
+    def _turns_back(self, current: CurvePoint, following: CurvePoint) -> bool:
+        """Whether a step leads back although nothing slips at its ends: a linear response has one motion at each frequency."""
+        if current.active or following.active:
+            return False
+        change = following.point.value(self.parameter) - current.point.value(self.parameter)
+        return change * current.tangent.parameter < 0.0
+
+    def _beside(self, current: CurvePoint, following: CurvePoint) -> bool:
+        """Whether the point that a step led to is on the same branch, as far as the step shows."""
+        change = following.point.value(self.parameter) - current.point.value(self.parameter)
+        if max(change * current.tangent.parameter, change * following.tangent.parameter) < 0.0:
+            return False
+        return not self.control.reversible or self._returns(current, following)
+
+    def _returns(self, current: CurvePoint, following: CurvePoint) -> bool:
+        """Whether the step back from a point leads to where the step came from; from another branch it does not."""
+        across = following.across(self.parameter)
+        condition = replace(across, target=across.gap(current.evaluation))
+        distance = across.gap(following.evaluation) - condition.target
+        tangent = following.tangent
+        start = self._along(following, tangent, -distance)
+        if start.omega <= 0.0:
+            return False
+        correction = correct(self.balance, start, condition, iterations=15, halvings=8)
+        if not correction.converged:
+            return False
+        change = correction.evaluation.point.value(self.parameter) - current.point.value(self.parameter)
+        missed = current.metric.length(correction.evaluation.w - current.evaluation.w, change)
+        return missed < RETURN * current.chord(following, self.parameter)
+
+    def _kinked(self, following: CurvePoint, distance: float, error: float, turn: float) -> bool:
+        """Whether a step that seems to reverse went over a kink at which the determinant changes its sign.
+
+        It does where several contacts change their state at once, as on a symmetric structure. A kink explains no larger error
+        than its angle does. At the tip of a sharp fold the error says how far ahead the tip is: beyond it there is no curve.
+        """
+        slope = float(np.tan(np.pi - np.arccos(max(turn, -1.0))))
+        if error > 1.2 * slope * distance:
+            return False
+        turned = replace(following, tangent=following.tangent.turned())
+        return self._goes_on(turned, max(0.5 * distance, 2.0 * error / slope))
+
+    def _goes_on(self, current: CurvePoint, distance: float) -> bool:
+        """Whether the curve goes straight on beyond a point; at the tip of a sharp fold, which looks the same, it ends."""
+        stepped = self._stepped(current, current.tangent, distance, None, self.control.iterations)
+        return stepped.found.converged and stepped.error < self.control.cosine * distance
+
+    def _next_step(self, distance: float, error: float, iterations: int) -> float:
+        """From the error of the prediction, of third order; a step made short by a kink recovers faster than others grow."""
+        growth = float((self.control.error / max(error, 1e-12)) ** (1.0 / 3.0))
+        effort = 1.0 if iterations <= 5 else 0.6
+        most = self.control.recovery if distance < self.control.short else self.control.growth
+        return min(distance * min(max(growth * effort, 0.3), most), self.control.largest)
+
+    def _beyond_kink(self, current: CurvePoint) -> CurvePoint | None:
+        """Along tangents taken a little ahead and a little behind the point, where the state is already the other one; where the
+        tangent is the same still, the kink lies further ahead, and one short step towards it is tried last."""
+        towards: list[Tangent] = []
+        for ahead in (1e-4, 1e-3, 1e-2, -1e-4, -1e-3):
+            tangent = current.tangent
+            place = self._along(current, tangent, ahead)
+            evaluation = self.balance.evaluate(place)
+            condition = self._condition(evaluation, tangent, current.metric, 0.0)
+            factors = self.balance.factorise(evaluation, condition)
+            if factors.orientation == 0.0:
+                continue
+            turned = self._tangent(self.balance.tangent(evaluation, self.parameter, factors), factors, current.metric)
+            if current.cosine(turned) > SAME:
+                towards.append(turned)
+                continue
+            found = self._turned_step(current, turned)
+            if found is not None:
+                return found
+        return self._turned_step(current, towards[0]) if towards else None
+
+    def _turned_step(self, current: CurvePoint, tangent: Tangent) -> CurvePoint | None:
+        for distance in SHORT if self.control.reversible else BEYOND:
+            found = self._try_turned(current, tangent, distance)
+            if found is not None:
+                self.step = max(distance, 1e-3)
+                return found
+        return None
+
+    def _try_turned(self, current: CurvePoint, tangent: Tangent, distance: float) -> CurvePoint | None:
+        stepped = self._stepped(current, tangent, distance, None, iterations=15, halvings=8)
+        if not stepped.found.converged:
+            return None
+        found = self._solved(stepped, distance)
+        if self._turns_back(current, found):
+            return None
+        near = stepped.chord <= 1.5 * distance and self._hidden(current, found) is None
+        if self.control.reversible and not self._returns(current, found):
+            return None
+        return found if near and found.leads_away_from(current, self.parameter) else None

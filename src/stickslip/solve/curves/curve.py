@@ -1,0 +1,282 @@
+"""One response curve at one force level, over a band or at given frequencies, with its outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from stickslip.model.problem import Problem
+from stickslip.model.structure.cyclic import CyclicStructure
+from stickslip.solve.balance.balance import HarmonicBalance, Point
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.solve.balance.orders import Harmonics, orders
+from stickslip.solve.continuation.continuation import first_point, trace
+from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.continuation.steps import StepControl
+from stickslip.solve.continuation.sweep import Sweep, SweepStopped, from_start, points_at, sweep
+from stickslip.solve.peaks.search import TOLERANCE, Peaks, PeakSearch, Unproven
+from stickslip.support.checks import counted
+from stickslip.support.outcome import Outcome
+
+RESTARTS = 3
+"""How often a list of frequencies is begun anew where a curve does not reach the rest of it."""
+
+ARRIVED = "The curve reached the end of the band."
+FROM_THE_END = "The sweep failed from the start of the band, so it was computed from the other end."
+
+SWEEP = 0.3
+"""Share of the work that is the sweep, about; the rest is the search for its peaks."""
+
+UNDAMPED = "The structure has no damping: where contacts take no energy its response is infinite at a resonance."
+
+AT_THE_END, PASSED = 1e-4, 0.9
+"""Relative distance in frequency from where a curve was lost, within which a peak counts only if the curve then fell so far."""
+
+HELD_BY_FRICTION = "A body is held by friction alone: where it slips, its mean position is not determined."
+
+LISTED = 4
+"""Frequencies named in a message."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Solved points in order; outcome and sentence of the end; where it was lost, in rad/s, or None.
+
+    peaks: of `measure`, per output; steps: the step, from points[k] to the next one, that each of them lies in, until `refine`
+    made them points of the curve; largest: where the same quantity is largest in time, per output, or None without a peak;
+    missing: of listed frequencies, the place in the list and ω of those without a point.
+    """
+
+    level: float
+    points: tuple[CurvePoint, ...]
+    outcome: Outcome
+    message: str
+    lost_at: float | None
+    peaks: tuple[tuple[CurvePoint, ...], ...] = ()
+    largest: tuple[CurvePoint | None, ...] = ()
+    steps: tuple[tuple[int, ...], ...] = ()
+    measure: Measure = DISPLACEMENT_AMPLITUDE
+    missing: tuple[tuple[int, float], ...] = ()
+
+
+class CurveStopped(KeyboardInterrupt):
+    """Ctrl-C while a curve is computed, with the points that are solved, as a curve without peaks."""
+
+    @property
+    def curve(self) -> Curve:
+        return self.args[0]  # type: ignore[no-any-return]
+
+
+def solve_curve(
+    balance: HarmonicBalance,
+    frequencies: Sequence[float],
+    level: float,
+    exactly: bool,
+    progress: Callable[[float], None] = lambda fraction: None,
+    control: StepControl | None = None,
+    begin: Point | None = None,
+    peak_tolerance: float = TOLERANCE,
+    measure: Measure = DISPLACEMENT_AMPLITUDE,
+) -> Curve:
+    """The curve from frequencies[0] to frequencies[-1] in rad/s; `exactly`: the points at the given frequencies, in their order.
+
+    begin: a solved point at frequencies[0], when one is known; peak_tolerance: relative amplitude by which peaks may be too low;
+    measure: what they are peaks of.
+    """
+    if exactly:
+        return _listed(balance, frequencies, level, progress, control, begin, measure)
+    start, end = frequencies[0], frequencies[-1]
+    points: Sequence[CurvePoint] = ()
+    try:
+        found = sweep(balance, start, end, level, lambda done: progress(SWEEP * done), control, begin)
+        if isinstance(found, Outcome):
+            message = " ".join((found.sentence, *balance.problem.warnings))
+            return Curve(level, (), found, message, start, measure=measure)
+        points = found.points
+        return with_peaks(balance, ended(balance, level, found, (start, end), measure), progress, peak_tolerance)
+    except KeyboardInterrupt as stop:
+        points = stop.points if isinstance(stop, SweepStopped) else points
+        raise CurveStopped(stopped_curve(balance, level, points, measure)) from stop
+
+
+def stopped_curve(
+    balance: HarmonicBalance, level: float, points: Sequence[CurvePoint], measure: Measure = DISPLACEMENT_AMPLITUDE
+) -> Curve:
+    """The points that were solved of a curve over a band before it was stopped; peaks are not sought."""
+    message = Outcome.STOPPED.sentence
+    if points:
+        reached = balance.hertz(points[-1].point.omega)
+        message = f"The run was stopped when this curve had got to {reached:.6g} Hz; its peaks were not searched for."
+    return Curve(level, tuple(points), Outcome.STOPPED, message, None, measure=measure)
+
+
+def _listed(
+    balance: HarmonicBalance,
+    frequencies: Sequence[float],
+    level: float,
+    progress: Callable[[float], None],
+    control: StepControl | None,
+    begin: Point | None,
+    measure: Measure,
+) -> Curve:
+    """Points at listed frequencies: followed upwards where the list goes up and downwards where it goes down.
+
+    What a curve does not reach is begun anew from the next frequency, `RESTARTS` times; what is left is solved by itself.
+    """
+    found: dict[int, CurvePoint] = {}
+    reason, outcome, anew = "", Outcome.NOT_CONVERGED, 0
+    for run in _monotonic_runs(frequencies):
+        left = list(run)
+        known = found[run[0]].point if run[0] in found else begin if run[0] == 0 else None
+        for _ in range(1 + RESTARTS):
+            part = from_start(balance, frequencies[left[0]], frequencies[left[-1]], level, control=control, begin=known)
+            if isinstance(part, Outcome):
+                reason, outcome = part.sentence, part
+            else:
+                found |= points_at(balance, part.points, {k: frequencies[k] for k in left if k not in found})
+                reason = part.lost or reason
+            progress((run[-1] + 1) / len(frequencies))
+            left, known = [k for k in left[1:] if k not in found], None
+            if not left:
+                break
+            anew += 1
+    alone = {k: point for k, omega in enumerate(frequencies) if k not in found and (point := _alone(balance, omega, level))}
+    missing = tuple((k, frequencies[k]) for k in range(len(frequencies)) if k not in found and k not in alone)
+    points = tuple(point for _, point in sorted((found | alone).items()))
+    if not points:
+        message = " ".join((reason or outcome.sentence, *balance.problem.warnings))
+        return Curve(level, (), outcome, message, frequencies[0], measure=measure)
+    count = len(frequencies)
+    message = f"All {count} frequencies were solved." if count > 1 else "The frequency was solved."
+    if missing:
+        first = f"the first at {balance.hertz(missing[0][1]):g} Hz"
+        unsolved = f"{len(missing)} of {count} frequencies could not be solved, {first}."
+        message = " ".join((unsolved, *balance.problem.warnings))
+    elif anew and not alone:
+        message = f"The curve was begun anew at {anew} of {count} frequencies. {reason}".strip()
+    elif alone:
+        message = f"{len(alone)} of {count} frequencies were solved by themselves, since the curve does not reach them."
+    outcome = Outcome.NOT_CONVERGED if missing else Outcome.CONVERGED
+    return Curve(level, points, outcome, message, None, measure=measure, missing=missing)
+
+
+def _monotonic_runs(frequencies: Sequence[float]) -> list[list[int]]:
+    """Numbers of the frequencies in runs that go up or down; each begins where the one before it ends."""
+    runs = [[0]]
+    for k in range(1, len(frequencies)):
+        run = runs[-1]
+        if len(run) > 1 and (frequencies[k] > frequencies[run[-1]]) != (frequencies[run[1]] > frequencies[run[0]]):
+            runs.append([run[-1]])
+        runs[-1].append(k)
+    return runs
+
+
+def _alone(balance: HarmonicBalance, omega: float, level: float) -> CurvePoint | None:
+    """The point at one frequency, solved without others."""
+    first = first_point(balance, omega, level)
+    return next(iter(trace(balance, first, "omega", 1.01 * omega))) if first.converged else None
+
+
+def with_peaks(balance: HarmonicBalance, curve: Curve, progress: Callable[[float], None], tolerance: float) -> Curve:
+    """A curve with the peaks of its measure."""
+    points, message, measure = curve.points, curve.message, curve.measure
+    outputs = range(balance.problem.output_rows.shape[0])
+    search = PeakSearch(balance, points, tolerance)
+    found, largest, in_time = [], [], measure.with_kind("max_abs")
+    for output in outputs:
+        found.append(_passed(curve, balance.rows + output, search.peaks(output, measure)))
+        largest.append(search.peaks(output, in_time, least=0.8))
+        progress(SWEEP + (1.0 - SWEEP) * (output + 1) / len(outputs))
+    unproven = [each for peaks in (*found, *largest) for each in peaks.unproven]
+    if unproven:
+        message += f" {_may_be_higher(balance, unproven)}"
+        message += "" if balance.problem.C.any() or UNDAMPED in message else f" {UNDAMPED}"
+    highest = tuple(
+        _highest(in_time, balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True)
+    )
+    peaks, steps = tuple(each.points for each in found), tuple(each.steps for each in found)
+    return replace(curve, message=message, peaks=peaks, largest=highest, steps=steps)
+
+
+def _may_be_higher(balance: HarmonicBalance, unproven: Sequence[Unproven]) -> str:
+    """Where a peak may be higher than the one that was found, and by how much."""
+    most = max(each.share for each in unproven)
+    much = f"up to {100.0 * most:.2g} %" if most < 1.0 else "much"
+    near = _listed_in_hertz(balance, [each.omega for each in unproven])
+    return f"{counted(len(unproven), 'place')} beside peaks could not be solved, near {near}; a peak there may be {much} higher."
+
+
+def _passed(curve: Curve, row: int, peaks: Peaks) -> Peaks:
+    """The peaks of a row that a curve has passed. Where it was lost it may go round on the spot, and rise or fall beyond."""
+    if curve.lost_at is None:
+        return peaks
+    last, lost_at = _size(curve.measure, row, curve.points[-1]), curve.lost_at
+
+    def is_passed(point: CurvePoint) -> bool:
+        away = abs(point.point.omega / lost_at - 1.0) > AT_THE_END
+        return away or last < PASSED * _size(curve.measure, row, point)
+
+    kept = [k for k, point in enumerate(peaks.points) if is_passed(point)]
+    return replace(peaks, points=tuple(peaks.points[k] for k in kept), steps=tuple(peaks.steps[k] for k in kept))
+
+
+def ended(
+    balance: HarmonicBalance, level: float, swept: Sweep, ends: tuple[float, float], measure: Measure = DISPLACEMENT_AMPLITUDE
+) -> Curve:
+    """The curve of a sweep over a band, without peaks: its points, outcome and sentence."""
+    points, message = swept.points, ARRIVED if swept.lost is None else _lost_message(balance, swept, ends)
+    if swept.from_the_end is not None:
+        message = f"{ARRIVED} {FROM_THE_END} Cause: {swept.from_the_end}"
+    outcome = Outcome.CONVERGED if swept.lost is None else Outcome.NOT_CONVERGED
+    lost_at = points[-1].point.omega if swept.lost is not None and points else None
+    return Curve(level, tuple(points), outcome, message, lost_at, measure=measure)
+
+
+def _lost_message(balance: HarmonicBalance, swept: Sweep, ends: tuple[float, float]) -> str:
+    """Why a curve ended before the end of its band, how far it got, how the rest can be had, and what may be the cause."""
+    rest = "from the other end of the band, in a band that starts beyond, or as a list of frequencies there"
+    problem, omegas = balance.problem, [point.point.omega for point in swept.points]
+    if ends[0] == ends[1]:
+        where = ""
+    elif omegas:
+        farthest = max(omegas) if ends[1] > ends[0] else min(omegas)
+        where = f"It got to {balance.hertz(farthest):.6g} Hz; compute the rest {rest}."
+    else:
+        where = f"Compute it {rest}."
+    return " ".join(filter(None, (swept.lost, where, *problem.warnings, *_causes(balance))))
+
+
+def _causes(balance: HarmonicBalance) -> list[str]:
+    """What a problem lacks for its curve to be finite, and determined where contacts slip."""
+    undamped = "" if balance.problem.C.any() else UNDAMPED
+    return [undamped, held_by_friction(balance.problem, balance.harmonics)]
+
+
+def held_by_friction(problem: Problem, harmonics: Harmonics) -> str:
+    """That friction alone holds a body, and what to do; empty where that is not so, and where the mean is not balanced."""
+    if orders(harmonics)[0] != 0 or not held_by_friction_alone(problem):
+        return ""
+    return f"{HELD_BY_FRICTION} Hold it by mean_springs ([[mean_spring]] in a study), or leave harmonic 0 out."
+
+
+def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:
+    """The first of these frequencies, given in rad/s, in Hz."""
+    listed = list(dict.fromkeys(f"{balance.hertz(omega):.6g}" for omega in sorted(omegas)))
+    return f"{', '.join(listed[:LISTED])}{', ...' if len(listed) > LISTED else ''} Hz"
+
+
+def held_by_friction_alone(problem: Problem) -> bool:
+    """Whether structure, mean springs and normal directions of contacts leave a motion free (of tuned disks in all sectors).
+
+    Not asked of whole disks, whose matrices are large.
+    """
+    return (type(problem) is Problem or isinstance(problem.structure, CyclicStructure)) and len(problem.loose_motions) > 0
+
+
+def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:
+    """The point with the highest measure of a row."""
+    return max(points, key=lambda point: _size(measure, row, point), default=None)
+
+
+def _size(measure: Measure, row: int, point: CurvePoint) -> float:
+    return measure.size(point.evaluation.w[row], point.point.omega)

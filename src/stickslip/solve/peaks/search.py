@@ -1,0 +1,356 @@
+"""Resonance peaks, solved: the points of a curve at which a measure of an output, its first harmonic say, is largest.
+
+Sampling and stick-slip make a curve piecewise smooth: near a flat top stand many small cusps, one for each sample that an
+event passes. The search is therefore a branch and bound: slopes around an interval, and how far slopes nearby were from what
+their neighbours predicted, bound the amplitude inside it; the interval of the highest bound is divided until no bound exceeds
+the best point by more than the tolerance. What one search has solved serves the searches of all other outputs and measures.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right, insort
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from operator import attrgetter
+
+import numpy as np
+
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.solve.continuation.curve_points import ROUNDING, CurvePoint, Tangent, hermite
+from stickslip.solve.continuation.interpolation import Interpolation
+from stickslip.solve.continuation.newton import correct
+from stickslip.solve.continuation.segment import knot
+from stickslip.solve.peaks.cubic import Cubic
+from stickslip.solve.peaks.intervals import (
+    PROMINENCE,
+    Interval,
+    Sample,
+    SegmentPoint,
+    highest_inside,
+    hill,
+    intervals_between,
+    sampled,
+    slope_along,
+)
+from stickslip.support.checks import Array
+
+TOLERANCE = 1e-8
+"""Relative amplitude by which a peak may be below the highest bound."""
+
+SHALLOW = 0.01
+"""Depth of a trough, relative to the height beside it, up to which the corners that samples make may stand in it."""
+
+SOLVES = 300
+SHARES = (0.5, 0.25, 0.75)
+"""Shares of an interval at which it is divided where Newton's method fails at the one of choice."""
+
+DEPTH = 3
+"""How often an interval that could not be divided is searched as a curve of its own."""
+
+MATTERS = 1e-3
+"""Share by which a peak may be higher where Newton's method failed beside it, or divisions ran out, from which on curves say so:
+in less, rounding and the corners that samples make end the search."""
+
+NEIGHBOURS = 2
+"""Intervals searched on each side of those whose tops stand out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unproven:
+    """Where a peak may be higher than the one that was found: ω in rad/s, the height found, and the bound of what may be."""
+
+    omega: float
+    height: float
+    bound: float
+
+    @property
+    def share(self) -> float:
+        """By which share of the height found the peak may be higher, at most."""
+        return self.bound / self.height - 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """Peaks along a curve; with nothing `unproven` each of them is proven highest, to `MATTERS` of itself.
+
+    steps: for each peak the k of the step of the curve, from point k to the next one, that it lies in.
+    """
+
+    points: tuple[CurvePoint, ...]
+    steps: tuple[int, ...]
+    unproven: tuple[Unproven, ...]
+
+
+_fraction = attrgetter("fraction")
+
+Dips = Callable[[SegmentPoint, SegmentPoint, float], bool]
+"""Whether a curve dips between two places, by `PROMINENCE` of a height."""
+
+
+def _gather(tops: list[list[Interval]], more: list[Interval], dips: Dips) -> None:
+    """Add tops, in the order of the curve, to the last group, or begin another one where the curve dips after its highest."""
+    for top in more:
+        highest = max(tops[-1], key=lambda each: each.height) if tops else None
+        if highest is None or dips(highest.high.place, top.low.place, min(highest.height, top.height)):
+            tops.append([top])
+        else:
+            tops[-1].append(top)
+
+
+def _prominent(found: list[Sample], dips: Dips) -> list[Sample]:
+    """Maxima between which the curve dips; of the others only the highest."""
+    kept: list[Sample] = []
+    for sample in found:
+        if kept:
+            last = kept[-1]
+            if not dips(last.place, sample.place, min(last.amplitude, sample.amplitude)):
+                if sample.amplitude > last.amplitude:
+                    kept[-1] = sample
+                continue
+        kept.append(sample)
+    return kept
+
+
+class PeakSearch:
+    """Searches the peaks of a curve in ω; the ends of the band do not count.
+
+    tolerance: relative amplitude by which a peak may be too low; depth: of searches in parts of steps of other searches; solves:
+    solutions computed so far.
+    """
+
+    def __init__(
+        self, balance: HarmonicBalance, curve: Sequence[CurvePoint], tolerance: float = TOLERANCE, depth: int = 0
+    ) -> None:
+        self.balance, self.tolerance, self.depth = balance, tolerance, depth
+        self.curve = _with_own_tangents(balance, curve)
+        self.lengths = np.cumsum([point.length for point in curve])
+        self.moving = np.max([np.abs(point.evaluation.w[:, 1:]).max(axis=1) for point in curve], axis=0) if curve else np.zeros(0)
+        self.solved: dict[int, list[SegmentPoint]] = {}
+        self.failed: set[tuple[int, float]] = set()
+        self.solves = 0
+        self.planes: dict[int, tuple[PathCondition, float]] = {}
+        self.samples: dict[SegmentPoint, Sample] = {}
+
+    def peaks(self, output: int, measure: Measure = DISPLACEMENT_AMPLITUDE, least: float = 0.0) -> Peaks:
+        """All peaks of a measure of an output; those below the share `least` of the highest point are left out unsolved."""
+        row = self.balance.rows + output
+        if not self.curve or self.moving[row] <= ROUNDING * self.moving.max():
+            return Peaks((), (), ())
+        self.samples.clear()
+        measured = [slope_along(measure, p, row, p.tangent.motion, p.tangent.parameter) for p in self.curve]
+        sizes = np.array([size for size, _ in measured])
+        slopes = [slope for _, slope in measured]
+        dips = self._dips(row, measure, sizes, slopes)
+        floor = least * float(sizes.max(initial=0.0))
+        tops: list[list[Interval]] = []
+        for k in range(len(self.curve) - 1):
+            if sizes[k : k + 2].max() < floor:
+                continue
+            length = self.curve[k + 1].length
+            cubic = Cubic(sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1])
+            for turn in cubic.inner_extremes:
+                self._solve_inside(k, turn)
+            if cubic.da < 0.0 < cubic.db and cubic.lowest > (1.0 - SHALLOW) * max(cubic.a, cubic.b):
+                self._solve_inside(k, cubic.trough)
+                for part in self._intervals(k, row, measure):
+                    for turn in part.cubic.inner_extremes:
+                        self._solve_inside(k, part.fraction(turn))
+            if slopes[k] > 0.0 >= slopes[k + 1] or k in self.solved:
+                _gather(tops, [i for i in self._intervals(k, row, measure) if _holds_a_top(i)], dips)
+        searched = [self._highest(together, row, measure) for together in tops]
+        found = [best for best, _ in searched if best is not None]
+        places = [sample.place for sample in _prominent(found, dips)]
+        unproven = tuple(each for _, missed in searched for each in missed)
+        return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unproven)
+
+    def _dips(self, row: int, measure: Measure, sizes: Array, slopes: Sequence[float]) -> Dips:
+        """The test whether the curve dips between two of its places; where none known shows it, troughs between are solved."""
+
+        def lowest(first: SegmentPoint, last: SegmentPoint) -> float:
+            least = float(sizes[first.segment + 1 : last.segment + 1].min(initial=np.inf))
+            for k in range(first.segment, last.segment + 1):
+                known = self.solved.get(k, [])
+                begin = bisect_left(known, first.fraction, key=_fraction) if k == first.segment else 0
+                end = bisect_right(known, last.fraction, key=_fraction) if k == last.segment else len(known)
+                least = min([least, *(sample.amplitude for sample in self._samples(known[begin:end], row, measure))])
+            return least
+
+        def dips(first: SegmentPoint, last: SegmentPoint, height: float) -> bool:
+            enough = (1.0 - PROMINENCE) * height
+            if lowest(first, last) < enough:
+                return True
+            for k in range(first.segment + 1, min(last.segment + 1, len(self.curve) - 1)):
+                length = self.curve[k + 1].length
+                if length > 0.0 and slopes[k] < 0.0 < slopes[k + 1]:
+                    self._solve_inside(k, Cubic(sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1]).trough)
+            return lowest(first, last) < enough
+
+        return dips
+
+    def _highest(self, tops: list[Interval], row: int, measure: Measure) -> tuple[Sample | None, list[Unproven]]:
+        """The highest place around tops that no trough parts, None where the curve rises on to another peak; and where Newton's
+        method failed, or divisions ran out, although a higher one may lie there."""
+        first = max(tops[0].low.place.segment - NEIGHBOURS, 0)
+        last = min(tops[-1].low.place.segment + NEIGHBOURS, len(self.curve) - 2)
+        intervals = hill([i for k in range(first, last + 1) for i in self._intervals(k, row, measure)], tops)
+        unsolved: set[tuple[float, float]] = set()
+
+        def bound(i: int) -> float:
+            return 0.0 if intervals[i].ends in unsolved else highest_inside(intervals, i)
+
+        bounds = [bound(i) for i in range(len(intervals))]
+        best = max((end for i in intervals for end in (i.low, i.high)), key=lambda end: end.amplitude)
+        for _ in range(SOLVES):
+            i = bounds.index(max(bounds))
+            if bounds[i] <= (1.0 + self.tolerance) * best.amplitude:
+                break
+            place = self._divide(intervals[i])
+            if place is None:
+                unsolved.add(intervals[i].ends)
+                bounds[i] = 0.0
+                continue
+            middle = sampled(place, row, measure)
+            intervals[i : i + 1] = intervals[i].divided(middle)
+            bounds[i : i + 1] = [0.0, 0.0]
+            for k in range(max(i - 1, 0), min(i + 3, len(intervals))):
+                bounds[k] = bound(k)
+            best = max(best, middle, key=lambda end: end.amplitude)
+        low, high = intervals[0].low, intervals[-1].high
+        rises_on = (best is low and low.slope < 0.0) or (best is high and high.slope > 0.0)
+        if rises_on:
+            return None, []
+        bounds = [highest_inside(intervals, i) for i in range(len(intervals))]
+        unproven: list[Unproven] = []
+        for interval, most in zip(intervals, bounds, strict=True):
+            if most > (1.0 + MATTERS) * best.amplitude:
+                higher, missed = self._by_itself(interval, row, measure, most)
+                best = max(best, *higher, key=lambda end: end.amplitude) if higher else best
+                unproven += missed
+        unproven = [replace(each, height=best.amplitude) for each in unproven]
+        return best, [each for each in unproven if each.share > MATTERS]
+
+    def _by_itself(self, interval: Interval, row: int, measure: Measure, most: float) -> tuple[list[Sample], list[Unproven]]:
+        """The peaks of an interval that could not be divided, searched on planes and arc lengths of its own: those of a whole
+        step of the curve meet a narrow resonance on both of its sides; most: the bound without that."""
+        low, high = interval.low.place, interval.high.place
+        part = Interpolation(self.balance, [low.point.point, high.point.point], MATTERS).curve() if self.depth < DEPTH else []
+        if len(part) < 2:
+            return [], [Unproven(low.point.point.omega, most, most)]
+        search = PeakSearch(self.balance, part, self.tolerance, self.depth + 1)
+        found = search.peaks(row - self.balance.rows, measure)
+        self.solves += search.solves
+        middle = 0.5 * (low.fraction + high.fraction)
+        condition, span = self._plane(low.segment, middle)
+        places = [self._place(low.segment, middle, point, condition, span) for point in found.points]
+        return [sampled(place, row, measure) for place in places], list(found.unproven)
+
+    def _divide(self, interval: Interval) -> SegmentPoint | None:
+        """A place inside an interval: where the highest is expected, else in the middle or beside it."""
+        for fraction in (interval.division(), *(interval.fraction(share) for share in SHARES)):
+            place = self._solve(interval.low.place, interval.high.place, fraction)
+            if place is not None:
+                return place
+        return None
+
+    def _intervals(self, k: int, row: int, measure: Measure) -> list[Interval]:
+        """The intervals between the solved places of segment k."""
+        return intervals_between(self._samples(self._places(k), row, measure))
+
+    def _samples(self, places: Sequence[SegmentPoint], row: int, measure: Measure) -> list[Sample]:
+        """The size of an output at places, found once a search: a top is compared with all between it and the highest."""
+        self.samples.update((place, sampled(place, row, measure)) for place in places if place not in self.samples)
+        return [self.samples[place] for place in places]
+
+    def _places(self, k: int) -> list[SegmentPoint]:
+        """What is solved of segment k, in order; its two ends at least."""
+        if k not in self.solved:
+            condition, span = self._plane(k, 0.0)
+            self.solved[k] = [self._place(k, f, self.curve[k + int(f)], condition, span) for f in (0.0, 1.0)]
+        return self.solved[k]
+
+    def _plane(self, k: int, fraction: float) -> tuple[PathCondition, float]:
+        """The path condition at a fraction of segment k, and how far it reaches over the whole segment."""
+        if k not in self.planes:
+            current, following = self.curve[k], self.curve[k + 1]
+            plane = current.across("omega")
+            ends = [plane.rate(p.evaluation.w, p.point.omega) for p in (current, following)]
+            self.planes[k] = replace(plane, target=ends[0]), ends[1] - ends[0]
+        plane, span = self.planes[k]
+        return PathCondition("omega", plane.weight, plane.slope, plane.target + fraction * span), span
+
+    def _place(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> SegmentPoint:
+        tangent = point.tangent
+        # Behind a sharp corner the curve goes back through the planes of the step; slopes stay those along the way.
+        rate = abs(condition.rate(tangent.motion, tangent.parameter))
+        length = float(self.lengths[k]) + fraction * abs(span)
+        return SegmentPoint(k, fraction, length, tangent.motion / rate, tangent.forces / rate, tangent.parameter / rate, point)
+
+    def _solve_inside(self, k: int, fraction: float) -> None:
+        """Solve segment k at a fraction, unless a place nearby is solved; it joins the places of the segment."""
+        places = self._places(k)
+        after = next(i for i, place in enumerate(places) if place.fraction >= fraction)
+        low, high = places[max(after - 1, 0)], places[after]
+        if min(fraction - low.fraction, high.fraction - fraction) > 0.02:
+            self._solve(low, high, fraction)
+
+    def _solve(self, low: SegmentPoint, high: SegmentPoint, fraction: float) -> SegmentPoint | None:
+        """A place between two of one segment, kept for other searches; None where Newton's method fails."""
+        if (low.segment, fraction) in self.failed:
+            return None
+        share, width = (fraction - low.fraction) / (high.fraction - low.fraction), high.length - low.length
+        a, b = low.point.point, high.point.point
+        forces = hermite(a.forces, width * low.forces_slope, b.forces, width * high.forces_slope, share)
+        condition, span = self._plane(low.segment, fraction)
+        omega = Cubic(a.omega, b.omega, width * low.omega_slope, width * high.omega_slope).at(share)
+        start = Point(forces, min(max(omega, min(a.omega, b.omega)), max(a.omega, b.omega)), a.level)
+        self.solves += 1
+        correction = correct(self.balance, start, condition, iterations=20, halvings=8, direction=0.0)
+        direction, factors = correction.direction, correction.factors
+        if direction is None or factors is None or not _between(low, high, correction.evaluation):
+            self.failed.add((low.segment, fraction))
+            return None
+        tangent, metric = Tangent(*direction), self.curve[low.segment].metric
+        point = CurvePoint(correction.evaluation, tangent, metric, correction.iterations, factors.size, 0.0)
+        found = self._place(low.segment, fraction, point, condition, span)
+        insort(self.solved[low.segment], found, key=_fraction)
+        return found
+
+
+def _holds_a_top(interval: Interval) -> bool:
+    """Whether the amplitude has a maximum inside: it rises into the interval and falls out of it, or it rises at both ends (falls
+    at both ends) although the far end is the lower one, as at a corner in which Newton's method fails."""
+    low, high = interval.low, interval.high
+    if low.slope > 0.0:
+        return high.slope <= 0.0 or low.amplitude > high.amplitude
+    return high.slope < 0.0 and high.amplitude > low.amplitude
+
+
+def _between(low: SegmentPoint, high: SegmentPoint, found: Evaluation) -> bool:
+    """Whether a place is on the curve between two others: a plane across a narrow resonance meets both of its sides.
+
+    Where everything sticks the response is linear, and no frequency comes twice.
+    """
+    ends, width = (low.point.point.omega, high.point.point.omega), high.length - low.length
+    linear = not any(evaluation.unknown.any() for evaluation in (low.point.evaluation, high.point.evaluation, found))
+    if linear:
+        return min(ends) <= found.point.omega <= max(ends)
+    controls = *ends, ends[0] + width * low.omega_slope / 3.0, ends[1] - width * high.omega_slope / 3.0
+    spare = max(controls) - min(controls)
+    return min(controls) - spare <= found.point.omega <= max(controls) + spare
+
+
+def _with_own_tangents(balance: HarmonicBalance, curve: Sequence[CurvePoint]) -> list[CurvePoint]:
+    """The curve with the tangents of its two ends solved there, in the direction of travel.
+
+    An end of the band is solved between two points and carries the tangent of one beyond it, which may lie past a maximum.
+    """
+    points = list(curve)
+    for k, before, after in ((0, 0, 1), (-1, -2, -1)) if len(points) > 1 else ():
+        end, metric = points[k], points[k].metric
+        direction = knot(balance, end.evaluation, metric, points[before].evaluation, points[after].evaluation).direction
+        if direction is not None:
+            length = metric.length(direction.motion, direction.rate)
+            tangent = Tangent(direction.forces / length, direction.motion / length, direction.rate / length)
+            points[k] = replace(end, tangent=tangent)
+    return points

@@ -1,0 +1,197 @@
+"""Largest and smallest value of an objective over start states, at a frequency or at the peak of the curve.
+
+Nested: for every start state the response is solved (R = 0 holds exactly), its derivative comes from the implicit function
+theorem, and a quasi-Newton method with bounds moves the start state. The extremes are multimodal: several starts. Beyond its
+interval a start state is clipped and has no slope: every search goes on from the sliders that it ended with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import scipy
+
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.measure import Measure
+from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
+from stickslip.solve.starts.solutions import StartSolutions, UnsolvedError
+from stickslip.solve.starts.space import StartSpace
+from stickslip.solve.starts.states import settled
+from stickslip.support.checks import Array
+
+Slopes = Callable[[Array, Array], Array]
+"""Changes (dλ, dw) of solutions into changes of a value, (k,)."""
+Objective = Callable[[HarmonicBalance, Evaluation], tuple[float, Slopes]]
+"""Value at a solved point, and how it changes."""
+LEAPS, TRIES, SHARE = 2, 12, 0.2
+"""Leaps away from an extreme, start states tried in each, and the share of the variables that leap."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How far a search goes: iterations of each, their relative tolerance, searches in a row, each from the sliders of the last,
+    and the relative gain below which there is no other.
+    """
+
+    iterations: int = 40
+    tolerance: float = 1e-7
+    rounds: int = 4
+    gain: float = 1e-5
+
+
+def size_of(output: int, measure: Measure) -> Objective:
+    """A measure of an output, at the frequency of the point."""
+
+    def objective(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[float, Slopes]:
+        row, omega = balance.rows + output, evaluation.point.omega
+        size = measure.size(evaluation.w[row], omega)
+        return size, lambda forces, motion: measure.slope(evaluation.w[row], omega, motion[:, row])[1]
+
+    return objective
+
+
+def loss_factor(energy: EnergyBalance) -> Objective:
+    """η = ΔW/(2πU), equation 8 of "An Experimental and Computational Comparison of the Dynamic Response Variability in a Turbine
+    Blade with Under-Platform Dampers".
+    """
+
+    def objective(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[float, Slopes]:
+        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
+        value = energy.at(evaluation, cycle).loss_factor
+        return value, lambda forces, motion: energy.loss_factor_slopes(evaluation, forces, motion)
+
+    return objective
+
+
+def start_gradient(balance: HarmonicBalance, space: StartSpace, evaluation: Evaluation, slope_of: Slopes) -> Array:
+    """Gradient by the start variables of a function of a solved point."""
+    elements, slopes = start_slopes(balance, evaluation)
+    if not elements.size:
+        return np.zeros(space.size)
+    change = respond(balance, evaluation, solved_factors(balance, evaluation), slopes)
+    return space.gradient(elements, slope_of(change.forces, change.motion))
+
+
+@dataclass(frozen=True, eq=False)
+class Extreme:
+    """A start state (variables) and what it gives: objective value, the balance and the solved point."""
+
+    variables: Array
+    value: float
+    balance: HarmonicBalance
+    evaluation: Evaluation
+
+
+class StartObjective(Protocol):
+    """Where an objective is searched: at a frequency, or at the peak."""
+
+    space: StartSpace
+
+    def point(self, variables: Array) -> Extreme:
+        """What a start state gives; raises `UnsolvedError`."""
+
+    def value(self, variables: Array) -> tuple[Extreme, Array]:
+        """What a start state gives, and the gradient of the objective; raises `UnsolvedError`."""
+
+
+class AtFrequency:
+    """An objective at one frequency in rad/s and one level."""
+
+    def __init__(self, balance: HarmonicBalance, space: StartSpace, objective: Objective, omega: float, level: float) -> None:
+        self.space, self.objective = space, objective
+        self.solutions = StartSolutions(balance, space, omega, level)
+
+    @property
+    def solves(self) -> int:
+        """Solutions computed so far."""
+        return self.solutions.solves
+
+    def point(self, variables: Array) -> Extreme:
+        """What a start state gives, without the gradient."""
+        balance, evaluation = self.solutions.solve(variables)
+        return Extreme(variables.copy(), self.objective(balance, evaluation)[0], balance, evaluation)
+
+    sample = point
+
+    def confirmed(self, found: Extreme, sign: float) -> Extreme:
+        """A solution here stands for itself."""
+        return found
+
+    def value(self, variables: Array) -> tuple[Extreme, Array]:
+        """What a start state gives, and the gradient."""
+        balance, evaluation = self.solutions.solve(variables)
+        value, slope_of = self.objective(balance, evaluation)
+        gradient = start_gradient(balance, self.space, evaluation, slope_of)
+        return Extreme(variables.copy(), value, balance, evaluation), gradient
+
+
+def extreme(place: StartObjective, sign: float, starts: Sequence[Array], effort: Effort | None = None) -> Extreme:
+    """The largest (sign 1) or smallest (sign −1) value found from several starts; raises `UnsolvedError` when none solves."""
+    found = [_from_start(place, sign, np.clip(start, -1.0, 1.0), effort or Effort()) for start in starts]
+    solved = [result for result in found if result is not None]
+    if not solved:
+        raise UnsolvedError
+    return max(solved, key=lambda result: sign * result.value)
+
+
+def leapt(place: StartObjective, sign: float, best: Extreme, rng: np.random.Generator, effort: Effort | None = None) -> Extreme:
+    """The better one of an extreme and what is found beyond the valleys around it: some of its variables leap to ±1."""
+    effort = effort or Effort()
+    for _ in range(LEAPS):
+        origin = settled(place.space, best.balance, best.evaluation)
+        landed: list[Extreme] = []
+        for _ in range(TRIES):
+            leaping = rng.random(origin.size) < SHARE
+            leaping[rng.integers(origin.size)] = True
+            with suppress(UnsolvedError):
+                landed.append(place.point(np.where(leaping, rng.choice([-1.0, 1.0], origin.size), origin)))
+        if landed:
+            start = max(landed, key=lambda there: sign * there.value)
+            found = _from_start(place, sign, start.variables, effort)
+            best = found if found is not None and sign * found.value > sign * best.value else best
+    return best
+
+
+def _from_start(place: StartObjective, sign: float, start: Array, effort: Effort) -> Extreme | None:
+    """The best of several searches, each from the sliders of the one before."""
+    best: Extreme | None = None
+    for _ in range(effort.rounds):
+        found = _climb(place, sign, start, effort)
+        if found is None:
+            break
+        gain = np.inf if best is None else sign * (found.value - best.value)
+        best = found if best is None or gain > 0.0 else best
+        if gain <= effort.gain * abs(best.value):
+            break
+        start = settled(place.space, best.balance, best.evaluation)
+    return best
+
+
+def _climb(place: StartObjective, sign: float, start: Array, effort: Effort) -> Extreme | None:
+    """One search with L-BFGS-B in the cube [−1, 1]ⁿ; the best point on its way, None when the start does not solve."""
+    try:
+        best, _ = place.value(start)
+    except UnsolvedError:
+        return None
+    scale = abs(best.value) or 1.0
+
+    def minimised(variables: Array) -> tuple[float, Array]:
+        nonlocal best
+        try:
+            found, gradient = place.value(variables)
+        except UnsolvedError:
+            return 10.0, np.zeros_like(variables)
+        if sign * found.value > sign * best.value:
+            best = found
+        return -sign * found.value / scale, -sign * gradient / scale
+
+    options = {"maxiter": effort.iterations, "ftol": effort.tolerance, "gtol": effort.tolerance}
+    bounds = [(-1.0, 1.0)] * start.size
+    scipy.optimize.minimize(minimised, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)  # type: ignore[call-overload]
+    return best

@@ -1,0 +1,194 @@
+"""All contacts at one instant of a time march: λ̂(w) = f − K_c w from the motion and the previous slider positions.
+
+A Jenkins step in the intercept y = T − kt u is a clamp, y_n = clamp(y_{n−1}, −L_n − kt u_n, L_n − kt u_n), as in
+`stickslip.model.contact.period`; laws that are no table of sliders have a step of their own (`stickslip.model.contact.dispatch`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip.model.contact.dispatch import take_step
+from stickslip.model.contact.law import SLIDERS
+from stickslip.model.contact.protocol import StepMotion, no_step, traction, traction_by_state
+from stickslip.model.contact.table import ContactTable, contact_data
+from stickslip.support.checks import Array
+from stickslip.support.kernels import inlined, inner, kernel
+
+
+class ContactState(NamedTuple):
+    """Contacts at one instant, changed in place. w, λ (rows,): motion and forces beyond the stuck springs; y, limit (elements,)
+    of the friction elements: intercept T − kt u, of laws with a step of their own state − kt u, and slip limit L, N."""
+
+    w: Array
+    forces: Array
+    intercept: Array
+    limit: Array
+
+
+class Earlier(NamedTuple):
+    """What contacts remember of the instant before, intercepts (elements,), motion w (rows,) and limits (elements,), and how the
+    velocity follows from the motion of the new instant: drift + rate w, drift (rows,) [m/s], rate [1/s]. lands: whether a slider
+    that lands begins where it lands, within the step; dampers alone land at the end of a step, by either of their methods.
+    time: of the step [s], 0 without inertia."""
+
+    intercept: Array
+    w: Array
+    limit: Array
+    drift: Array
+    rate: float
+    lands: bool
+    time: float
+
+
+class Slopes(NamedTuple):
+    """λ̂(w) of every row and its derivatives, each (rows,): by the own motion, by the normal motion of the same contact, and by
+    the other tangential motion where a law couples both. work: friction work of the step of laws with kernels of their own, J."""
+
+    target: Array
+    own: Array
+    coupling: Array
+    cross: Array
+    work: Array
+
+
+@inner
+def no_slopes(rows: int) -> Slopes:
+    """Slopes to be filled."""
+    return Slopes(np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows))
+
+
+@kernel
+def contact_law(table: ContactTable, w: Array, before: Earlier, intercept: Array, limit: Array, slopes: Slopes) -> None:
+    """λ̂ and its derivatives at motion w (rows,), from the instant before; fills the new intercepts and the limits."""
+    for c in range(table.normal_row.size):
+        row = table.normal_row[c]
+        z = w[row] if row >= 0 else 0.0
+        if row >= 0:
+            _normal_row(table, c, row, z, slopes)
+        if table.kind[c] != SLIDERS:
+            _law_rows(table, c, w, z, before, intercept, limit, slopes)
+            continue
+        for r in range(table.first_row[c], table.first_row[c + 1]):
+            if r != row:
+                _friction_row(table, r, w[r], z, row, before, intercept, limit, slopes)
+
+
+@inner
+def _normal_row(table: ContactTable, c: int, row: int, z: float, slopes: Slopes) -> None:
+    """N − K_c z = Σ c_e over the closed elements − Σ k_e z over the open ones."""
+    total, slope = 0.0, 0.0
+    for e in range(table.normal_first[c], table.normal_first[c + 1]):
+        k, preload = table.normal_stiffness[e], table.normal_constant[e]
+        if k * z + preload > 0.0:
+            total += preload
+        else:
+            total -= k * z
+            slope -= k
+    slopes.target[row], slopes.own[row] = total, slope
+
+
+@inner
+def slip_limit(table: ContactTable, e: int, z: float) -> tuple[float, float]:
+    """L = μ Σ N + L0 of friction element e, and dL/dz."""
+    load, slope = 0.0, 0.0
+    for k in range(table.load_first[e], table.load_last[e]):
+        force = table.normal_stiffness[k] * z + table.normal_constant[k]
+        if force > 0.0:
+            load += force
+            slope += table.normal_stiffness[k]
+    return table.friction[e] * load + table.constant_limit[e], table.friction[e] * slope
+
+
+@inner
+def _landing(table: ContactTable, e: int, z0: float, z: float) -> float:
+    """Share of a step at which friction element e lands, its normal motion taken as straight; 0 where it does not."""
+    bound, slope = slip_limit(table, e, z)
+    if z <= z0 or bound <= 0.0 or slope <= 0.0 or slip_limit(table, e, z0)[0] > 0.0:
+        return 0.0
+    return float(max(1.0 - bound / (slope * (z - z0)), 0.0))
+
+
+@inner
+def _friction_row(
+    table: ContactTable,
+    r: int,
+    u: float,
+    z: float,
+    normal_row: int,
+    before: Earlier,
+    intercept: Array,
+    limit: Array,
+    slopes: Slopes,
+) -> None:
+    """T − K_c u = Σ y_e, every y_e clamped; the derivative follows from the same decision.
+
+    A slider that lands within the step begins where it lands, not where the step began: else the force would be of first order in
+    the step, and its derivative would not know that a perturbation moves the landing.
+    """
+    total, own, coupling = 0.0, 0.0, 0.0
+    for e in range(table.friction_first[r], table.friction_first[r + 1]):
+        bound, slope = slip_limit(table, e, z)
+        kt, y, side, landing = table.stiffness[e], before.intercept[e], 0.0, 0.0
+        if before.lands and normal_row >= 0 and before.limit[e] <= 0.0:
+            landing = _landing(table, e, before.w[normal_row], z)
+            if landing > 0.0:
+                y = -kt * (before.w[r] + landing * (u - before.w[r]))
+        if bound <= 0.0 or y > bound - kt * u:
+            side = 1.0
+        elif y < -bound - kt * u:
+            side = -1.0
+        if side != 0.0:
+            y = side * bound - kt * u
+            own -= kt
+            coupling += side * slope
+        elif landing > 0.0:
+            own -= kt * landing
+            coupling += kt * (u - before.w[r]) * landing / (z - before.w[normal_row])
+        total += y
+        intercept[e], limit[e] = y, bound
+    slopes.target[r], slopes.own[r], slopes.coupling[r] = total, own, coupling
+
+
+@inlined
+def _law_rows(
+    table: ContactTable, c: int, w: Array, z: float, before: Earlier, intercept: Array, limit: Array, slopes: Slopes
+) -> None:
+    """T − K_c u of the tangential rows of contact c by the step of its law, and the intercepts of its states. A contact that
+    lands within the step begins there, at a share of it, which moves with the motion after the step."""
+    a, data, e = table.first_row[c], contact_data(table, c), table.friction_first[table.first_row[c]]
+    size, states, normal = data.kt.size, data.spring.size, table.normal_row[c]
+    L0, L, slope, share = 0.0, 0.0, 0.0, 0.0
+    if states:
+        L0, (L, slope) = before.limit[e], slip_limit(table, e, z)
+    if before.lands and states and normal >= 0 and L0 <= 0.0:
+        share = _landing(table, e, before.w[normal], z)
+    state, moved, travel, velocity = np.zeros(states), np.empty(size), np.empty(size), np.empty(size)
+    for d in range(size):
+        moved[d] = w[a + d] - before.w[a + d]
+        travel[d] = (1.0 - share) * moved[d]
+        velocity[d] = before.drift[a + d] + before.rate * w[a + d]
+    for i in range(states if share == 0.0 else 0):
+        state[i] = before.intercept[e + i] + data.spring[i] * before.w[a + data.direction[i]]
+    found, time = no_step(states, size), (1.0 - share) * before.time
+    motion = StepMotion(state, travel, w[a : a + size], velocity, L0 if share == 0.0 else 0.0, L, time)
+    slopes.work[a] = take_step(data, motion, found)
+    for i in range(states):
+        intercept[e + i], limit[e + i] = found.state[i] - data.spring[i] * w[a + data.direction[i]], L
+    for d in range(size):
+        r, o = a + d, size - 1 - d
+        slopes.target[r] = traction(data, found, d) - data.kt[d] * w[r]
+        slopes.own[r] = found.direct_by_u[d, d] - data.kt[d] + before.rate * found.direct_by_velocity[d, d]
+        slopes.cross[r] = found.direct_by_u[d, o] + before.rate * found.direct_by_velocity[d, o]
+        slopes.coupling[r] = found.direct_by_limit[d] * slope
+        for i in range(states):
+            weight, passed = traction_by_state(data, found, d, i), found.by_time[i] * before.time
+            slopes.own[r] += weight * (1.0 - share) * found.by_travel[i, d]
+            slopes.cross[r] += weight * (1.0 - share) * found.by_travel[i, o]
+            slopes.coupling[r] += weight * found.by_limit[i] * slope
+            for k in range(size if share > 0.0 else 0):
+                passed += found.by_travel[i, k] * moved[k]
+            if share > 0.0:
+                slopes.coupling[r] += weight * passed * share / (z - before.w[normal])

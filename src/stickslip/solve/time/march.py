@@ -1,0 +1,257 @@
+"""Time integration to a steady state, the independent check of all frequency-domain results.
+
+It shares the structure, the contact tables and the step law with the harmonic balance, but neither harmonics nor Newton's
+method over a period. The periods are marched one by one and compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from stickslip.model.problem import Problem
+from stickslip.solve.time.contact_law import ContactState
+from stickslip.solve.time.methods import DEFAULT_METHOD, Method
+from stickslip.solve.time.model import StepMatrices, TimeModel, time_model
+from stickslip.solve.time.period import History, Loads, PeriodWork, State, march_period, settle
+from stickslip.solve.time.start import TimeStart
+from stickslip.support.checks import Array, fault, positive
+
+LOAD_STEPS = 4
+"""The fewest steps per period of the highest harmonic of the loads."""
+
+RATE_PERIODS = 5
+"""Over how many periods, at least, the rate of decay is measured; over a third of all of them if that is more."""
+
+GROWTH = 100.0
+"""A change from period to period that has risen by this factor from its least value says that the motion left an unstable one."""
+
+NEAR = 1e-3
+"""An estimated distance from a periodic motion below which a march that did not reach its tolerance has all but settled."""
+
+UNBOUNDED = 1e8
+"""Growth of the largest output since the first period beyond which a march is given up."""
+
+
+class MarchOutcome(IntEnum):
+    """How a march ended."""
+
+    PERIODIC = 1
+    NOT_PERIODIC = 2
+    STEP_FAILED = 3
+    UNBOUNDED = 4
+
+
+@dataclass(frozen=True)
+class March:
+    """Settings: steps per period, method, tolerance of periodicity, limit in periods.
+
+    A motion counts as periodic when its estimated distance from the limit, c r/(1 − r) with c the relative change from
+    period to period and r its rate of decay, is below `tolerance`.
+    """
+
+    steps_per_period: int = 2000
+    method: Method = DEFAULT_METHOD
+    tolerance: float = 1e-6
+    periods: int = 1000
+
+    def __post_init__(self) -> None:
+        if int(self.steps_per_period) != self.steps_per_period or self.steps_per_period < 8:
+            raise fault("steps_per_period", "must be a whole number of at least 8", self.steps_per_period, "Take thousands.")
+        if int(self.periods) != self.periods or self.periods < 2:
+            raise fault("periods", "must be a whole number of at least 2", self.periods)
+        positive("tolerance", self.tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class TimeCycle:
+    """The last period of a march, N steps; column n is the time t_n = n T/N.
+
+    outputs and first_outputs, those of the first period (outputs, N) [m]; contact_motion [m], contact_force [N] (rows, N);
+    friction_work (rows,) Σ L |Δs|, given, viscous: energies of the period [J]; periods marched; change from the period before and
+    estimated distance from the limit, relative; growth: the factor per period by which changes rose, 1 where they did not;
+    end: the state, from which a march may go on.
+    """
+
+    omega: float
+    level: float
+    outputs: Array
+    first_outputs: Array
+    contact_motion: Array
+    contact_force: Array
+    friction_work: Array
+    given: float
+    viscous: float
+    outcome: MarchOutcome
+    periods: int
+    change: float
+    distance: float
+    growth: float
+    end: TimeStart
+
+    @property
+    def energy_residual(self) -> float:
+        """|input − friction − viscous| relative to the input: what the method of integration adds or takes."""
+        lost = self.given - float(self.friction_work.sum()) - self.viscous
+        return abs(lost) / max(abs(self.given), np.finfo(float).tiny)
+
+    @property
+    def sentence(self) -> str:
+        """How the march ended, as a sentence."""
+        match self.outcome:
+            case MarchOutcome.PERIODIC:
+                return f"Periodic after {self.periods} periods, to about {self.distance:.1e}."
+            case MarchOutcome.NOT_PERIODIC:
+                return self._not_periodic
+            case MarchOutcome.STEP_FAILED:
+                return f"A step of period {self.periods} has no solution that Newton's method finds. Take more steps per period."
+            case MarchOutcome.UNBOUNDED:
+                return (
+                    f"The motion grew without bound within {self.periods} periods. Where contacts land, steps that do not "
+                    "resolve their vibration can gain energy: take more steps or a smaller spectral radius. Else the structure "
+                    "itself is unstable."
+                )
+
+    @property
+    def _not_periodic(self) -> str:
+        found = f"Not periodic within {self.periods} periods: the last one differs by {self.change:.1e} from the one before"
+        if self.growth > 1.0:
+            return f"{found}, and the difference has grown: a periodic motion is unstable here."
+        if self.distance < NEAR:
+            enough = 10.0 ** np.ceil(np.log10(self.distance))
+            return (
+                f"{found} and at most about {self.distance:.1e} from a periodic motion, more than `tolerance`. If this is "
+                f"close enough, pass tolerance={enough:.0e}. Lightly damped motion decays slowly."
+            )
+        return f"{found}. Allow more periods: about 2/ζ for a damping ratio ζ. A subharmonic response never becomes periodic."
+
+
+def march(problem: Problem, omega: float, level: float, start: TimeStart, settings: March) -> TimeCycle:
+    """Integrate M q̈ + C q̇ + K q + Bᵀ f(B q) = p(t) from a state at t = 0 until it is periodic, or the limit in periods."""
+    model = time_model(problem)
+    period = 2.0 * np.pi / positive("omega", omega)
+    with threadpool_limits(1, user_api="blas"):
+        matrices = model.step_matrices(settings.method.coefficients, period / settings.steps_per_period)
+        loads = loads_of_steps(model, omega, level, settings.steps_per_period)
+        state = state_at(model, start)
+        settle(model.table, matrices, loads, state)
+        return _until_periodic(model, matrices, loads, state, omega, level, settings)
+
+
+def _until_periodic(
+    model: TimeModel, matrices: StepMatrices, loads: Loads, state: State, omega: float, level: float, settings: March
+) -> TimeCycle:
+    last, history = (no_history(model, settings.steps_per_period) for _ in range(2))
+    changes: list[float] = []
+    outcome = MarchOutcome.NOT_PERIODIC
+    work = PeriodWork(0.0, 0.0, 0, -1)
+    first_outputs = last.outputs
+    count = 0
+    while outcome == MarchOutcome.NOT_PERIODIC and count < settings.periods:
+        last, history = history, last
+        work = march_period(model.table, matrices, loads, state, history)
+        count += 1
+        first_outputs = history.outputs.copy() if count == 1 else first_outputs
+        if work.failed >= 0:
+            outcome = MarchOutcome.STEP_FAILED
+        elif not np.max(np.abs(history.outputs)) <= UNBOUNDED * np.max(np.abs(first_outputs)):
+            outcome = MarchOutcome.UNBOUNDED
+        elif count > 1:
+            changes.append(_change(last, history, matrices.stiffness))
+            if distance(changes) <= settings.tolerance:
+                outcome = MarchOutcome.PERIODIC
+    contacts = state.contacts
+    end = TimeStart(model.shapes @ state.motion, model.shapes @ state.velocity, contacts.intercept.copy())
+    return TimeCycle(
+        omega=omega,
+        level=level,
+        outputs=history.outputs,
+        first_outputs=first_outputs,
+        contact_motion=history.contact_motion,
+        contact_force=history.contact_force,
+        friction_work=history.friction_work,
+        given=work.given,
+        viscous=work.viscous,
+        outcome=outcome,
+        periods=count,
+        change=changes[-1] if changes else np.inf,
+        distance=distance(changes),
+        growth=growth(changes),
+        end=end,
+    )
+
+
+def distance(changes: Sequence[float]) -> float:
+    """Estimated relative distance of the last period from the limit, from the changes between successive periods."""
+    if not changes:
+        return np.inf
+    last = changes[-1]
+    if last <= 1e-13:
+        return last
+    back = min(max(RATE_PERIODS, len(changes) // 3), len(changes) - 1)
+    if back < 2:
+        return np.inf
+    rate = (last / changes[-1 - back]) ** (1.0 / back)
+    return last * rate / (1.0 - rate) if rate < 1.0 else np.inf
+
+
+def growth(changes: Sequence[float]) -> float:
+    """Factor per period of the first rise of the changes by `GROWTH` from their least value, 1 where they never rise so far.
+
+    Near an unstable periodic motion every change is |μ| times the one before, μ the largest multiplier of Floquet. Sliders that
+    creep from one stuck state to another change by as much or less in every period.
+    """
+    least = 0
+    for k, change in enumerate(changes):
+        if change > GROWTH * changes[least]:
+            return float((change / changes[least]) ** (1.0 / (k - least)))
+        least = k if change < changes[least] else least
+    return 1.0
+
+
+def _change(before: History, after: History, stiffness: Array) -> float:
+    """Change between two periods relative to the vibration, of the outputs or of the contact forces, whichever is larger.
+
+    The vibration of contact forces is taken no smaller than that of the stuck springs, K_c w: an open contact has none.
+    """
+    forces = float(np.linalg.norm(after.contact_force - before.contact_force))
+    springs = stiffness[:, None] * after.contact_motion
+    return max(
+        _share(float(np.linalg.norm(after.outputs - before.outputs)), _vibration(after.outputs)),
+        _share(forces, max(_vibration(after.contact_force), _vibration(springs))),
+    )
+
+
+def _vibration(signals: Array) -> float:
+    """Size of signals (rows, N) about their means."""
+    return float(np.linalg.norm(signals - signals.mean(axis=1, keepdims=True)))
+
+
+def _share(difference: float, size: float) -> float:
+    return difference / size if size > 0.0 else float(difference > 0.0)
+
+
+def loads_of_steps(model: TimeModel, omega: float, level: float, steps: int) -> Loads:
+    static, harmonic = model.load(omega, level)
+    highest = (harmonic.shape[1] - 1) // 2
+    if steps < LOAD_STEPS * highest:
+        raise fault("steps_per_period", f"must resolve the load's harmonic {highest}", steps)
+    angles = 2.0 * np.pi * ((np.arange(steps)[:, None] * np.arange(1, highest + 1)) % steps) / steps
+    rows = np.zeros((steps, 2 * highest + 1))
+    rows[:, 1::2], rows[:, 2::2] = np.cos(angles), np.sin(angles)
+    return Loads(static, harmonic, rows)
+
+
+def state_at(model: TimeModel, start: TimeStart) -> State:
+    modes, rows, elements = model.mass.size, model.table.rows, model.table.stiffness.size
+    contacts = ContactState(np.zeros(rows), np.zeros(rows), np.array(start.intercepts, dtype=float), np.zeros(elements))
+    return State(model.weight @ start.motion, model.weight @ start.velocity, np.zeros(modes), contacts, np.zeros(rows))
+
+
+def no_history(model: TimeModel, steps: int) -> History:
+    rows, outputs = model.table.rows, model.problem.output_rows.shape[0]
+    return History(np.zeros((outputs, steps)), np.zeros((rows, steps)), np.zeros((rows, steps)), np.zeros(rows))

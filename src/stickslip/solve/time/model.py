@@ -1,0 +1,118 @@
+"""A problem in the modes of its stuck structure, with the constant matrices of one time step size.
+
+With q = Φη and Φᵀ(K + BᵀK_cB)Φ = I:  m η̈ + c η̇ + η = Φᵀp − Rᵀλ,  R = BΦ,  λ = f − K_c w. Massless motions have m = 0 and
+need no special case. What slips or opens enters through λ alone, so the effective matrix S of a step never changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy import linalg
+
+from stickslip.model.contact.table import ContactTable, contact_table
+from stickslip.model.problem import Problem
+from stickslip.model.problem.speed import refuse_speed
+from stickslip.solve.time.methods import Coefficients
+from stickslip.support.checks import Array, InputError
+
+DIAGONAL = 1e-9
+"""Couplings of the modal damping below this share of √(c_ii c_jj) are rounding."""
+
+
+class StepMatrices(NamedTuple):
+    """What a step needs. m modes, r contact rows; a diagonal matrix is stored as one column (m, 1).
+
+    mass (m,); damping c and inverse S⁻¹, (m, m) or (m, 1), S = (1 − αm)/(βh²) m + (1 − αf)(γ/(βh) c + 1);
+    shape R (r, m), receiver Rᵀ (m, r), compliance G = (1 − αf) R S⁻¹ Rᵀ (r, r): w = w_free − G λ; stiffness K_c (r,);
+    outputs (outputs, m); coefficients of the method; step h [s].
+    """
+
+    mass: Array
+    damping: Array
+    inverse: Array
+    shape: Array
+    receiver: Array
+    compliance: Array
+    stiffness: Array
+    outputs: Array
+    coefficients: Coefficients
+    step: float
+
+
+@dataclass(frozen=True, eq=False)
+class TimeModel:
+    """Modes of the stuck structure: shapes Φ (n, m), mass (m,), damping (m, m) or (m, 1); weight = ΦᵀK' (m, n), η = weight q."""
+
+    problem: Problem
+    table: ContactTable
+    shapes: Array
+    mass: Array
+    damping: Array
+    weight: Array
+
+    def load(self, omega: float, level: float) -> tuple[Array, Array]:
+        """Modal loads, static (m,) and harmonic (m, 2H+1) in real storage, H the highest harmonic of the forces."""
+        highest = max(harmonic for force in self.problem.forces for harmonic in force.amplitudes)
+        harmonic = self.problem.load(highest, level, omega)
+        harmonic[:, 0] = 0.0
+        return self.shapes.T @ self.problem.static_load, np.ascontiguousarray(self.shapes.T @ harmonic)
+
+    def step_matrices(self, coefficients: Coefficients, step: float) -> StepMatrices:
+        """The matrices of a step of size h = `step`, s."""
+        free = 1.0 - coefficients.force_weight
+        inertia = (1.0 - coefficients.mass_weight) / (coefficients.beta * step**2) * self.mass
+        rate = coefficients.gamma / (coefficients.beta * step)
+        if self.damping.shape[1] == 1:
+            inverse = 1.0 / (inertia[:, None] + free * (rate * self.damping + 1.0))
+        else:
+            inverse = linalg.inv(np.diag(inertia + free) + free * rate * self.damping)
+        shape = np.ascontiguousarray(self.problem.B @ self.shapes)
+        receiver = np.ascontiguousarray(shape.T)
+        passed = inverse * receiver if self.damping.shape[1] == 1 else inverse @ receiver
+        return StepMatrices(
+            mass=self.mass,
+            damping=self.damping,
+            inverse=np.ascontiguousarray(inverse),
+            shape=shape,
+            receiver=receiver,
+            compliance=np.ascontiguousarray(free * (shape @ passed)),
+            stiffness=self.problem.contact_stiffness,
+            outputs=np.ascontiguousarray(self.problem.output_rows @ self.shapes),
+            coefficients=coefficients,
+            step=step,
+        )
+
+
+def time_model(problem: Problem) -> TimeModel:
+    """Decompose a problem once; `step_matrices` then serves every step size."""
+    refuse_speed(problem, "Time integration")
+    if not problem.systems.alike or problem.mean_springs:
+        raise InputError(
+            "Time integration must see one structure for all harmonics, but a tuned disk has one for each nodal diameter, "
+            "mean springs act on harmonic 0 alone, and aerodynamics of a disk on vibration alone. Integrate the full disk, "
+            "`disk.full()`, without mean springs and aerodynamics."
+        )
+    stiffness = problem.stuck_stiffness
+    mass, shapes = linalg.eigh(problem.structure.M, stiffness)
+    mass = np.where(mass > 1e-15 * mass.max(), mass, 0.0)
+    damping = shapes.T @ problem.C @ shapes
+    return TimeModel(
+        problem=problem,
+        table=contact_table(problem.contacts),
+        shapes=np.ascontiguousarray(shapes),
+        mass=mass,
+        damping=_compact(damping),
+        weight=np.ascontiguousarray(shapes.T @ stiffness),
+    )
+
+
+def _compact(damping: Array) -> Array:
+    """The matrix, or its diagonal as one column where the rest is rounding."""
+    diagonal = np.diag(damping).copy()
+    size = np.sqrt(np.abs(np.outer(diagonal, diagonal)))
+    if np.all(np.abs(damping - np.diag(diagonal)) <= DIAGONAL * np.maximum(size, 1e-3 * size.max(initial=0.0))):
+        return diagonal[:, None]
+    return np.ascontiguousarray(damping)

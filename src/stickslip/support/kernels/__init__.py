@@ -1,0 +1,12 @@
+"""Compiled kernels: how they are made, kept on disk and called.
+
+Begin with `decorators`: `kernel` for functions that Python calls, `inner` and `inlined` for those that only kernels call. A large
+kernel that many others call is `separate`; it sees the tables of its caller through a `view`.
+"""
+
+from stickslip.support.kernels import cache, passes
+from stickslip.support.kernels.decorators import inlined, inner, kernel, uncompiled
+from stickslip.support.kernels.results import boxed
+from stickslip.support.kernels.separate import compiled, separate
+
+__all__ = ["boxed", "cache", "compiled", "inlined", "inner", "kernel", "passes", "separate", "uncompiled"]

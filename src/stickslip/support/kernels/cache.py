@@ -1,0 +1,170 @@
+"""Where compiled kernels are kept on disk, and those that came with the package.
+
+Each compiled kernel is one file, whose name holds the digest of all sources that it depends on (`sources`), the types that it
+takes, the processor and the version of numba: a change anywhere compiles what depends on it, and nothing else; an old result is
+never used with new code; processes that compile at the same time do not disturb one another.
+
+A wheel carries kernels compiled for a common processor, `COMMON`. They serve where nothing was compiled on the machine itself.
+
+What is found is unpickled, and so run: a folder that others can write to is not used.
+"""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import os
+import pickle
+import platform
+import shutil
+import stat
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm  # type: ignore[import-untyped]
+import numba
+from numba.core import caching, serialize
+from numba.core.compiler import CompileResult
+
+from stickslip.support.kernels.sources import digest_of
+
+_PACKAGE = Path(__file__).parents[2]
+
+PACKED = _PACKAGE / "compiled_kernels"
+"""The kernels in a wheel."""
+
+COMMON = {"x86_64": "x86-64-v3", "AMD64": "x86-64-v3"}.get(platform.machine(), "generic")
+"""The processor of the kernels in a wheel, by its name in LLVM: of its instructions the newer ones change the speed by some
+percent. Others than those of x86-64 take the basis of their kind."""
+
+_COMMON_NEEDS = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
+
+UNUSED_SECONDS = 3 * 86400.0
+"""Age from which kernels of other sources are removed; younger ones may belong to a process that still runs."""
+
+
+class KernelCache(caching._Cache):
+    """What numba asks for a compiled kernel before it compiles one, and gives it to afterwards."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+        path = Path(function.__code__.co_filename)
+        self._name, self._sources = f"{path.parent.name}.{path.stem}.{function.__qualname__}", digest_of(path)
+
+    @property
+    def cache_path(self) -> str:
+        return str(FOLDER)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled kernel for a signature, of this processor or else from the wheel; None where it is to be compiled."""
+        target_context.refresh()
+        triple, *processor = target_context.codegen().magic_tuple()
+        places = [(FOLDER, (triple, *processor))] + [(PACKED, (triple, COMMON, ""))] * _takes_packed()
+        for folder, target in places:
+            with suppress(OSError):
+                kept = (folder / self._file(sig, target)).read_bytes()
+                return CompileResult._rebuild(target_context, *pickle.loads(kept))  # noqa: S301
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a compiled kernel; those of older sources go."""
+        if data.library.has_dynamic_globals:
+            raise TypeError(f"{self._name} holds an address of this process, and cannot be kept.")
+        path = FOLDER / self._file(sig, data.codegen.magic_tuple())
+        with suppress(OSError):
+            FOLDER.mkdir(parents=True, exist_ok=True)
+            with tempfile.NamedTemporaryFile(dir=FOLDER, delete=False) as file:
+                file.write(serialize.dumps(data._reduce()))
+            os.replace(file.name, path)
+            for old in FOLDER.glob(f"{self._name}-*"):
+                if self._sources[:16] not in old.name and time.time() - old.stat().st_mtime > UNUSED_SECONDS:
+                    old.unlink()
+
+    def _file(self, sig: Any, target: tuple[Any, ...]) -> str:
+        code = self._function.__code__.co_code
+        python = *sys.version_info[:2], getattr(sys, "abiflags", "")
+        given = repr((str(sig), target, numba.__version__, python, hashlib.sha256(code).hexdigest()))
+        return f"{self._name}-{self._sources[:16]}-{hashlib.sha256(given.encode()).hexdigest()[:16]}.kernel"
+
+    def enable(self) -> None:
+        """It is always in use."""
+
+    def disable(self) -> None:
+        """It is always in use."""
+
+    def flush(self) -> None:
+        """Each change of the sources does so."""
+
+
+def kept(dispatcher: Any) -> Any:
+    """A function of numba whose compiled code is kept for later processes, unless it was typed in and has no file, or was made in
+    another function: its code may hold values of that, which no source shows."""
+    function = dispatcher.py_func
+    if "<locals>" not in function.__qualname__ and Path(function.__code__.co_filename).is_file():
+        dispatcher._cache = KernelCache(dispatcher.py_func)
+    return dispatcher
+
+
+def nothing_is_kept() -> bool:
+    """Whether a first problem has all its kernels to compile."""
+    return not any(any(folder.glob("*.kernel")) for folder in (FOLDER, PACKED))
+
+
+def _takes_packed() -> bool:
+    """Whether this processor runs the kernels of the wheel, and nobody asked for another's (numba's setting)."""
+    features = llvm.get_host_cpu_features()
+    runs = COMMON == "generic" or all(features.get(each, False) for each in _COMMON_NEEDS)
+    return runs and numba.config.CPU_NAME is None and not OWN_ONLY  # type: ignore[attr-defined]
+
+
+OWN_ONLY = False
+"""True: kernels are compiled for this processor although the wheel has others that run on it."""
+
+
+def _folder() -> Path:
+    """The one that NUMBA_CACHE_DIR names, or a writable one: beside the package, else the user's cache, else a temporary one of
+    the user alone."""
+    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(chosen).absolute() / "stickslip"
+    home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "stickslip")
+    for parent in (_PACKAGE / "__pycache__", home):
+        if not parent.is_absolute():
+            continue  # a user without a home; the working folder may be that of a model
+        with suppress(OSError):
+            (parent / "kernels").mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=parent / "kernels"):
+                return parent / "kernels"
+    return _temporary_folder() / "kernels"
+
+
+def _temporary_folder() -> Path:
+    """The user's own folder among the temporary ones, which later processes find again; where another took its name, one that
+    ends with this process."""
+    if not hasattr(os, "geteuid"):
+        return Path(tempfile.gettempdir()) / "stickslip"  # on Windows temporary folders are the user's own
+    folder = Path(tempfile.gettempdir()) / f"stickslip-{os.geteuid()}"
+    with suppress(OSError):
+        folder.mkdir(mode=0o700, exist_ok=True)
+        if _is_mine_alone(folder) and folder.parent != Path.cwd():  # which is the last place for temporary files
+            return folder
+    passing = Path(tempfile.mkdtemp(prefix="stickslip-"))
+    atexit.register(shutil.rmtree, passing, ignore_errors=True)
+    return passing
+
+
+def _is_mine_alone(folder: Path) -> bool:
+    """Whether a folder, and no link to one, is this user's and shut to others, and stays: what holds it belongs to the user or
+    the system, and others cannot write there or, by its sticky bit, not move what is not theirs."""
+    own, above, me = folder.lstat(), folder.parent.stat(), os.geteuid()
+    shut = stat.S_ISDIR(own.st_mode) and own.st_uid == me and not own.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
+    stays = above.st_mode & stat.S_ISVTX or not above.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    return shut and bool(stays) and above.st_uid in (0, me)
+
+
+FOLDER = _folder()
+"""Where this process keeps kernels."""
