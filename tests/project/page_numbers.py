@@ -1,12 +1,13 @@
-"""Measured numbers on the hand-written pages, and the markers that name what computes them: the rules stand in CONTRIBUTING.md.
+"""Measured numbers on the hand-written pages, and what computes them by docs/numbers.toml: the rules stand in CONTRIBUTING.md.
 
-A page is read in pieces (a paragraph, a list item, a row of a table), and `faults` compares the numbers of each with its markers.
+A page is read in pieces (a paragraph, a list item, a row of a table), and `faults` compares the numbers of each with its sources.
 """
 
 from __future__ import annotations
 
 import ast
 import re
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -16,7 +17,8 @@ from pathlib import Path
 from verify.row import PAGE
 
 ROOT = Path(__file__).parents[2]
-# What commands write: these pages need no markers, since nobody can change a number on them.
+REGISTER = ROOT / "docs" / "numbers.toml"
+# What commands write: these pages need no sources, since nobody can change a number on them.
 GENERATED = {
     "verify": "docs/verification.md",
     "variability": "docs/variability_numbers.md",
@@ -28,8 +30,9 @@ GENERATED = {
 STATED = ("given", "published")
 KINDS = ("verify", "test", "variability", "robustness", "bench", *STATED)
 
-_COMMENT = re.compile(r"<!--(.*?)-->", re.S)
-_MARKER = re.compile(r"\s*(\w+):\s*(.*?)\s*$", re.S)
+ALL = "all of: "
+"""Before the opening words of a block whose numbers all have a source."""
+
 _FENCE = re.compile(r"^ *(```+|:::+).*?^ *\1 *$", re.S | re.M)
 # A formula that is only a power of ten is a number; all others are formulas.
 _POWER = re.compile(r"\$\s*(?:(\d+(?:\.\d+)?)\s*\\cdot\s*)?10\^\{?(-?\d+)\}?\s*\$")
@@ -76,20 +79,27 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Marker:
-    """What a comment of a page says: where its numbers are computed, or which numbers were given or published."""
+class Source:
+    """Where numbers are computed, or which numbers were given or published, for what begins with some words of a page."""
 
-    line: int
+    opening: str
     kind: str
     body: str
+
+    def holds_for(self, piece: Piece) -> bool:
+        if self.opening.startswith(ALL):
+            return piece.block.startswith(self.opening.removeprefix(ALL))
+        return piece.opening.startswith(self.opening)
 
 
 @dataclass
 class Piece:
-    """A paragraph, list item or row: its lines with numbers in their places, and the markers that hold for it."""
+    """A paragraph, list item or row: its lines with numbers in their places, and the words with which it and its block, all from
+    one empty line to the next, open."""
 
+    opening: str
+    block: str
     lines: list[tuple[int, str]] = field(default_factory=list)
-    markers: list[Marker] = field(default_factory=list)
     columns: tuple[bool, ...] = ()  # of a row: whose heads name a unit
 
     def numbers(self) -> Iterator[tuple[int, Number]]:
@@ -105,6 +115,11 @@ class Piece:
             text += part + "\n"
         for place, number in measured(text):
             yield max(entry for entry in starts if entry[0] <= place)[1], number
+
+
+def opening(line: str) -> str:
+    """A line in words: without the signs of lists, tables, heads and emphasis."""
+    return " ".join(re.sub(r"[|*`#>_]|^\s*(?:[-+:]|\d+\.)\s", " ", line).split())
 
 
 def cells(row: str) -> list[str]:
@@ -151,21 +166,12 @@ def _power(match: re.Match[str]) -> str:
 
 
 def pieces(page: str) -> Iterator[Piece]:
-    """The pieces of a page, without code, formulas and targets of links.
-
-    A marker on a line of its own above a table, a list or a paragraph holds for all of it.
-    """
+    """The pieces of a page, without code, formulas and targets of links."""
     page = _FENCE.sub(_blank, page)
-    markers: dict[int, list[Marker]] = {}
-    for comment in _COMMENT.finditer(page):
-        said = _MARKER.match(comment[1])
-        line = page.count("\n", 0, comment.start())
-        if said is not None:
-            markers.setdefault(line, []).append(Marker(line + 1, said[1], re.sub(r"\s+", " ", said[2])))
-    text = _POWER.sub(_power, _COMMENT.sub(_blank, page))
+    text = _POWER.sub(_power, page)
     for pattern in _NOT_TEXT:
         text = pattern.sub(_blank, text)
-    shared: list[Marker] = []
+    block = ""
     columns: tuple[bool, ...] = ()
     piece: Piece | None = None
     lines = text.splitlines()
@@ -173,19 +179,16 @@ def pieces(page: str) -> Iterator[Piece]:
         if not original.strip():
             if piece is not None:
                 yield piece
-            piece, shared, columns = None, [], ()
+            piece, block, columns = None, "", ()
             continue
-        if not line.strip() and piece is None and i in markers:
-            shared += markers[i]
-            continue
+        block = block or opening(original)
         if piece is None and _RULE.match(lines[i + 1] if i + 1 < len(lines) else ""):
             columns = tuple(bool(_IN_HEADER.search(cell)) for cell in cells(line))
         if piece is None or columns or re.match(r"\s*([*+-]|\d+\.|#+|:)\s", line):
             if piece is not None:
                 yield piece
-            piece = Piece(markers=list(shared), columns=columns)
+            piece = Piece(opening(original), block, columns=columns)
         piece.lines.append((i + 1, line))
-        piece.markers += markers.get(i, [])
     if piece is not None:
         yield piece
 
@@ -254,35 +257,23 @@ def _of_generated(kind: str, body: str) -> list[float] | str:
     return values or f"{GENERATED[kind]} has no line {body!r}"
 
 
-def _stated(marker: Marker) -> list[Number] | str:
-    """The numbers of "4.6, 80 Hz; source"."""
-    listed, _, source = marker.body.partition(";")
-    if marker.kind == "published" and not source.strip():
-        return "the source must follow the numbers, after a semicolon"
+def _stated(source: Source) -> list[Number] | str:
+    """The numbers of "4.6, 80 Hz; publication"."""
+    listed, _, publication = source.body.partition(";")
+    if source.kind == "published" and not publication.strip():
+        return "the publication must follow the numbers, after a semicolon"
     return [_read(found) for found in _NUMBER.finditer(listed)] or "the numbers themselves must stand in it"
 
 
-def _meant(marker: Marker) -> list[float] | list[Number] | str:
-    """The numbers that a marker answers for, or what is wrong with it."""
-    if marker.kind == "verify":
-        return _of_verify(marker.body)
-    if marker.kind == "test":
-        return _of_test(marker.body)
-    if marker.kind in STATED:
-        return _stated(marker)
-    return _of_generated(marker.kind, marker.body) if marker.kind in KINDS else f"a marker is one of {', '.join(KINDS)}"
-
-
-def _torn(page: str) -> Iterator[int]:
-    """Lines that begin with a marker in the middle of a paragraph: Markdown ends the paragraph there."""
-    lines = [""] + [line.strip() for line in _FENCE.sub(_blank, page).splitlines()] + [""]
-    for i, line in enumerate(lines):
-        if line.startswith("<!--"):
-            alone = not _COMMENT.sub("", line).strip()
-            first, last = (not before or before.startswith("<!--") for before in (lines[i - 1], lines[i + 1]))
-            ends = last or bool(re.match(r"([*+-]|\d+\.)\s", lines[i + 1]))
-            if not (alone and (first or ends)):
-                yield i
+def _meant(source: Source) -> list[float] | list[Number] | str:
+    """The numbers that a source answers for, or what is wrong with it."""
+    if source.kind == "verify":
+        return _of_verify(source.body)
+    if source.kind == "test":
+        return _of_test(source.body)
+    if source.kind in STATED:
+        return _stated(source)
+    return _of_generated(source.kind, source.body) if source.kind in KINDS else f"a source is one of {', '.join(KINDS)}"
 
 
 def _covers(meant: float | Number, number: Number) -> bool:
@@ -291,28 +282,36 @@ def _covers(meant: float | Number, number: Number) -> bool:
     return number.agrees(meant)
 
 
-def faults(page: str, name: str = "page") -> list[str]:
-    """Every measured number that no marker answers for, and every marker that names nothing or answers for no number."""
-    found = [f"{name}:{line}: a line that begins with a marker tears its paragraph" for line in _torn(page)]
-    meant: dict[Marker, list[float] | list[Number] | str] = {}
-    used: dict[Marker, set[float | Number]] = {}
+def register() -> dict[str, dict[str, list[str]]]:
+    """The sources of all pages, by page and opening words."""
+    return tomllib.loads(REGISTER.read_text())
+
+
+def faults(page: str, sources: dict[str, list[str]], name: str = "page") -> list[str]:
+    """Every measured number that no source answers for, and every source that names nothing or answers for no number."""
+    listed = []
+    for words, texts in sources.items():
+        listed += [Source(words, kind, body.strip()) for kind, _, body in (text.partition(":") for text in texts)]
+    meant = {source: _meant(source) for source in listed}
+    found: list[str] = []
+    used: dict[Source, set[float | Number]] = {}
     for piece in pieces(page):
-        meant |= {marker: _meant(marker) for marker in piece.markers if marker not in meant}
+        own = [source for source in listed if source.holds_for(piece)]
         for line, number in piece.numbers():
             covering = [
-                (mark, one) for mark in piece.markers for one in meant[mark] if not isinstance(one, str) and _covers(one, number)
+                (source, one) for source in own for one in meant[source] if not isinstance(one, str) and _covers(one, number)
             ]
-            for marker, one in covering:
-                used.setdefault(marker, set()).add(one)
+            for source, one in covering:
+                used.setdefault(source, set()).add(one)
             if not covering:
-                held = "; ".join(f"{marker.kind}: {marker.body}" for marker in piece.markers)
-                found.append(
-                    f"{name}:{line}: {number.text}: " + (f"not given by {held}" if held else "no marker says what computes it")
-                )
-    for marker, numbers in meant.items():
-        unused = [number.text for number in numbers if isinstance(number, Number) and number not in used.get(marker, ())]
+                held = "; ".join(f"{source.kind}: {source.body}" for source in own)
+                place = f"{name}:{line}: {number.text}: "
+                found.append(place + (f"not given by {held}" if held else f'no source; "{piece.opening}" begins no entry'))
+    for source, numbers in meant.items():
+        unused = [number.text for number in numbers if isinstance(number, Number) and number not in used.get(source, ())]
+        place = f"{name}: {source.opening}: {source.kind}: "
         if isinstance(numbers, str):
-            found.append(f"{name}:{marker.line}: {marker.kind}: {numbers}")
-        elif unused or marker not in used:
-            found.append(f"{name}:{marker.line}: {marker.kind}: {', '.join(unused) or marker.body}: no such number in its piece")
+            found.append(place + numbers)
+        elif unused or source not in used:
+            found.append(f"{place}{', '.join(unused) or source.body}: no such number in what begins so")
     return found
