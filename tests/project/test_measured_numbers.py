@@ -10,9 +10,8 @@ from project.page_numbers import GENERATED, ROOT, faults, measured, pieces, regi
 RECORDS = {*GENERATED.values(), "docs/decisions.md"}
 """Pages of what was measured once."""
 
-PAGES = [path for path in sorted((ROOT / "docs").glob("*.md")) if str(path.relative_to(ROOT)) not in RECORDS] + [
-    ROOT / "README.md"
-]
+PAGES = [ROOT / "README.md"]
+PAGES += [path for path in sorted((ROOT / "docs").glob("*.md")) if str(path.relative_to(ROOT)) not in RECORDS]
 
 ROW = "k_n at 103.9 N, Harris, N/m"  # 654357503.2, reference 654400000, tolerance 1e-4
 TEST = "tests/disks/test_lumped_disk.py"
