@@ -27,6 +27,7 @@ PAGE = ROOT / "docs" / "verification.md"
 FOLDERS = ("src", "verify")
 """What a topic's numbers come from."""
 TOPICS = (
+    "published",
     "single_contact",
     "one_mass",
     "linear_limits",
