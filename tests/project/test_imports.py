@@ -67,7 +67,7 @@ MODULE_IN_TEXT = re.compile(r"stickslip\.[.\w]+$")
 """A text that is the name of a module, or how an f-string that makes one begins."""
 
 IMPORTS_BY_NAME = {
-    "model/readers/matlab_files.py": "a reader of its own folder, by the version of the file",
+    "model/readers/matlab.py": "a reader of its own folder, by the version of the file",
     "model/readers/process.py": "the reader that another process is told to use",
     "show/plots/catalogue.py": "every module of its own folder",
     "support/renderers.py": "what the package, which stands above all, names",

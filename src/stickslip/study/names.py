@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stickslip.model.contact.point import GROUND, between
-from stickslip.model.readers.conversion import levers
+from stickslip.model.readers.model import levers
 from stickslip.model.structure.matrices import nearest_dof, of_single_nodes
 from stickslip.study.units import Units
 

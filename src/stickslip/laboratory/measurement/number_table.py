@@ -176,7 +176,7 @@ def matlab_tables(paths: Sequence[Path]) -> list[NumberTable]:
     with tempfile.TemporaryDirectory() as folder:
         listed = Path(folder) / "files.json"
         listed.write_text(json.dumps([str(path.absolute()) for path in paths]), encoding="utf-8")
-        found = arrays_of(listed, "stickslip.model.readers.matlab_files")
+        found = arrays_of(listed, "stickslip.model.readers.matlab")
     own: list[dict[str, Any]] = [{} for _ in paths]
     for key, values in found.items():
         number, name = key.split(":", 1)

@@ -9,7 +9,6 @@ the other. (Abaqus Keywords Guide: *MATRIX INPUT, *USER ELEMENT, *MATRIX, *SUBST
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +29,9 @@ JOB = re.compile(r"(.+)_(?:STIF|MASS|DMPV|DMPS)\d*", re.IGNORECASE)
 def read(path: Path) -> Content:
     """A matrix or a substructure; coordinates and sets from JOB.inp where that stands beside."""
     refuse_cut(path)
-    deck = _deck(path)
+    job = JOB.fullmatch(path.stem)
+    beside = path.with_name(f"{job[1] if job else path.stem}.inp")
+    deck = read_deck(beside).along_own_axes if beside.is_file() else Deck()
     with path.open(encoding="ascii", errors="replace") as file:
         head = file.read(1 << 16).upper()
     if "*USER ELEMENT" in head:
@@ -42,23 +43,12 @@ def read(path: Path) -> Content:
         return Content("Abaqus coordinate matrix", {"": _square(path.name, rows, columns, entries[:, 2], size)})
     if entries.shape[1] != 5:
         raise fault(f"Each line of {path.name}", "must have 5 or 3 numbers", entries.shape[1])
-    return _matrix_input(path, entries, deck)
-
-
-def _deck(path: Path) -> Deck:
-    match = JOB.fullmatch(path.stem)
-    beside = path.with_name(f"{match[1]}.inp" if match else f"{path.stem}.inp")
-    return read_deck(beside).along_own_axes if beside.is_file() else Deck()
-
-
-def _matrix_input(path: Path, entries: Array, deck: Deck) -> Content:
-    """Lines "node, direction, node, direction, value"; internal nodes have negative numbers. Rows in ascending order."""
-    what = f"Nodes and directions of {path.name}"
-    keys = whole(what, entries[:, :4], -(2**31)).reshape(-1, 2, 2)
-    found, rows = np.unique(keys.reshape(-1, 2), axis=0, return_inverse=True)
-    pairs = rows.reshape(-1, 2)
-    matrix = _square(path.name, pairs[:, 0], pairs[:, 1], entries[:, 4], len(found))
-    dofs = tuple(dof(int(node), int(direction)) for node, direction in found)
+    # Internal nodes have negative numbers; the rows of the model are in ascending order of node and direction.
+    keys = whole(f"Nodes and directions of {path.name}", entries[:, :4], -(2**31)).reshape(-1, 2)
+    freedoms, numbers = np.unique(keys, axis=0, return_inverse=True)
+    pairs = numbers.reshape(-1, 2)
+    matrix = _square(path.name, pairs[:, 0], pairs[:, 1], entries[:, 4], len(freedoms))
+    dofs = tuple(dof(int(node), int(direction)) for node, direction in freedoms)
     return Content("Abaqus matrix", {"": matrix}, dofs, deck.nodes, deck.sets, deck.notes, deck.cells, deck.solids)
 
 
@@ -70,6 +60,7 @@ def _square(what: str, rows: Index, columns: Index, values: Array, size: int) ->
 
 
 def _substructure(path: Path, deck: Deck) -> Content:
+    """The matrices of *USER ELEMENT; a note names the cards whose lines are not read."""
     within_memory(path.name, 12 * path.stat().st_size)
     text = path.read_text(encoding="ascii", errors="replace")
     nodes, matrices = _element_nodes(text), {}
@@ -112,17 +103,12 @@ def _directions(data: list[str], nodes: list[str]) -> tuple[str, ...]:
     if not lines:
         raise fault("*USER ELEMENT", "must list directions", "none")
     changes = {1: lines[0]} | {line[0]: line[1:] for line in lines[1:] if line}
-    found: list[str] = []
+    names: list[str] = []
     present = lines[0]
     for position, node in enumerate(nodes, start=1):
         present = changes.get(position, present)
-        found += [dof(node, direction) for direction in present]
-    return tuple(found)
-
-
-def _lines(columns: Iterable[int], longest: int) -> list[int]:
-    """Entries of each line where columns of so many entries begin lines."""
-    return [min(longest, entries - first) for entries in columns for first in range(0, entries, longest)]
+        names += [dof(node, direction) for direction in present]
+    return tuple(names)
 
 
 def _packed(what: str, data: list[str], size: int) -> Array:
@@ -132,8 +118,10 @@ def _packed(what: str, data: list[str], size: int) -> Array:
     if not triangle and values.size != size * size:
         raise fault(what, f"must have {size * (size + 1) // 2} or {size * size} entries for {size} rows", values.size)
     lengths = [len(fields(line)) for line in data]
-    columns = range(1, size + 1) if triangle else [size] * size
-    if all(lengths != _lines(parts, max(lengths)) for parts in ([values.size], columns)):
+    # A comma lost on one line and one gained on another leave the count as it is, but not the lengths of the lines.
+    columns, longest = range(1, size + 1) if triangle else [size] * size, max(lengths)
+    layouts = ([min(longest, n - first) for n in parts for first in range(0, n, longest)] for parts in ([values.size], columns))
+    if lengths not in layouts:
         raise fault(what, "must have full lines except the last one, of the matrix or of each column", lengths[:20])
     if not triangle:
         return values.reshape(size, size).T

@@ -34,10 +34,10 @@ def read(path: Path) -> Content:
     if not installed():
         raise fault("Ansys .full files", "must have their reader", "not installed", 'Get it: pip install "stickslip[ansys]".')
     within_memory(path.name, 12 * path.stat().st_size)
-    found = arrays_of(path, __name__)
-    stiffness, mass = _mirrored(found["K"]), _mirrored(found["M"])
+    read_arrays = arrays_of(path, __name__)
+    stiffness, mass = _mirrored(read_arrays["K"]), _mirrored(read_arrays["M"])
     present = np.flatnonzero(stiffness.diagonal() != 0.0)
-    dofs = tuple(dof(int(node), int(direction) + 1) for node, direction in found["rows"][present])
+    dofs = tuple(dof(int(node), int(direction) + 1) for node, direction in read_arrays["rows"][present])
     dropped = stiffness.shape[0] - present.size
     notes = (f"{dropped} constrained rows of the file are left out.",) if dropped else ()
     matrices = {"K": stiffness[present][:, present], "M": mass[present][:, present]}
@@ -50,11 +50,11 @@ def arrays(path: Path) -> dict[str, Any]:
     if not hasattr(file, "load_km"):
         raise fault(path.name, "must be a .full file", type(file).__name__, "A result file (.rst) holds no matrices.")
     rows, K, M = file.load_km(as_sparse=True, sort=False)
-    found: dict[str, Any] = {"rows": np.asarray(rows)}
+    named: dict[str, Any] = {"rows": np.asarray(rows)}
     for name, matrix in (("K", K), ("M", M)):
-        found[name] = sparse.csc_array(matrix)
-        found[name].sum_duplicates()
-    return found
+        named[name] = sparse.csc_array(matrix)
+        named[name].sum_duplicates()
+    return named
 
 
 def _mirrored(matrix: Any) -> sparse.csc_array:

@@ -15,9 +15,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 
-from stickslip.model.readers.cells import FoundCells
 from stickslip.model.readers.content import given_twice, located_once
-from stickslip.model.readers.deck import MOST_GENERATED, CardList, CardsMet, Deck, own_axes
+from stickslip.model.readers.deck import MOST_GENERATED, CardList, CardsMet, Deck, FoundCells, own_axes
 from stickslip.model.readers.limits import refuse_utf_16, within_memory
 from stickslip.model.readers.numbers import coordinate, integer
 from stickslip.model.structure.matrices import Point
@@ -208,7 +207,7 @@ def _types(lines: Iterator[str]) -> Iterator[tuple[str, str]]:
         yield numbers[0], numbers[1]
 
 
-def _elements(lines: Iterator[str], types: Mapping[str, str], found: FoundCells) -> None:
+def _elements(lines: Iterator[str], types: Mapping[str, str], cells: FoundCells) -> None:
     """Elements up to the end of a block: -1. What has no faces is passed over."""
     widths, _ = _columns(next(lines, ""))
     for line in lines:
@@ -223,7 +222,7 @@ def _elements(lines: Iterator[str], types: Mapping[str, str], found: FoundCells)
                 break
             nodes += more
         if types.get(numbers[1] if len(numbers) > 1 else ""):
-            found.add(types[numbers[1]], nodes)
+            cells.add(types[numbers[1]], nodes)
 
 
 def _members(lines: Iterator[str], count: int) -> Iterator[int]:
@@ -231,7 +230,8 @@ def _members(lines: Iterator[str], count: int) -> Iterator[int]:
     widths, _ = _columns(next(lines, ""))
     each, width = len(widths), widths[0]
     total = last = left = 0
-    for text in chain.from_iterable(_cut(line, each, width) for line in _first(lines, -(-count // each))):
+    own = (next(lines, "") for _ in range(-(-count // each)))
+    for text in chain.from_iterable(_cut(line, each, width) for line in own):
         number, left = integer(text), left + 1
         span = range(last + 1, -number + 1) if number < 0 else range(number, number + 1)
         total += len(span)
@@ -241,11 +241,6 @@ def _members(lines: Iterator[str], count: int) -> Iterator[int]:
         last = abs(number)
     if left < count:
         raise fault("A component of nodes", f"must hold its {count} numbers", left, "The file is truncated.")
-
-
-def _first(lines: Iterator[str], count: int) -> Iterator[str]:
-    for _ in range(count):
-        yield next(lines, "")
 
 
 def _cut(line: str, count: int, width: int) -> list[str]:

@@ -34,7 +34,12 @@ def read(path: Path) -> Content:
             remedy = f"Unpack it: gunzip {packed.name}" if packed.is_file() else WRITE_THEM
             raise fault("A model of CalculiX", f"must have {file.name} beside {path.name}", "missing", remedy)
     dofs, several = _names(names)
-    entries = {letter: _entries(file) for letter, file in (("K", stiffness), ("M", mass))}
+    entries = {}
+    for letter, file in (("K", stiffness), ("M", mass)):
+        if not file.stat().st_size:
+            raise fault(file.name, "must hold a matrix", "empty", WRITE_THEM)
+        refuse_cut(file, CUT_SHORT)
+        entries[letter] = table(file, 3)
     if len(entries["K"]) != len(entries["M"]):
         raise fault(mass.name, f"must have as many lines as {stiffness.name}, {len(entries['K'])}", len(entries["M"]), CUT_SHORT)
     differing = np.flatnonzero(np.any(entries["K"][:, :2] != entries["M"][:, :2], axis=1))
@@ -46,23 +51,15 @@ def read(path: Path) -> Content:
             entries["M"][line, :2].tolist(),
         )
     matrices = {letter: _matrix(file, entries[letter], len(dofs)) for letter, file in (("K", stiffness), ("M", mass))}
-    deck = path.with_suffix(".inp")
-    found = read_deck(deck) if deck.is_file() else Deck()
-    missing = (f"No {deck.name} beside the matrices: no coordinates and no sets of nodes.",)
-    notes = found.notes if deck.is_file() else missing
+    beside = path.with_suffix(".inp")
+    deck = read_deck(beside) if beside.is_file() else Deck()
+    missing = (f"No {beside.name} beside the matrices: no coordinates and no sets of nodes.",)
+    notes = deck.notes if beside.is_file() else missing
     if not several:
-        return Content("CalculiX matrices", matrices, dofs, found.nodes, found.sets, notes, found.cells, found.solids)
-    nodes = {node: point for node, point in found.nodes.items() if node not in several}
-    sets = {name: tuple(own for node in each for own in several.get(node, [node])) for name, each in found.sets.items()}
+        return Content("CalculiX matrices", matrices, dofs, deck.nodes, deck.sets, notes, deck.cells, deck.solids)
+    nodes = {node: point for node, point in deck.nodes.items() if node not in several}
+    sets = {name: tuple(own for node in each for own in several.get(node, [node])) for name, each in deck.sets.items()}
     return Content("CalculiX matrices", matrices, dofs, nodes, sets, (*notes, _expanded(names.name, several)))
-
-
-def _entries(path: Path) -> Array:
-    """Lines "row column value", (entries, 3); the last one whole."""
-    if not path.stat().st_size:
-        raise fault(path.name, "must hold a matrix", "empty", WRITE_THEM)
-    refuse_cut(path, CUT_SHORT)
-    return table(path, 3)
 
 
 def _matrix(path: Path, entries: Array, size: int) -> Sparse:
@@ -81,6 +78,7 @@ def _matrix(path: Path, entries: Array, size: int) -> Sparse:
 
 
 def _expanded(file: str, several: Mapping[str, Sequence[str]]) -> str:
+    """A note on the nodes that CalculiX made of one of a shell or beam, with the first as the example."""
     node, names = next(iter(several.items()))
     nodes = f"{counted(len(several), 'node')} of shells or beams"
     return (
@@ -95,18 +93,18 @@ def _names(path: Path) -> tuple[tuple[str, ...], dict[str, list[str]]]:
 
     Their rows follow one another: a direction that is not beyond the one before begins the next.
     """
-    found: list[tuple[str, int]] = []
+    rows: list[tuple[str, int]] = []
     for line in path.read_text(encoding="ascii", errors="replace").split():
         node, dot, direction = line.partition(".")
         if not (dot and node.isdecimal() and direction in DIRECTIONS):
             raise fault(f"A line of {path.name}", "must be NODE.DIRECTION with a direction of 1 to 6", line[:40])
-        found.append((node, int(direction)))
-    if not found:
+        rows.append((node, int(direction)))
+    if not rows:
         raise fault(path.name, "must hold a line NODE.DIRECTION for each row", "empty", WRITE_THEM)
     parts: dict[str, int] = {}
     numbered: list[tuple[str, int, int]] = []
     last: tuple[str, int] = "", 0
-    for node, number in found:
+    for node, number in rows:
         if node != last[0] or number <= last[1]:
             parts[node] = parts.get(node, 0) + 1
         numbered.append((node, parts[node], number))

@@ -52,33 +52,33 @@ def chosen(content: Content, variables: Mapping[Any, str], file: str, needed: Se
     for letter, name in variables.items():
         if not isinstance(name, str):
             raise fault(f"variables, {letter}", "must be a name", name)
-    found: dict[str, Any] = {}
+    matrices: dict[str, Any] = {}
     faults = []
     for letter, usual in SYNONYMS.items():
         names = (variables[letter],) if letter in variables else usual
         present = next((name for name in names if name in content.matrices), None)
         if present is not None:
-            found[letter] = content.matrices[present]
+            matrices[letter] = content.matrices[present]
         elif letter in needed or letter in variables:
             faults.append(f"{file}: matrix {names[0]} must be in the file, but is missing. {nearest(names[0], content.matrices)}")
     if faults:
         raise Faults(faults)
-    return found
+    return matrices
 
 
 def located(pairs: Iterable[tuple[str, Point]]) -> dict[str, Point]:
     """Coordinates by node; one that stands twice must stand in one place."""
-    found: dict[str, Point] = {}
+    nodes: dict[str, Point] = {}
     for node, point in pairs:
-        located_once(found, node, point)
-    return found
+        located_once(nodes, node, point)
+    return nodes
 
 
-def located_once(found: dict[str, Point], node: str, point: Point) -> bool:
+def located_once(nodes: dict[str, Point], node: str, point: Point) -> bool:
     """Add the coordinates of a node; whether they were there already."""
-    known = node in found
-    if found.setdefault(node, point) != point:
-        raise fault(f"The coordinates of node {node}", "must be given once", [found[node], point], "Delete the wrong ones.")
+    known = node in nodes
+    if nodes.setdefault(node, point) != point:
+        raise fault(f"The coordinates of node {node}", "must be given once", [nodes[node], point], "Delete the wrong ones.")
     return known
 
 

@@ -1,17 +1,26 @@
-"""What a deck says about nodes, as the reader of each format returns it, and what becomes of the cards that it meets."""
+"""What a deck says about nodes and elements, as the reader of each format returns it, and what becomes of its cards."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from stickslip.model.structure.matrices import Point
-from stickslip.model.structure.mesh_surface import Cells
+from stickslip.model.structure.mesh_surface import CORNERS, Cells
 from stickslip.support.checks import counted, fault, first_of
 
 if TYPE_CHECKING:
     from stickslip.model.readers.solids import Solids
+
+SOLIDS = {"tetrahedron": (4, 10), "pyramid": (5, 13), "wedge": (6, 15), "hexahedron": (8, 20)}
+PLATES = {"triangle": (3, 6), "quadrilateral": (4, 8, 9)}
+"""Kinds of cells by the number of nodes of their elements, linear and quadratic; corners come first."""
+
+LONGEST = 18
+"""Digits of a number of a node, which a machine's integer holds."""
 
 MOST_GENERATED = 1_000_000
 """Members of a generated set of nodes: more is a slip of the deck."""
@@ -40,6 +49,31 @@ class Deck:
     def along_own_axes(self) -> Deck:
         """The deck where rows follow the axes of nodes: with a note, and without cells, which would be drawn wrong."""
         return replace(self, notes=(*self.notes, self.turned), cells={}, solids=None) if self.turned else self
+
+
+@dataclass
+class FoundCells:
+    """Cells as they are read; lost: elements without numbers of all their corners."""
+
+    corners: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
+    lost: int = 0
+
+    def add(self, kind: str, nodes: Sequence[str]) -> None:
+        """One element by its nodes, of which the corners are kept."""
+        corners = nodes[: CORNERS[kind]]
+        if len(corners) == CORNERS[kind] and all(word.isdecimal() and len(word) < LONGEST for word in corners):
+            self.corners.setdefault(kind, []).append(tuple(map(int, corners)))
+        else:
+            self.lost += 1
+
+    @property
+    def cells(self) -> Cells:
+        """The cells by kind."""
+        return {kind: np.array(rows, dtype=np.int64) for kind, rows in self.corners.items()}
+
+    def notes(self, file: str) -> tuple[str, ...]:
+        """What was left out."""
+        return (f"{self.lost} elements of {file} are left out: they do not name all their corners.",) if self.lost else ()
 
 
 OWN_AXES = "axes of their own"

@@ -41,19 +41,19 @@ class Description:
 def describe(model: Model, number: int = 10) -> Description:
     """Mass, extent and the lowest `number` modes of a model, and what is odd about it."""
     mass, box = translation_mass(model), extent(model)
-    odd = (*model.notes, *_oddities(model, mass, box))
+    odd = list(model.notes)
+    if box is not None and box.max() == 0.0:
+        odd.append(f"All {len(model.nodes)} nodes lie at one point: coordinates are missing in the file, or cut off.")
+    odd += [*_density(mass, box), *_spectrum(model), *_rows(model), *_viscous(model)]
     if indefinite_mass(model.M):
-        return Description(
-            model, mass, box, None, ("M has negative eigenvalues: check the sign and the export of the mass.", *odd)
-        )
-    modes = lowest_modes(model.M, model.K, number, _rigid_motions(model))
-    return Description(model, mass, box, modes, (*odd, *_odd_modes(box, modes)))
-
-
-def _rigid_motions(model: Model) -> Array | None:
-    """The rigid motions by the coordinates, (n, motions); None where nodes lack them and may be what seems to hold the body."""
-    found = rigid_motions(model.K, model.dofs, model.nodes)
-    return found if found.shape[1] or all(node in model.nodes for node in model.directions) else None
+        odd.insert(0, "M has negative eigenvalues: check the sign and the export of the mass.")
+        return Description(model, mass, box, None, tuple(odd))
+    # Nodes without coordinates may be what seems to hold the body: the energy of the modes then decides what is rigid.
+    rigid = rigid_motions(model.K, model.dofs, model.nodes)
+    by_coordinates = rigid.shape[1] or all(node in model.nodes for node in model.directions)
+    modes = lowest_modes(model.M, model.K, number, rigid if by_coordinates else None)
+    odd += _odd_modes(box, modes)
+    return Description(model, mass, box, modes, tuple(odd))
 
 
 def translation_mass(model: Model) -> Array:
@@ -98,16 +98,8 @@ def implausible(model: Model) -> tuple[str, ...]:
     return tuple(_density(translation_mass(model), extent(model))) + tuple(_spectrum(model))
 
 
-def _oddities(model: Model, mass: Array, box: Array | None) -> Iterator[str]:
-    if box is not None and box.max() == 0.0:
-        yield f"All {len(model.nodes)} nodes lie at one point: coordinates are missing in the file, or cut off."
-    yield from _density(mass, box)
-    yield from _spectrum(model)
-    yield from _rows(model)
-    yield from _viscous(model)
-
-
 def _odd_modes(box: Array | None, modes: LowestModes | None) -> Iterator[str]:
+    """A stiffness that has no modes, or negative ones, or one that no body of this extent has."""
     if modes is None:
         yield "K could not be factorised: rows without stiffness, or an export cut short."
         return
@@ -173,41 +165,30 @@ def _spectrum(model: Model) -> Iterator[str]:
         yield f"The stiffest node has {highest:.3g} Hz on its own: the stiffness is implausible, check the units of the file."
 
 
-def lines(found: Description) -> Iterator[str]:
+def lines(description: Description) -> Iterator[str]:
     """The description as text."""
-    model = found.model
+    model = description.model
     yield f"format            {model.format}"
-    yield f"rows              {model.size} (M {model.M.nnz}, K {model.K.nnz}{_damping(model)} entries)"
+    damping = "" if model.C is None else f", C {model.C.nnz}"
+    yield f"rows              {model.size} (M {model.M.nnz}, K {model.K.nnz}{damping} entries)"
     yield f"nodes             {len(model.directions)}, {len(model.located[0])} with coordinates; rows {', '.join(model.dofs[:4])}"
     for name, nodes in model.sets.items():
         yield f"set               {name}: {counted(len(nodes), 'node')}"
-    if found.box is not None:
-        yield f"box               {' x '.join(f'{length:.6g}' for length in found.box)} m"
-    if not np.all(np.isnan(found.mass)):
-        masses = {axis: value for axis, value in zip("xyz", found.mass, strict=True) if not np.isnan(value)}
+    if description.box is not None:
+        yield f"box               {' x '.join(f'{length:.6g}' for length in description.box)} m"
+    if not np.all(np.isnan(description.mass)):
+        masses = {axis: value for axis, value in zip("xyz", description.mass, strict=True) if not np.isnan(value)}
         label = f"mass along {' '.join(masses)}"
         yield f"{label:18s}{', '.join(f'{value:.6g}' for value in masses.values())} kg (without fixed nodes)"
-    yield f"symmetric         {_symmetric(model)}"
-    if found.modes is not None:
-        yield f"rigid motions     {found.modes.rigid}"
-        yield f"K                 {_definite(found.modes)}"
-        yield f"first modes       {', '.join(f'{value:.7g}' for value in found.modes.frequencies)} Hz"
-    for sentence in found.odd:
+    # M and K are made exactly symmetric as they are read.
+    symmetric_damping = model.C is not None and not np.any((model.C - model.C.T).data)
+    yield f"symmetric         {'M, K and C' if symmetric_damping else 'M and K'}"
+    if description.modes is not None:
+        definite = "positive semidefinite (rigid motions)" if description.modes.rigid else "positive definite"
+        if description.modes.negative:
+            definite = f"{counted(description.modes.negative, 'motion')} of negative stiffness"
+        yield f"rigid motions     {description.modes.rigid}"
+        yield f"K                 {definite}"
+        yield f"first modes       {', '.join(f'{value:.7g}' for value in description.modes.frequencies)} Hz"
+    for sentence in description.odd:
         yield f"odd               {sentence}"
-
-
-def _symmetric(model: Model) -> str:
-    """M and K are made exactly symmetric as they are read."""
-    if model.C is None:
-        return "M and K"
-    return "M, K and C" if not np.any((model.C - model.C.T).data) else "M and K"
-
-
-def _damping(model: Model) -> str:
-    return "" if model.C is None else f", C {model.C.nnz}"
-
-
-def _definite(modes: LowestModes) -> str:
-    if modes.negative:
-        return f"{counted(modes.negative, 'motion')} of negative stiffness"
-    return "positive semidefinite (rigid motions)" if modes.rigid else "positive definite"

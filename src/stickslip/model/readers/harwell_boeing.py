@@ -22,8 +22,6 @@ FORMAT = re.compile(r"\((?:\d*P,?)?(\d*)([IEDFG])(\d+)(?:\.\d+)?(?:E\d+)?\)")
 """Fields of a line, kind of number, letters of a field: (3E25.16), (1P,4D20.12), (10I8)."""
 REAL = "EDFG"
 PARTS = ("starts of columns", "rows of entries", "values")
-
-
 HEADER = 4
 """Lines before the matrix; a fifth one describes a right-hand side."""
 

@@ -16,9 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.model.readers.cells import PLATES, SOLIDS, FoundCells
 from stickslip.model.readers.content import given_twice, located_once
-from stickslip.model.readers.deck import MOST_GENERATED, MOST_MADE, CardsMet, Deck, own_axes
+from stickslip.model.readers.deck import MOST_GENERATED, MOST_MADE, PLATES, SOLIDS, CardsMet, Deck, FoundCells, own_axes
 from stickslip.model.readers.included_files import Lines
 from stickslip.model.readers.input_cards import MODEL_CARDS, Card, cards, fields, included, label
 from stickslip.model.readers.input_points import GLOBAL, Frame, between, cartesian, frame, on_line, turned_about
@@ -78,19 +77,15 @@ def read_deck(path: Path) -> Deck:
                 if met.obeys(card.keyword, card.line.place):
                     READ[card.keyword](reader, card)
             except InputError as error:
-                raise _with_line(error, card) from None
+                said = str(error)
+                located = f"line {card.line.number}" in said
+                raise error if located else InputError(f"{card.line.place}, *{card.keyword}: {said}") from None
     deck = reader.deck(path.name)
     if met.missing:  # elements that are not read share the stress at a node
         deck.solids = None
     none = () if deck.nodes else (f"{path.name} holds no nodes.",)
     deck.notes = (*none, *given_twice(reader.repeated, path.name), *deck.notes, *met.notes(path.name))
     return deck
-
-
-def _with_line(error: InputError, card: Card) -> InputError:
-    """The error with the line of its card, where it does not say it."""
-    said = str(error)
-    return error if f"line {card.line.number}" in said else InputError(f"{card.line.place}, *{card.keyword}: {said}")
 
 
 class _Reader:
@@ -107,10 +102,17 @@ class _Reader:
 
     def node(self, card: Card) -> None:
         kind = card.name("SYSTEM") or "R"
-        numbered = [_node(line) for line in self._data(card)]
-        for node, point in numbered:
+        points: list[tuple[str, Point]] = []
+        for line in self._data(card):
+            words = [*fields(line), "", "", ""]
+            try:
+                x, y, z = map(coordinate, words[1:4])
+                points.append((str(integer(words[0])), (x, y, z)))
+            except InputError:
+                raise fault("A line of *NODE", "must hold a number and coordinates", line[:60]) from None
+        for node, point in points:
             self.repeated += located_once(self.mesh.nodes, node, self.mesh.frame.place(cartesian(kind, point)))
-        self._into_set(card, (node for node, _ in numbered))
+        self._into_set(card, (node for node, _ in points))
 
     def ngen(self, card: Card) -> None:
         if card.name("SYSTEM") not in ("", "RC"):
@@ -119,9 +121,15 @@ class _Reader:
         for line in card.data:
             words = [*fields(line), *[""] * 10][:10]
             first, last = (self._known(word) for word in words[:2])
-            numbers = _span(integer(first), integer(last), integer(words[2] or "1"), line)
+            start, end, step = integer(first), integer(last), integer(words[2] or "1")
+            if step < 1 or end <= start or (end - start) % step:
+                raise fault("Generated nodes", "must lead from one number to a higher one in equal steps", line[:60])
+            numbers = range(start, end + 1, step)
             self._make(len(numbers))
-            extra = self._extra(words) if card.name("LINE") else None
+            extra: Point | None = None  # the point that an arc needs: a node, or coordinates
+            if card.name("LINE"):
+                x, y, z = self.mesh.nodes[self._known(words[3])] if words[3] else tuple(map(coordinate, words[4:7]))
+                extra = x, y, z
             normal = tuple(coordinate(word) for word in words[7:10])
             if self.mesh.frame is not GLOBAL and (any(normal) or (extra is not None and not words[3])):
                 raise fault("An arc of *NGEN", "must have a node as its centre where *SYSTEM is in force", line[:60])
@@ -132,13 +140,6 @@ class _Reader:
             made += map(str, numbers)
         self._into_set(card, made)
 
-    def _extra(self, words: list[str]) -> Point:
-        """The point that an arc needs: a node, or coordinates."""
-        if words[3]:
-            return self.mesh.nodes[self._known(words[3])]
-        x, y, z = (coordinate(word) for word in words[4:7])
-        return x, y, z
-
     def nfill(self, card: Card) -> None:
         for option in ("BIAS", "SINGULAR", "TWOSTEP"):
             if option in card.options and card.name(option) != "1":
@@ -146,7 +147,10 @@ class _Reader:
         made: list[str] = []
         for line in card.data:
             one, other, *counts = [*fields(line), "", ""][:4]
-            ends = [self._in_order(name) for name in (one, other)]
+            ends = []
+            for name in (one, other):  # of a set in ascending order, unless it is UNSORTED
+                members = list(self._meant(label(name), self.mesh, "", "sets"))
+                ends.append(members if label(name) in self.mesh.unsorted else sorted(members, key=int))
             if len(ends[0]) != len(ends[1]):
                 raise fault("The sets of *NFILL", "must have the same number of nodes", [len(ends[0]), len(ends[1])])
             intervals, step = (integer(word or "1") for word in counts)
@@ -218,7 +222,13 @@ class _Reader:
         self.mesh.placed = card.data
 
     def end_instance(self, card: Card) -> None:
-        place = _placement(self.mesh.placed)
+        rows = [[coordinate(word) for word in fields(line)] for line in self.mesh.placed]
+        shift = np.array([*(rows[0] if rows else []), 0.0, 0.0, 0.0][:3])
+        turn = rows[1] if len(rows) > 1 else []
+        if len(rows) > 2 or len(turn) not in (0, 7) or (rows and len(rows[0]) > 3):
+            rule = "must be placed by a translation, and a line of two points and an angle"
+            raise fault("*INSTANCE", rule, self.mesh.placed[:3])
+        place = turned_about(shift, turn)
         self.mesh.nodes = {node: place(point) for node, point in self.mesh.nodes.items()}
         self.mesh = self.whole
 
@@ -237,6 +247,7 @@ class _Reader:
         return Deck(whole.nodes, sets, whole.cells.notes(file), whole.cells.cells, self._turned(file), solids=self._solids(whole))
 
     def _assembled(self, file: str) -> Deck:
+        """The deck of an assembly: nodes of the only instance keep their numbers, those of several are INSTANCE.NUMBER."""
         (first, only), *others = self.instances.items()
         plain = not others and not only.nodes.keys() & self.whole.nodes.keys()
         names = {f"{first}.{node}": node for node in only.nodes} if plain else {}
@@ -283,11 +294,6 @@ class _Reader:
             limit = f"must be at most {MOST_GENERATED} and one for each byte of the deck"
             raise fault("Members of the sets of the deck", limit, self.listed)
 
-    def _in_order(self, word: str) -> list[str]:
-        """The nodes of a set in the order in which *NFILL takes them: ascending, unless the set is UNSORTED."""
-        members = list(self._members_of(word))
-        return members if label(word) in self.mesh.unsorted else sorted(members, key=int)
-
     def _add(self, node: str, point: Point) -> None:
         located_once(self.mesh.nodes, node, point)
 
@@ -322,11 +328,8 @@ class _Reader:
             raise fault("A member of a set", "must be a number or a set defined before", word, nearest(word, known))
         return word, mesh, prefix
 
-    def _members_of(self, word: str) -> Iterator[str]:
-        """The nodes that a word of a data line means: one or those of a set."""
-        return self._meant(label(word), self.mesh, "", "sets")
-
     def _meant(self, word: str, mesh: Mesh, prefix: str, kind: str) -> Iterator[str]:
+        """The nodes or elements that a word of a data line means: one or those of a set."""
         instance, _, number = word.rpartition(".")
         if word.isdecimal():
             yield f"{prefix}{int(word)}"
@@ -346,7 +349,11 @@ class _Reader:
         for line in self._data(card):
             words = [label(word) for word in fields(line) if word]
             if "GENERATE" in card.options:
-                span = _generated(words, line)
+                try:
+                    first, last, step = (integer(word) for word in (*words, "1")[:3])
+                    span = range(first, last + 1, step)
+                except (InputError, ValueError):
+                    raise fault("A line of *NSET, GENERATE", "must hold first, last and step", line[:60]) from None
                 self._list(len(span))
                 yield from (f"{prefix}{number}" for number in span)
             else:
@@ -387,15 +394,6 @@ READ: Mapping[str, Callable[[_Reader, Card], None]] = {
 """What each card that counts does."""
 
 
-def _node(line: str) -> tuple[str, Point]:
-    words = [*fields(line), "", "", ""]
-    try:
-        x, y, z = map(coordinate, words[1:4])
-        return str(integer(words[0])), (x, y, z)
-    except InputError:
-        raise fault("A line of *NODE", "must hold a number and coordinates", line[:60]) from None
-
-
 def _elements(data: Iterable[str], size: int | None) -> Iterator[tuple[list[str], bool]]:
     """Elements over one or more lines each, number and nodes, and whether they are whole; of an unknown number of nodes, a line
     that ends in a comma goes on."""
@@ -407,29 +405,3 @@ def _elements(data: Iterable[str], size: int | None) -> Iterator[tuple[list[str]
             words = []
     if words:
         yield words, size is None
-
-
-def _placement(data: list[str]) -> Callable[[Point], Point]:
-    """The motion of an instance: a translation, then a turn by degrees about the axis from one point to another."""
-    rows = [[coordinate(word) for word in fields(line)] for line in data]
-    shift = np.array([*(rows[0] if rows else []), 0.0, 0.0, 0.0][:3])
-    turn = rows[1] if len(rows) > 1 else []
-    if len(rows) > 2 or len(turn) not in (0, 7) or (rows and len(rows[0]) > 3):
-        raise fault("*INSTANCE", "must be placed by a translation, and a line of two points and an angle", data[:3])
-    return turned_about(shift, turn)
-
-
-def _span(first: int, last: int, step: int, line: str) -> range:
-    """The numbers from first to last, both included."""
-    if step < 1 or last <= first or (last - first) % step:
-        raise fault("Generated nodes", "must lead from one number to a higher one in equal steps", line[:60])
-    return range(first, last + 1, step)
-
-
-def _generated(words: list[str], line: str) -> range:
-    try:
-        first, last, step = (integer(word) for word in (*words, "1")[:3])
-        span = range(first, last + 1, step)
-    except (InputError, ValueError):
-        raise fault("A line of *NSET, GENERATE", "must hold first, last and step", line[:60]) from None
-    return span

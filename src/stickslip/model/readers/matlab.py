@@ -5,11 +5,15 @@ M, K, C dense or sparse, `dofs`, `nodes`.
 
 from __future__ import annotations
 
+import json
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from stickslip.model.readers.content import Content
 from stickslip.model.readers.named_rows import from_tables
 from stickslip.model.readers.process import arrays_of
+from stickslip.support.checks import InputError, fault
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 OCTAVE = b"# Created by Octave"
@@ -25,16 +29,33 @@ USER_BLOCKS = (0, 512, 1024, 2048)
 
 def read(path: Path) -> Content:
     """The numeric arrays of a MATLAB file, of whatever version; `dofs` and `nodes` may stand in its only struct that has them."""
-    module = version_module(path)
-    arrays = arrays_of(path, module)
+    module = _version_module(path)
+    tables = arrays_of(path, module)
     for name in ("dofs", "nodes"):
-        inner = [key for key in arrays if key.endswith(f".{name}")]
-        if name not in arrays and len(inner) == 1:
-            arrays[name] = arrays.pop(inner[0])
-    return from_tables(NAMES[module], arrays)
+        inner = [key for key in tables if key.endswith(f".{name}")]
+        if name not in tables and len(inner) == 1:
+            tables[name] = tables.pop(inner[0])
+    return from_tables(NAMES[module], tables)
 
 
-def version_module(path: Path) -> str:
+def arrays(path: Path) -> dict[str, Any]:
+    """The arrays of all files that the file at `path` lists in JSON, by number of the file and name: "0:hyst".
+
+    `process` calls it for several files at once: to start a process for each takes longer than to read it.
+    """
+    numbered: dict[str, Any] = {}
+    for number, name in enumerate(json.loads(path.read_text(encoding="utf-8"))):
+        try:
+            own = import_module(_version_module(Path(name))).arrays(Path(name))
+        except InputError as error:
+            raise InputError(f"{Path(name).name}: {error}") from None
+        except Exception as error:  # the libraries raise whatever a damaged file leads them to
+            raise fault(Path(name).name, "must be a sound MATLAB file", str(error)[:200] or type(error).__name__) from None
+        numbered |= {f"{number}:{key}": value for key, value in own.items()}
+    return numbered
+
+
+def _version_module(path: Path) -> str:
     """The module whose `arrays` reads the version of a file."""
     with path.open("rb") as file:
         start = file.read(USER_BLOCKS[-1] + len(HDF5))

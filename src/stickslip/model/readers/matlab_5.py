@@ -32,13 +32,13 @@ def arrays(path: Path) -> dict[str, Any]:
         if kind == "unknown" or not name.isidentifier() or (kind in NUMBERS and len(shape) < 2):
             rule = "must have a name, a known class and two dimensions or more"
             raise fault("A variable of a MATLAB file", rule, [name, kind, shape], "The file is damaged.")
-    wanted = [name for name, shape, kind in stored if _is_wanted(name, kind, len(shape))]
-    found = io.loadmat(path, variable_names=wanted, spmatrix=False) if wanted else {}
-    return {name: value for each in wanted if each in found for name, value in _values(each, found[each], DEEPEST)}
-
-
-def _is_wanted(name: str, kind: str, dimensions: int) -> bool:
-    return kind == "char" or (dimensions == 2 and (kind in (*NUMBERS, "struct") or (kind == "cell" and name == "dofs")))
+    wanted = [
+        name
+        for name, shape, kind in stored
+        if kind == "char" or (len(shape) == 2 and (kind in (*NUMBERS, "struct") or (kind == "cell" and name == "dofs")))
+    ]
+    loaded = io.loadmat(path, variable_names=wanted, spmatrix=False) if wanted else {}
+    return {name: value for each in wanted if each in loaded for name, value in _values(each, loaded[each], DEEPEST)}
 
 
 def _values(name: str, value: Any, depth: int) -> Iterator[tuple[str, Any]]:
@@ -51,9 +51,5 @@ def _values(name: str, value: Any, depth: int) -> Iterator[tuple[str, Any]]:
     elif value.dtype != object:
         yield name, value
     elif name.rpartition(".")[2] == "dofs":
-        yield name, _names(value)
-
-
-def _names(cells: Any) -> list[str]:
-    """The text of each cell, column by column; empty where a cell holds none."""
-    return [str(cell[0]) if getattr(cell, "dtype", np.dtype(float)).kind == "U" and cell.size else "" for cell in cells.T.flat]
+        cells = value.T.flat  # column by column; the name is empty where a cell holds no text
+        yield name, [str(cell[0]) if getattr(cell, "dtype", np.dtype(float)).kind == "U" and cell.size else "" for cell in cells]

@@ -37,7 +37,7 @@ def _items(file: Any, name: str, item: Any, depth: int) -> Iterator[tuple[str, A
             for field in item:
                 yield from _items(file, f"{name}.{field}", item[field], depth - 1)
     elif name.rpartition(".")[2] == "dofs":
-        yield name, _hdf5_names(file, item)
+        yield name, _names(file, item)
     elif item.dtype.kind in "fiu" or item.dtype.names == ("real", "imag"):
         yield name, _dense(name, item).T
 
@@ -59,7 +59,7 @@ def _sparse_group(name: str, group: Any) -> Any:
     return compressed_columns(name, data, indices, starts, (rows, columns))
 
 
-def _hdf5_names(file: Any, item: Any) -> list[str]:
+def _names(file: Any, item: Any) -> list[str]:
     """Names from rows of characters, or from a cell array: references to character arrays."""
     import h5py
 
@@ -68,11 +68,10 @@ def _hdf5_names(file: Any, item: Any) -> list[str]:
         return ["".join(map(chr, row)).strip() for row in np.atleast_2d(item[()].T)]
     if item.dtype != h5py.ref_dtype:
         raise fault("dofs", "must hold text", str(item.dtype), 'A cell array of names such as "17.x", one for each row.')
-    return [_text(file[reference]) for reference in item[()].T.ravel()]
-
-
-def _text(cell: Any) -> str:
-    """The characters that a reference leads to, which no link need lead to."""
-    refuse_data_elsewhere(cell.id)
-    refuse_too_much("dofs", cell)
-    return "".join(map(chr, cell[()].ravel()))
+    names = []
+    for reference in item[()].T.ravel():
+        cell = file[reference]
+        refuse_data_elsewhere(cell.id)  # no link need lead to the cell, so `refuse_other_files` may not have seen it
+        refuse_too_much("dofs", cell)
+        names.append("".join(map(chr, cell[()].ravel())))
+    return names

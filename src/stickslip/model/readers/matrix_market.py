@@ -30,11 +30,17 @@ def read(path: Path) -> Content:
     head, _, body = path.read_bytes().partition(b"\n")
     layout, field, symmetry = _header(path.name, head)
     place = COMMENTS_AND_SIZE.match(body)
-    rows, columns, *entries = _sizes(path.name, place[1] if place else b"", 3 if layout == "coordinate" else 2)
+    words = place[1].decode("ascii", "replace").split() if place else []
+    coordinates = layout == "coordinate"
+    if len(words) != (3 if coordinates else 2) or not all(re.fullmatch(r"\d{1,18}", word) for word in words):
+        what = "rows, columns and entries" if coordinates else "rows, columns"
+        raise fault(f"The line of sizes of {path.name}", f"must hold the numbers of {what}", " ".join(words)[:60])
+    rows, columns, *entries = map(int, words)
     if symmetry != "general" and rows != columns:
         raise fault(f"A {symmetry} matrix", "must be square", (rows, columns))
-    count = entries[0] if entries else _stored(rows, columns, symmetry)
-    width = (2 if entries else 0) + (2 if field == "complex" else 1)
+    triangle = rows * (rows - 1) // 2 if symmetry == "skew-symmetric" else rows * (rows + 1) // 2
+    count = entries[0] if coordinates else rows * columns if symmetry == "general" else triangle
+    width = (2 if coordinates else 0) + (2 if field == "complex" else 1)
     numbers = number_lines(path.name, body[place.end() if place else 0 :])
     if numbers.shape != (count, width) and (count or numbers.size):
         raise fault(path.name, f"must hold {count} lines of {counted(width, 'number')}, as it says", numbers.shape)
@@ -42,7 +48,7 @@ def read(path: Path) -> Content:
     values = numbers[:, -2] + 1j * numbers[:, -1] if field == "complex" else numbers[:, -1]
     if field == "integer" and np.any(values != np.floor(values)):
         raise fault(f"{path.name}, values,", "must be whole numbers, as its first line says", values[values % 1 != 0][0])
-    if not entries:
+    if not coordinates:
         return Content("Matrix Market", {"": _array(values, rows, columns, symmetry)})
     rows_with_entries(path.name, max(rows, columns), count)
     at = [whole(f"{path.name}, rows and columns,", numbers[:, k], 1, size) - 1 for k, size in enumerate((rows, columns))]
@@ -61,22 +67,6 @@ def _header(file: str, line: bytes) -> tuple[str, str, str]:
         rule = f"must say matrix, coordinate or array, {', '.join(FIELDS)}, and {', '.join(SYMMETRIES)}"
         raise fault(f"The first line of {file}", rule, head[:80])
     return words[1], words[2], words[3]
-
-
-def _sizes(file: str, line: bytes, number: int) -> list[int]:
-    """Rows and columns, and how many entries the file says that it stores."""
-    words = line.decode("ascii", "replace").split()
-    if len(words) != number or not all(re.fullmatch(r"\d{1,18}", word) for word in words):
-        what = "rows, columns" if number == 2 else "rows, columns and entries"
-        raise fault(f"The line of sizes of {file}", f"must hold the numbers of {what}", " ".join(words)[:60])
-    return [int(word) for word in words]
-
-
-def _stored(rows: int, columns: int, symmetry: str) -> int:
-    """How many values an array stores: those of one triangle unless it is general, without diagonal if skew-symmetric."""
-    if symmetry == "general":
-        return rows * columns
-    return rows * (rows - 1) // 2 if symmetry == "skew-symmetric" else rows * (rows + 1) // 2
 
 
 def _array(values: Array, rows: int, columns: int, symmetry: str) -> Array:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import sparse
 
-from stickslip.model.readers.content import NEEDED, Content, chosen
-from stickslip.model.readers.conversion import matrices_in_si
+from stickslip.model.readers.content import Content, chosen
 from stickslip.model.readers.limits import rows_with_entries
 from stickslip.model.readers.solids import Solids
 from stickslip.model.structure.matrices import Point, check_names, freedoms
@@ -26,6 +26,7 @@ NEARLY = 1e-6
 """Of a product of masses: what rounding in a file may add."""
 SHOWN = 5
 """Names that a note lists."""
+ROTATIONS = ("rx", "ry", "rz")
 
 
 class Surface(NamedTuple):
@@ -117,28 +118,46 @@ def model_of(
 ) -> Model:
     """The model of a content, converted to SI; all faults of the matrices at once. own_damping: whether its C counts."""
     names = tuple(dofs) or content.dofs
-    found = chosen(content, variables, file)
-    if "C" in found and _is_placeholder(found["C"], found["K"]):
-        del found["C"]
-    matrices = _checked({key: matrix for key, matrix in found.items() if key != "C" or own_damping}, file, names)
-    size = _common_size(matrices, names)
+    named = chosen(content, variables, file)
+    # Nastran's EXTSEOUT writes the null matrix of one row where there is no damping.
+    if "C" in named and np.shape(named["C"]) == (1, 1) != np.shape(named["K"]) and not abs(named["C"]).sum():
+        del named["C"]
+    matrices = _checked({key: matrix for key, matrix in named.items() if key != "C" or own_damping}, file, names)
+    size = matrices["M"].shape[0]
     if not size:
         raise fault("A model", "must have rows", "empty")
     heaviest = float(np.max(np.abs(matrices["M"].data), initial=0.0))
     if heaviest < SMALLEST:
         raise fault(f"{file}: M" if file else "M", "must have mass", f"{heaviest:g} at most", "Check its unit, and the export.")
     _refuse_negative_mass(f"{file}: M" if file else "M", matrices["M"])
-    unused = _unused(content, found, names, size)
+    notes = [*content.notes, *_unused(content, named, names, size)]
     names = names or tuple(f"{row}.q" for row in range(1, size + 1))
-    structural = (f"{name}, structural damping of the file, is not used." for name in _structural(content))
-    held_by_nothing = _no_stiffness(matrices["K"], names) if file else ()
-    notes = (*content.notes, *structural, *unused, *held_by_nothing)
+    bare = np.flatnonzero(matrices["K"].diagonal() == 0.0)
+    if file and 0 < bare.size < size:
+        listed = ", ".join(names[row] for row in bare[:SHOWN].tolist()) + (", ..." if bare.size > SHOWN else "")
+        notes.append(f"K has no entry on the diagonal of {counted(bare.size, 'row')}: {listed}.")
     converted = matrices_in_si(matrices, names, units)
-    nodes = {node: _in_metres(node, point, units.metres) for node, point in content.nodes.items()}
+    nodes: dict[str, Point] = {}
+    for node, point in content.nodes.items():
+        x, y, z = (units.metres * finite(f"The coordinates of node {node}", coordinate) for coordinate in point)
+        nodes[node] = x, y, z
     pascals = units.newtons / units.metres**2
     solids = None if content.solids is None else replace(content.solids, pascals=pascals)
     matrices_of = (converted["M"], converted["K"], names, converted.get("C"))
-    return Model(*matrices_of, nodes, content.sets, content.format, file, notes, content.cells, solids)
+    return Model(*matrices_of, nodes, content.sets, content.format, file, tuple(notes), content.cells, solids)
+
+
+def levers(dofs: Sequence[str], units: UnitSystem) -> Array:
+    """The factor of each degree of freedom: 1 for displacements, one length unit for rotations NODE.rx, ry, rz (in rad), (n,)."""
+    return np.array([units.metres if dof.rpartition(".")[2] in ROTATIONS else 1.0 for dof in dofs])
+
+
+def matrices_in_si(matrices: Mapping[str, Sparse], dofs: Sequence[str], units: UnitSystem) -> dict[str, Sparse]:
+    """The matrices in SI. Rows of rotations carry a length more than those of displacements."""
+    force_per_length = units.newtons / units.metres
+    factors = {"M": units.kilograms, "K": force_per_length, "C": force_per_length * units.seconds}
+    lever = sparse.diags_array(levers(dofs, units))
+    return {name: sparse.csc_array(factors[name] * (lever @ matrix @ lever)) for name, matrix in matrices.items()}
 
 
 def _refuse_negative_mass(what: str, mass: Sparse) -> None:
@@ -157,43 +176,23 @@ def _refuse_negative_mass(what: str, mass: Sparse) -> None:
         )
 
 
-def _no_stiffness(stiffness: Sparse, names: Sequence[str]) -> tuple[str, ...]:
-    """A note on rows without stiffness of their own."""
-    rows = np.flatnonzero(stiffness.diagonal() == 0.0)
-    few = [names[row] for row in rows[:SHOWN].tolist()]
-    said = (
-        f"K has no entry on the diagonal of {counted(rows.size, 'row')}: {', '.join(few)}{', ...' if rows.size > SHOWN else ''}."
-    )
-    return (said,) if 0 < rows.size < len(names) else ()
-
-
-def _unused(content: Content, found: Mapping[str, Any], names: Sequence[str], size: int) -> tuple[str, ...]:
-    """A note on arrays as long as the model that could be its damping or its names, where it has none of these."""
-    if "C" in found and names:
-        return ()
-    taken = {id(matrix) for matrix in (*found.values(), *(content.matrices[name] for name in _structural(content)))}
+def _unused(content: Content, named: Mapping[str, Any], names: Sequence[str], size: int) -> Iterator[str]:
+    """Notes on structural damping (K4AA, K4XX, ... of Nastran), and on arrays as long as the model that could be its damping or
+    its names, where it has none of these."""
+    structural = [name for name, matrix in content.matrices.items() if name.upper().startswith("K4") and abs(matrix).sum()]
+    yield from (f"{name}, structural damping of the file, is not used." for name in structural)
+    if "C" in named and names:
+        return
+    taken = {id(matrix) for matrix in (*named.values(), *(content.matrices[name] for name in structural))}
     unused = [name for name, array in content.matrices.items() if id(array) not in taken and np.shape(array)[:1] == (size,)]
-    return (f"Arrays as long as the model that are not used: {first_of(unused, SHOWN)}.",) if unused else ()
-
-
-def _is_placeholder(damping: Any, stiffness: Any) -> bool:
-    """Whether the damping is the null matrix of one row that Nastran's EXTSEOUT writes where there is none."""
-    return np.shape(damping) == (1, 1) != np.shape(stiffness) and not abs(damping).sum()
-
-
-def _structural(content: Content) -> list[str]:
-    """Matrices of structural damping as Nastran calls them: K4AA, K4XX, ..."""
-    return [name for name, matrix in content.matrices.items() if name.upper().startswith("K4") and abs(matrix).sum()]
-
-
-def _in_metres(node: str, point: Point, metres: float) -> Point:
-    x, y, z = (metres * finite(f"The coordinates of node {node}", coordinate) for coordinate in point)
-    return x, y, z
+    if unused:
+        yield f"Arrays as long as the model that are not used: {first_of(unused, SHOWN)}."
 
 
 def _checked(matrices: Mapping[str, Any], file: str, names: Sequence[str]) -> dict[str, Sparse]:
+    """Real square matrices, M and K symmetric, all of one size, that of the names if there are any."""
     checked, faults = {}, []
-    entries = max(_entries(matrix) for matrix in matrices.values())
+    entries = max(int(getattr(matrix, "nnz", np.size(matrix))) for matrix in matrices.values())
     try:
         check_names(names)
     except InputError as error:
@@ -206,12 +205,14 @@ def _checked(matrices: Mapping[str, Any], file: str, names: Sequence[str]) -> di
             faults.append(f"{file}: {error}" if file else str(error))
     if faults:
         raise Faults(faults)
+    size = checked["M"].shape[0]
+    for letter, matrix in checked.items():
+        if names and matrix.shape[0] != len(names):
+            rule = f"must have {counted(matrix.shape[0], 'entry', 'entries')}"
+            raise fault(f"dofs, the names of the rows of {letter},", rule, len(names))
+        if matrix.shape[0] != size:
+            raise fault(letter, f"must have the shape of M, {(size, size)}", matrix.shape)
     return checked
-
-
-def _entries(matrix: Any) -> int:
-    """How many entries a matrix stores."""
-    return int(getattr(matrix, "nnz", np.size(matrix)))
 
 
 def _real(letter: str, matrix: Any) -> Any:
@@ -225,17 +226,3 @@ def _real(letter: str, matrix: Any) -> Any:
             raise fault(letter, "must hold real numbers", str(kind), "Hysteretic damping in K? Give it as viscous C.")
         matrix = matrix.real
     return matrix.astype(float)
-
-
-def _common_size(matrices: Mapping[str, Sparse], names: Sequence[str]) -> int:
-    size = matrices[NEEDED[0]].shape[0]
-    for letter, matrix in matrices.items():
-        if names and matrix.shape[0] != len(names):
-            raise fault(
-                f"dofs, the names of the rows of {letter},",
-                f"must have {counted(matrix.shape[0], 'entry', 'entries')}",
-                len(names),
-            )
-        if matrix.shape[0] != size:
-            raise fault(letter, f"must have the shape of M, {(size, size)}", matrix.shape)
-    return int(size)

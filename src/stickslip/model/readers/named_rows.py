@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import csv
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.model.readers.ansys_deck import read_archive
-from stickslip.model.readers.content import DIRECTIONS, Content, located
+from stickslip.model.readers.content import DIRECTIONS, Content, located, located_once
 from stickslip.model.readers.deck import Deck
 from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.nastran_grid import read_grid
@@ -41,18 +41,24 @@ LONGEST_NAME = 200
 def from_tables(format: str, arrays: Mapping[str, Any]) -> Content:
     """A content of named arrays: `dofs` and `nodes` describe the rows, everything else counts as a matrix."""
     matrices = {name: value for name, value in arrays.items() if name not in ("dofs", "nodes")}
-    return Content(format, matrices, _names(arrays.get("dofs")), _nodes(arrays.get("nodes")))
-
-
-def _names(array: Any) -> tuple[str, ...]:
-    """Names from an array of text, from rows of characters or from a list."""
-    if array is None:
-        return ()
-    names = np.asarray(array)
-    if names.dtype.kind not in "USO":
-        raise fault("dofs", "must hold text", str(names.dtype), 'Names such as "17.x", one for each row.')
-    flat = [name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name) for name in names.ravel().tolist()]
-    return tuple(checked_name(name.strip()) for name in flat)
+    dofs: tuple[str, ...] = ()
+    if arrays.get("dofs") is not None:
+        texts = np.asarray(arrays["dofs"])
+        if texts.dtype.kind not in "USO":
+            raise fault("dofs", "must hold text", str(texts.dtype), 'Names such as "17.x", one for each row.')
+        names = (text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text) for text in texts.ravel().tolist())
+        dofs = tuple(checked_name(name.strip()) for name in names)
+    nodes: dict[str, Point] = {}
+    if arrays.get("nodes") is not None:
+        rows = np.asarray(arrays["nodes"])
+        if rows.ndim != 2 or rows.shape[1] != 4 or rows.dtype.kind not in "fiu":
+            raise fault("nodes", "must have rows of id, x, y, z", f"{rows.shape} of {rows.dtype}")
+        if not np.all(np.isfinite(rows)):
+            raise fault("nodes", "must be finite", "NaN or infinite")
+        ids = whole("Ids of nodes", rows[:, 0].astype(float), 0).tolist()
+        points = rows[:, 1:].astype(float).tolist()
+        nodes = located((str(node), (x, y, z)) for node, (x, y, z) in zip(ids, points, strict=True))
+    return Content(format, matrices, dofs, nodes)
 
 
 def checked_name(name: str) -> str:
@@ -62,19 +68,6 @@ def checked_name(name: str) -> str:
     return name
 
 
-def _nodes(array: Any) -> dict[str, Point]:
-    """Coordinates from rows (id, x, y, z)."""
-    if array is None:
-        return {}
-    rows = np.asarray(array)
-    if rows.ndim != 2 or rows.shape[1] != 4 or rows.dtype.kind not in "fiu":
-        raise fault("nodes", "must have rows of id, x, y, z", f"{rows.shape} of {rows.dtype}")
-    if not np.all(np.isfinite(rows)):
-        raise fault("nodes", "must be finite", "NaN or infinite")
-    ids = whole("Ids of nodes", rows[:, 0].astype(float), 0).tolist()
-    return located((str(node), (x, y, z)) for node, (x, y, z) in zip(ids, rows[:, 1:].astype(float).tolist(), strict=True))
-
-
 def with_names(content: Content, path: Path) -> Content:
     """The content with the names, coordinates and sets of a file of names."""
     existing("The file of names", [path])
@@ -82,12 +75,18 @@ def with_names(content: Content, path: Path) -> Content:
     if reader is not None:
         return with_nodes(content, _deck(reader, path), path.name)
     rows = _table(path)
-    nodes = located((row["node"], _point(row)) for row in rows if any(row.get(axis) for axis in "xyz"))
+    nodes: dict[str, Point] = {}
     members: dict[str, dict[str, None]] = {}
     for row in rows:
+        if any(row.get(axis) for axis in "xyz"):
+            x, y, z = (number_of(row[axis]) if axis in row else 0.0 for axis in "xyz")
+            if x is None or y is None or z is None:
+                what = f"The coordinates of node {row['node']}"
+                raise fault(what, "must be finite numbers", [row.get(axis) for axis in "xyz"])
+            located_once(nodes, row["node"], (x, y, z))
         for name in (row.get("set") or "").split():
             members.setdefault(name, {})[row["node"]] = None
-    deck = Deck(nodes, {name: tuple(found) for name, found in members.items()})
+    deck = Deck(nodes, {name: tuple(own) for name, own in members.items()})
     if "direction" in rows[0]:
         dofs = tuple(checked_name(f"{row['node']}.{_direction(row['direction'])}") for row in rows)
         content = replace(content, dofs=dofs, nodes={}, sets={}, cells={}, solids=None)
@@ -111,20 +110,17 @@ def with_nodes(content: Content, deck: Deck, file: str) -> Content:
         raise fault(f"{file}: the coordinates of node {infinite}", "must be finite numbers", list(deck.nodes[infinite]))
     nodes, sets = {**content.nodes, **deck.nodes}, {**content.sets, **deck.sets}
     deck = deck.along_own_axes
-    notes = (*content.notes, *deck.notes, *_missing(known, deck, file))
-    return replace(
-        content, nodes=nodes, sets=sets, notes=notes, cells=deck.cells or content.cells, solids=deck.solids or content.solids
-    )
-
-
-def _missing(known: set[str], deck: Deck, file: str) -> Iterator[str]:
-    """Notes on nodes of the model without coordinates, and on nodes of sets that nothing else knows."""
+    notes = [*content.notes, *deck.notes]
     without = sorted(known - deck.nodes.keys()) if deck.nodes else []
     if without:
-        yield f"{file} gives no coordinates of {counted(len(without), 'node')} of the model: {first_of(without, SHOWN)}."
+        listed = f"{counted(len(without), 'node')} of the model: {first_of(without, SHOWN)}"
+        notes.append(f"{file} gives no coordinates of {listed}.")
     strange = sorted({node for members in deck.sets.values() for node in members} - known - deck.nodes.keys())
     if strange:
-        yield f"Sets of {file} name {counted(len(strange), 'node')} that the model does not have: {first_of(strange, SHOWN)}."
+        listed = f"{counted(len(strange), 'node')} that the model does not have: {first_of(strange, SHOWN)}"
+        notes.append(f"Sets of {file} name {listed}.")
+    cells, solids = deck.cells or content.cells, deck.solids or content.solids
+    return replace(content, nodes=nodes, sets=sets, notes=tuple(notes), cells=cells, solids=solids)
 
 
 def _deck(reader: Callable[[Path], Deck], path: Path) -> Deck:
@@ -143,6 +139,7 @@ def _deck(reader: Callable[[Path], Deck], path: Path) -> Deck:
 
 
 def _table(path: Path) -> list[dict[str, str]]:
+    """The lines of a table of names by its columns, all of them full."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, skipinitialspace=True, restval="", restkey="more")
@@ -166,15 +163,9 @@ def _table(path: Path) -> list[dict[str, str]]:
 
 
 def _direction(text: str) -> str:
+    """The name of a direction, given by itself or by its number."""
     if text in DIRECTIONS.values():
         return text
     if text.isdecimal() and int(text) in DIRECTIONS:
         return DIRECTIONS[int(text)]
     raise fault("A direction of the table", "must be x, y, z, rx, ry, rz or 1 to 6", text)
-
-
-def _point(row: Mapping[str, str]) -> Point:
-    x, y, z = (number_of(row[axis]) if axis in row else 0.0 for axis in "xyz")
-    if x is None or y is None or z is None:
-        raise fault(f"The coordinates of node {row['node']}", "must be finite numbers", [row.get(axis) for axis in "xyz"])
-    return x, y, z

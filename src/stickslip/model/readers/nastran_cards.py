@@ -21,10 +21,10 @@ REPEAT = re.compile(r"=\(?(\d{1,9})\)?")
 SECTION = re.compile(r"\s*BEGIN\s+(BULK\b.*|SUPER\b.*|MODULE\b.*|AUXMODEL\b.*|$)", re.IGNORECASE)
 BEGIN = "BEGIN"
 """The name of the entry that stands for BEGIN BULK, BEGIN SUPER=7: its second field is what follows the word."""
-
-
 MOST_REPLICATED = 100_000
 """Entries that = makes in a deck: more is a slip."""
+SMALL, LARGE = 8, 4
+"""Fields of a line beside its first and the mark of its continuation."""
 
 
 class Entry(NamedTuple):
@@ -41,7 +41,7 @@ def included(text: str, more: Iterator[str]) -> str | None:
         return None
     name = match[1].strip()
     mark = name[:1]
-    if mark not in ("'", '"') or not mark:
+    if mark not in ("'", '"'):
         return name.split("$")[0].strip()
     while name.count(mark) < 2 and (line := next(more, None)) is not None:
         name += line.strip()
@@ -119,10 +119,6 @@ def _mark(text: str) -> str:
     count = LARGE if "*" in words[0][:8] else SMALL
     last = words[count + 1] if len(words) > count + 1 else "" if len(words) > 1 else text[72:80]
     return last.strip().lstrip("+*").strip().upper()
-
-
-SMALL, LARGE = 8, 4
-"""Fields of a line beside its first and the mark of its continuation."""
 
 
 def _fields(text: str, line: Line) -> list[str]:

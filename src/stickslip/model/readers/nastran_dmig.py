@@ -16,7 +16,6 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.model.readers.content import Content, dof
-from stickslip.model.readers.deck import Deck
 from stickslip.model.readers.included_files import Line
 from stickslip.model.readers.limits import CUT_SHORT, refuse_cut
 from stickslip.model.readers.nastran_cards import bulk_lines, entries, integer, number, positive_integer
@@ -49,7 +48,18 @@ class Matrix:
 
 def read(path: Path) -> Content:
     """Every square DMIG matrix of the file, over the degrees of freedom of all of them in ascending order."""
-    matrices, grid = _taken(path)
+    matrices: dict[str, Matrix] = {}
+    bulk, last = BulkData(), ""
+    for entry in entries(map(_whole, bulk_lines(path, 60))):
+        last = entry.fields[0]
+        if last == "DMIG":
+            _take(entry.fields, matrices)
+        elif matrices and not NAME.fullmatch(last):
+            raise fault("An entry of bulk data", "must begin with its name", last or "blank", LOST_COMMA)
+        bulk.take(entry)
+    if last == "DMIG":
+        refuse_cut(path)
+    grid = bulk.deck(path.name).along_own_axes
     rectangular = [name for name, matrix in matrices.items() if matrix.form in RECTANGULAR]
     notes: tuple[str, ...] = (f"Rectangular matrices of the file are left out: {', '.join(rectangular)}.",) if rectangular else ()
     matrices = {name: matrix for name, matrix in matrices.items() if name not in rectangular}
@@ -72,22 +82,6 @@ def read(path: Path) -> Content:
     return Content("Nastran DMIG", assembled, dofs, grid.nodes, notes=(*notes, *grid.notes), cells=grid.cells)
 
 
-def _taken(path: Path) -> tuple[dict[str, Matrix], Deck]:
-    """The matrices by name, and the grid points."""
-    matrices: dict[str, Matrix] = {}
-    bulk, last = BulkData(), ""
-    for entry in entries(map(_whole, bulk_lines(path, 60))):
-        last = entry.fields[0]
-        if last == "DMIG":
-            _take(entry.fields, matrices)
-        elif matrices and not NAME.fullmatch(last):
-            raise fault("An entry of bulk data", "must begin with its name", last or "blank", LOST_COMMA)
-        bulk.take(entry)
-    if last == "DMIG":
-        refuse_cut(path)
-    return matrices, bulk.deck(path.name).along_own_axes
-
-
 def _whole(line: Line) -> Line:
     """A line, unless a comment begins where a continuation has its fields."""
     if CUT_BY_COMMENT.match(line.text):
@@ -96,6 +90,7 @@ def _whole(line: Line) -> Line:
 
 
 def _assembled(name: str, matrix: Matrix, row: dict[GridComponent, int]) -> sparse.csc_array:
+    """The sparse matrix, with both triangles, over the rows of all matrices; no entry stands twice."""
     values = np.array(matrix.values)
     places = [row[key] for key in matrix.rows], [row[key] for key in matrix.columns]
     data = values if matrix.kind in COMPLEX else values.real

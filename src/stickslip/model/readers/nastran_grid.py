@@ -15,9 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.model.readers.bulk_cards import BULK_CARDS
-from stickslip.model.readers.cells import FoundCells
 from stickslip.model.readers.content import dof, given_twice, located
-from stickslip.model.readers.deck import CardsMet, Deck, own_axes
+from stickslip.model.readers.deck import CardsMet, Deck, FoundCells, own_axes
 from stickslip.model.readers.nastran_cards import BEGIN, Entry, bulk_lines, entries, integer, number, positive_integer
 from stickslip.model.structure.matrices import Point
 from stickslip.support.checks import Array, InputError, fault
@@ -105,18 +104,13 @@ class Grid:
                 if number_of:
                     self.systems[integer(number_of)] = _Defined(name[-1], BASIC, None, tuple(map(integer, grids)))
 
-    @property
-    def points(self) -> list[tuple[int, int, Point]]:
-        """Number, coordinate system and coordinates of each grid point."""
-        default = self.default[0] or "0"
-        return [(grid, integer(system or default), place) for grid, system, place, _ in self.written]
-
     def deck(self, file: str) -> Deck:
         """The grid points in the basic system, with notes on those that are not there."""
-        points = self.points
-        places = self._places(points)
-        found = [(str(point), place) for (point, _, _), place in zip(points, places, strict=True) if place is not None]
-        lost = len(points) - len(found)
+        default = self.default[0] or "0"
+        points = [(grid, integer(system or default), point) for grid, system, point, _ in self.written]
+        places = zip(points, self._places(points), strict=True)
+        placed = [(str(grid), point) for (grid, _, _), point in places if point is not None]
+        lost = len(points) - len(placed)
         notes = [f"{lost} grid points of {file} are left out: their coordinate systems are not in the file."] if lost else []
         own = sum(integer(motion or self.default[1] or "0") > BASIC for *_, motion in self.written)
         turned = own_axes(own, file, "CD of GRID")
@@ -125,22 +119,28 @@ class Grid:
             for grid, components in self.external
             for component in components or "0"
         )
-        nodes = located(found)
-        notes += given_twice(len(found) - len(nodes), file)
+        nodes = located(placed)
+        notes += given_twice(len(placed) - len(nodes), file)
         return Deck(nodes, {}, (*notes, *self.elements.notes(file)), self.elements.cells, turned, rows)
 
     def _places(self, points: list[tuple[int, int, Point]]) -> list[Point | None]:
-        """Where each grid point is; None in a system that is not known."""
+        """Where each grid point is, given by number, system and coordinates; None in a system that is not known."""
         known = {BASIC: BASIC_SYSTEM}
         for _ in range(MOST_NESTED):
             needed = {grid for system in self.systems.values() for grid in system.grids}
-            at = {name: known[of].place(np.array(x)) for name, of, x in points if name in needed and of in known}
+            at = {grid: known[of].place(np.array(point)) for grid, of, point in points if grid in needed and of in known}
             waiting = [(name, _system(name, defined, known, at)) for name, defined in self.systems.items() if name not in known]
             more = {name: system for name, system in waiting if system is not None}
             if not more:
                 break
             known |= more
-        return [_point(known[of], x) if of in known else None for _, of, x in points]
+        placed: list[Point | None] = []
+        for _, of, point in points:
+            if of in known and of != BASIC:
+                x, y, z = map(float, known[of].place(np.array(point)))
+                point = x, y, z
+            placed.append(point if of in known else None)  # what is in the basic system keeps its digits
+        return placed
 
 
 MAIN = "BULK"
@@ -185,14 +185,6 @@ def read_grid(path: Path) -> Deck:
     for entry in entries(bulk_lines(path, 20)):
         bulk.take(entry)
     return bulk.deck(path.name)
-
-
-def _point(system: CoordinateSystem, coordinates: Point) -> Point:
-    """A point in the basic system; what is there already keeps its digits."""
-    if system is BASIC_SYSTEM:
-        return coordinates
-    x, y, z = map(float, system.place(np.array(coordinates)))
-    return x, y, z
 
 
 def _system(name: int, defined: _Defined, known: dict[int, CoordinateSystem], at: dict[int, Array]) -> CoordinateSystem | None:

@@ -156,6 +156,7 @@ def _byte_order(content: bytes) -> tuple[str, int] | None:
 
 
 def _binary(content: bytes, order: str, word: int) -> Iterator[Matrix]:
+    """The matrices of a binary file: each record of a column must have the length that it announces."""
     integer = np.dtype(f"{order}i{word}")
     records = _records(content, order)
     for header in records:
@@ -208,6 +209,7 @@ def _take_column(matrix: Matrix, data: bytes, row: int, integer: np.dtype[np.int
 
 
 def _formatted(content: bytes) -> Iterator[Matrix]:
+    """The matrices of a text file, between which lines may be blank."""
     lines = deque(content.replace(b"\r\n", b"\n").split(b"\n"))
     while lines:
         header = lines.popleft()

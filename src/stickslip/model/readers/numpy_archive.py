@@ -6,11 +6,11 @@ A file that `scipy.sparse.save_npz` wrote holds one matrix; it is read together 
 from __future__ import annotations
 
 import zipfile
+from math import prod
 from os import SEEK_CUR
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
-import numpy as np
 from numpy.lib import format as npy
 from scipy import sparse
 
@@ -57,7 +57,9 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Any:
             "Keep a matrix of so many zeros sparse: scipy.sparse.save_npz.",
         )
     with archive.open(member) as file:
-        claimed, kind = _claimed(file)
+        read_header = npy.read_array_header_1_0 if npy.read_magic(file) == (1, 0) else npy.read_array_header_2_0
+        shape, _, kind = read_header(file)
+        claimed = prod(map(int, shape))
         behind = member.file_size - file.seek(0, SEEK_CUR)
     if kind.hasobject:
         raise fault(
@@ -69,17 +71,6 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Any:
         )
     with archive.open(member) as file:
         return npy.read_array(file, allow_pickle=False)
-
-
-def _claimed(file: IO[bytes]) -> tuple[int, np.dtype[Any]]:
-    """Entries and type that the header of an array claims."""
-    version = npy.read_magic(file)
-    read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    shape, _, kind = read_header(file)
-    size = 1
-    for length in shape:
-        size *= int(length)
-    return size, kind
 
 
 def _sparse(arrays: dict[str, Any]) -> Any:

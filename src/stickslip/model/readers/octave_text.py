@@ -18,6 +18,8 @@ from stickslip.model.readers.numbers import number_lines, triplets, whole
 from stickslip.support.checks import Array, fault
 
 HEADER = re.compile(r"#\s*([a-z]+)\s*:\s*(.*)")
+TEXT = ("string", "sq_string")
+"""Types of text, in double and in single quotation marks."""
 
 
 def arrays(path: Path) -> dict[str, Any]:
@@ -37,30 +39,36 @@ class _Reader:
 
     def values(self) -> dict[str, Any]:
         """The values of all names; what is neither numbers nor text is passed over."""
-        found: dict[str, Any] = {}
-        inside: list[tuple[str, int]] = []
+        values: dict[str, Any] = {}
+        inside: list[tuple[str, int]] = []  # the structs around what is read, and how many of their fields are left
         while (name := self._until("name")) is not None:
             kind = self._header("type").removeprefix("float ")
             full = ".".join((*(struct for struct, _ in inside), name))
-            if full in found:
+            if full in values:
                 raise fault(f"The variable {full}", "must stand in the file once", "twice", "Was the file put together?")
             inside = [(struct, left - (depth == len(inside) - 1)) for depth, (struct, left) in enumerate(inside)]
             if kind == "scalar struct":
                 inside.append((name, self._count("length")))
             elif kind == "cell":
-                cells = list(self._cells(self._count("rows") * self._count("columns")))
-                found |= {full: cells} if name == "dofs" else {}
+                texts = []
+                for _ in range(self._count("rows") * self._count("columns")):
+                    self._until("name")  # each cell has a name and a type of its own
+                    texts.append(" ".join(self._text()) if self._header("type") in TEXT else "")
+                values |= {full: texts} if name == "dofs" else {}
             elif (value := self._value(full, kind)) is not None:
-                found[full] = value
+                values[full] = value
             while inside and inside[-1][1] <= 0:
                 inside.pop()
-        return found
+        return values
 
     def _value(self, name: str, kind: str) -> Any:
+        """The value of a type of its own; None of one that is neither numbers nor text, or has more than two dimensions."""
         if kind == "scalar":
             return self._numbers(name, 1, 1)
         if kind == "matrix":
-            return self._matrix(name)
+            if "ndims" in self.lines[self.place]:
+                return None
+            return self._numbers(name, self._count("rows"), self._count("columns"))
         if kind == "diagonal matrix":
             size = self._count("rows"), self._count("columns")
             values = self._numbers(name, min(size), 1)[:, 0]
@@ -71,12 +79,7 @@ class _Reader:
             table = self._numbers(name, entries, 3)
             rows, columns = (whole(f"Rows and columns of {name}", table[:, k], 1, shape[k]) - 1 for k in (0, 1))
             return triplets(name, rows, columns, table[:, 2], max(shape))[: shape[0], : shape[1]]
-        return list(self._text()) if kind in ("string", "sq_string") else None
-
-    def _matrix(self, name: str) -> Array | None:
-        if "ndims" in self.lines[self.place]:
-            return None
-        return self._numbers(name, self._count("rows"), self._count("columns"))
+        return list(self._text()) if kind in TEXT else None
 
     def _numbers(self, name: str, rows: int, columns: int) -> Array:
         """Lines of numbers, and none behind them."""
@@ -90,12 +93,6 @@ class _Reader:
         if found.shape != (rows, columns):
             raise fault(name, rule, "others", "The file is damaged.")
         return found
-
-    def _cells(self, count: int) -> Iterator[str]:
-        """The text of each cell, which has a name and a type of its own."""
-        for _ in range(count):
-            self._until("name")
-            yield " ".join(self._text()) if self._header("type") in ("string", "sq_string") else ""
 
     def _text(self) -> Iterator[str]:
         """The rows of a text, each after its length."""

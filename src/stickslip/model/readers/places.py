@@ -69,6 +69,7 @@ def places_of(model: Model, keep: Keep, metres: float = 1.0, surfaces: Sequence[
 
 
 def _place(model: Model, name: str, where: Any, metres: float) -> Place:
+    """A degree of freedom, a set, a node, or the node nearest to coordinates; `name` is empty for what keeps its own."""
     if isinstance(where, str | Integral):
         word = str(where)
         if word in model.rows:
@@ -88,6 +89,7 @@ def _place(model: Model, name: str, where: Any, metres: float) -> Place:
 
 
 def _dofs(model: Model, names: Mapping[str, str]) -> dict[str, int]:
+    """The row of each degree of freedom of nodes, under the name that is given to the node."""
     return {f"{name}.{axis}": model.rows[f"{node}.{axis}"] for node, name in names.items() for axis in model.directions[node]}
 
 
@@ -101,20 +103,18 @@ def nearest_node(model: Model, point: ArrayLike, metres: float = 1.0) -> tuple[s
 
 def nearest_of(names: Sequence[str], points: Array, point: ArrayLike, metres: float = 1.0) -> tuple[str, float]:
     """The same of nodes with coordinates `points` (nodes, 3), m."""
-    asked = vector("Coordinates", point, 3)
-    place = metres * asked
+    coordinates = vector("Coordinates", point, 3)
     if not names:
-        raise fault(
-            "Coordinates", "must go with a model that has coordinates", asked.tolist(), "Name nodes, or give a file of names."
-        )
-    distances = np.linalg.norm(points - place, axis=1)
+        remedy = "Name nodes, or give a file of names."
+        raise fault("Coordinates", "must go with a model that has coordinates", coordinates.tolist(), remedy)
+    distances = np.linalg.norm(points - metres * coordinates, axis=1)
     index = int(distances.argmin())
     around = np.linalg.norm(points - points[index], axis=1)
     spacing = float(np.min(around[around > 0.0], initial=np.inf))
     if distances[index] > spacing:
         where = (points[index] / metres).tolist()
         raise fault(
-            f"The node nearest to {asked.tolist()}",
+            f"The node nearest to {coordinates.tolist()}",
             f"must lie within {spacing * 1e3:.3g} mm, its distance to its neighbour",
             f"{distances[index] * 1e3:.3g} mm away (node {names[index]} at {np.round(where, 9).tolist()})",
             "Check the coordinates and the units.",

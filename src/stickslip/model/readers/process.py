@@ -54,21 +54,13 @@ def arrays_of(path: Path, reader: str) -> dict[str, Any]:
 
 def _assembled(parts: dict[str, Any]) -> dict[str, Any]:
     """Sparse matrices out of their parts NAME/data, NAME/indices, ..., which are not believed; everything else as it is."""
-    found = {name: value for name, value in parts.items() if "/" not in name}
+    arrays = {name: value for name, value in parts.items() if "/" not in name}
     for name in {name.partition("/")[0] for name in parts if "/" in name}:
         data, indices, starts, shape = (parts[f"{name}/{part}"] for part in PARTS)
-        found[name] = compressed_columns(name, data, indices, starts, (int(shape[0]), int(shape[1])))
-        if not found[name].has_canonical_format:
+        arrays[name] = compressed_columns(name, data, indices, starts, (int(shape[0]), int(shape[1])))
+        if not arrays[name].has_canonical_format:
             raise fault(name, "must hold each entry once, and those of a column by rising rows", "otherwise")
-    return found
-
-
-def _apart(name: str, value: Any) -> dict[str, Any]:
-    """A value as arrays that a .npz file holds."""
-    if sparse.issparse(value):
-        matrix = sparse.csc_array(value)  # type: ignore[call-overload]
-        return {f"{name}/{part}": np.asarray(getattr(matrix, part)) for part in PARTS}
-    return {name: np.array(value, dtype=np.str_) if isinstance(value, list) else value}
+    return arrays
 
 
 def _limit_memory() -> None:
@@ -87,8 +79,14 @@ def main(reader: str, source: str, target: str) -> int:
     """Read `source` and write its arrays to `target`; returns the exit code."""
     _limit_memory()
     try:
-        found = import_module(reader).arrays(Path(source))
-        np.savez(target, **{key: array for name, value in found.items() for key, array in _apart(name, value).items()})
+        members: dict[str, Any] = {}
+        for name, value in import_module(reader).arrays(Path(source)).items():
+            if sparse.issparse(value):
+                matrix = sparse.csc_array(value)  # type: ignore[call-overload]
+                members |= {f"{name}/{part}": np.asarray(getattr(matrix, part)) for part in PARTS}
+            else:
+                members[name] = np.array(value, dtype=np.str_) if isinstance(value, list) else value
+        np.savez(target, **members)
     except InputError as error:
         sys.stderr.write(str(error))
         return WRONG

@@ -143,29 +143,25 @@ def read_model(
 def read_content(path: Paths, variables: Mapping[Any, str]) -> tuple[Content, str]:
     """What the file holds, together with the file of the other matrix where a format has one matrix a file; and its name."""
     if isinstance(path, Mapping):
-        places = {letter: _path(f"The file of {letter}", place) for letter, place in path.items()}
-        return _together(places, variables), " and ".join(dict.fromkeys(place.name for place in places.values()))
-    place = _path("A model", path)
-    content = _read_one(place)
-    if set(content.matrices) != {""}:
-        return _of_superelement(content, place), place.name
-    return _together(_counterparts(place), variables), place.name
+        files = {letter: _path(f"The file of {letter}", file) for letter, file in path.items()}
+        return _together(files, variables), " and ".join(dict.fromkeys(file.name for file in files.values()))
+    file = _path("A model", path)
+    content = _read_one(file)
+    if set(content.matrices) == {""}:
+        return _together(_counterparts(file), variables), file.name
+    punch = file.with_suffix(".pch")
+    if not content.dofs and file.suffix.lower() == ".op4" and punch.is_file():
+        with punch.open("rb") as lines:  # the punch file of a superelement names the rows of its OUTPUT4 file
+            lists_rows = b"EXTRN" in lines.read(1 << 20)
+        content = with_names(content, punch) if lists_rows else content
+    return content, file.name
 
 
-def _of_superelement(content: Content, path: Path) -> Content:
-    """The content of an OUTPUT4 file with the names of its rows, where the punch file of the superelement stands beside."""
-    punch = path.with_suffix(".pch")
-    if content.dofs or path.suffix.lower() != ".op4" or not punch.is_file():
-        return content
-    with punch.open("rb") as file:
-        lists_rows = b"EXTRN" in file.read(1 << 20)
-    return with_names(content, punch) if lists_rows else content
-
-
-def _path(what: str, place: Any) -> Path:
-    if not isinstance(place, str | os.PathLike):
-        raise fault(what, "must be the path of a file", place)
-    return Path(place)
+def _path(what: str, path: Any) -> Path:
+    """The path, unless it is something else."""
+    if not isinstance(path, str | os.PathLike):
+        raise fault(what, "must be the path of a file", path)
+    return Path(path)
 
 
 def _read_one(path: Path) -> Content:
@@ -190,6 +186,7 @@ def _read_one(path: Path) -> Content:
 
 
 def _refused(error: OSError) -> InputError:
+    """The fault of a file that the system does not open."""
     return fault("A model file", "must be readable", str(error.filename), f"({error.strerror})")
 
 
@@ -213,13 +210,12 @@ def format_of(path: Path) -> Format:
 
 def _counterparts(path: Path) -> dict[str, Path]:
     """M, K and C beside a file that holds one of them: blade_K.mtx goes with blade_M.mtx."""
-    for words in COUNTERPARTS:
+    for ends in COUNTERPARTS:
         for case in (str.upper, str.lower):
-            for word in map(case, words):
-                match = re.fullmatch(rf"(.*(?:[^A-Za-z]|^)){word}(\d*)", path.stem)
-                if match:
-                    beside = [path.with_stem(f"{match[1]}{case(other)}{match[2]}") for other in words]
-                    return {letter: place for letter, place in zip("KMC", beside, strict=True) if place.is_file()}
+            match = re.fullmatch(rf"(.*(?:[^A-Za-z]|^))(?:{'|'.join(map(case, ends))})(\d*)", path.stem)
+            if match:
+                beside = [path.with_stem(f"{match[1]}{case(end)}{match[2]}") for end in ends]
+                return {letter: file for letter, file in zip("KMC", beside, strict=True) if file.is_file()}
     raise fault(
         path.name,
         "must be one of a pair of files of stiffness and mass",
@@ -238,7 +234,13 @@ def _together(paths: Mapping[str, Path], variables: Mapping[Any, str]) -> Conten
             raise fault(f"The file of {letter}", "must be given", sorted(path.name for path in paths.values()), NAME_BOTH)
     read = {path: _read_one(path) for path in dict.fromkeys(paths.values())}
     parts = {letter: read[path] for letter, path in paths.items()}
-    aligned = {letter: _matrix(letter, part, variables, paths[letter].name) for letter, part in parts.items()}
+    aligned = {}
+    for letter, part in parts.items():
+        if "" in part.matrices or (len(part.matrices) == 1 and letter not in variables):  # the only one is the one meant
+            aligned[letter] = next(iter(part.matrices.values()))
+        else:
+            own = {key: name for key, name in variables.items() if key == letter}
+            aligned[letter] = chosen(part, own, paths[letter].name, (letter,))[letter]
     dofs = parts["K"].dofs
     if any(part.dofs != dofs for part in parts.values()) and all(part.dofs for part in parts.values()):
         dofs = tuple(dict.fromkeys(name for letter in ("K", *parts) for name in parts[letter].dofs))
@@ -248,16 +250,9 @@ def _together(paths: Mapping[str, Path], variables: Mapping[Any, str]) -> Conten
     return replace(parts["K"], matrices=named, dofs=dofs, notes=tuple(notes))
 
 
-def _matrix(letter: str, part: Content, variables: Mapping[Any, str], file: str) -> Any:
-    """The matrix of a file that is to be M, K or C: its only one, or that of the name."""
-    if "" in part.matrices or (len(part.matrices) == 1 and letter not in variables):
-        return next(iter(part.matrices.values()))
-    return chosen(part, {key: name for key, name in variables.items() if key == letter}, file, (letter,))[letter]
-
-
 def _spread(matrix: Any, own: Sequence[str], dofs: Sequence[str]) -> Any:
     """A matrix whose rows have the names `own`, over the rows `dofs`, which hold these and others."""
     row = {name: index for index, name in enumerate(dofs)}
-    places = np.array([row[name] for name in own])
+    numbers = np.array([row[name] for name in own])
     entries = sparse.coo_array(square_sparse("matrix", matrix))
-    return sparse.coo_array((entries.data, (places[entries.coords[0]], places[entries.coords[1]])), (len(dofs), len(dofs)))
+    return sparse.coo_array((entries.data, (numbers[entries.coords[0]], numbers[entries.coords[1]])), (len(dofs), len(dofs)))

@@ -24,6 +24,7 @@ from stickslip.model.readers.rotation_stress import rotation_note, rotation_stre
 from stickslip.model.readers.spin_softening import prestress_note
 from stickslip.model.readers.stress_places import StressRows
 from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.cyclic_reduction import mode_names
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.matrices import Point, Structure
 from stickslip.model.structure.mesh_surface import MeshSurface, recovery_rows, selection
@@ -53,8 +54,8 @@ def whole(model: Model, damping: Damping | None = None, stress: StressRows | Non
     C = None if model.C is None else model.C.toarray()
     nodes = {node: model.nodes[node] for node in model.located[0]}
     sets = {name: tuple(node for node in members if node in model.directions) for name, members in model.sets.items()}
-    found = model.surface
-    surfaces = () if found is None else (MeshSurface(*found[:2], selection(found.numbers, model.size), model.dofs),)
+    mesh = model.surface
+    surfaces = () if mesh is None else (MeshSurface(*mesh[:2], selection(mesh.numbers, model.size), model.dofs),)
     stresses = () if stress is None else (stress.recovery(stress.rows.toarray(), model.dofs),)
     made = Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets)
     return replace(made, surfaces=surfaces, stresses=stresses)
@@ -74,7 +75,11 @@ def reduced(
     if modes is not None and modes not in range(inside + 1):
         raise fault("modes", f"must be a whole number from 0 to {inside}, the rows that are not kept", modes)
     number = min(MODES, inside) if modes is None else int(modes)
-    file = cache_folder() / f"{_key(model, kept, number, stress)}.npz"
+    surface, located = model.surface, model.located[1]
+    drawn = b"" if surface is None else surface.numbers.tobytes()
+    reduction = sorted(kept.values()), list(kept.values()), number, drawn, located.tobytes(), stress and stress.bytes
+    key = repr((stickslip.__version__, model.fingerprint, *reduction))
+    file = cache_folder() / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
     matrices = from_cache(file, ("M", "K", "C", "recovery", "stress"))
     if matrices is None:
         matrices = _reduce(model, kept, number, progress, stress)
@@ -82,12 +87,11 @@ def reduced(
     else:
         progress(1.0, f"reduction found in {file}")
     C = matrices["C"] if matrices["C"].size else None
-    dofs = (*kept, *_mode_names(matrices["M"].shape[0] - len(kept)))
-    nodes, sets, mesh = kept_nodes(model, kept), kept_sets(model, places), model.located[1]
-    found = model.surface
-    surfaces = () if found is None else (MeshSurface(*found[:2], matrices["recovery"], dofs),)
+    dofs = (*kept, *mode_names(matrices["M"].shape[0] - len(kept)))
+    nodes, sets = kept_nodes(model, kept), kept_sets(model, places)
+    surfaces = () if surface is None else (MeshSurface(*surface[:2], matrices["recovery"], dofs),)
     stresses = () if stress is None else (stress.recovery(matrices["stress"], dofs),)
-    made = Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=mesh)
+    made = Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=located)
     return replace(made, surfaces=surfaces, stresses=stresses)
 
 
@@ -103,11 +107,8 @@ def kept_sets(model: Model, places: tuple[Place, ...]) -> dict[str, tuple[str, .
     return {place.name: tuple(dict.fromkeys(rows[node] for node in place.nodes if node in rows)) for place in places}
 
 
-def _mode_names(number: int) -> tuple[str, ...]:
-    return tuple(f"mode/{index}.q" for index in range(1, number + 1))
-
-
 def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, stress: StressRows | None) -> dict[str, Array]:
+    """What the cache keeps of a reduction: M, K and C, and the rows that recover the outer surface and the stress."""
     basis = 8 * model.size * (len(kept) + modes)
     within_memory("The basis of the reduction", 3 * basis)
     if indefinite_mass(model.M):
@@ -118,19 +119,14 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, 
     T = reduction.transformation
     C = np.zeros((0, 0)) if model.C is None else np.asarray(T.T @ (model.C @ T))
     numbers = np.zeros((0, 3), dtype=int) if model.surface is None else model.surface.numbers
-    K = _as_free(model, kept, reduction.structure.K)
+    K = reduction.structure.K
+    rigid = rigid_motions(model.K, model.dofs, model.nodes)
+    if rigid.shape[1]:  # the reduced K leaves the same rigid motions free, in which fixed-interface modes do not move
+        motions = np.zeros((K.shape[0], rigid.shape[1]))
+        motions[: len(kept)] = rigid[list(kept.values())]
+        K = without_resistance(K, motions)
     stresses = np.zeros((0, T.shape[1])) if stress is None else np.asarray(stress.rows @ T)
     return {"M": reduction.structure.M, "K": K, "C": C, "recovery": recovery_rows(T, numbers), "stress": stresses}
-
-
-def _as_free(model: Model, kept: dict[str, int], K: Array) -> Array:
-    """The reduced K (n, n), which leaves the same rigid motions free as the whole one: fixed-interface modes do not move."""
-    rigid = rigid_motions(model.K, model.dofs, model.nodes)
-    if not rigid.shape[1]:
-        return K
-    motions = np.zeros((K.shape[0], rigid.shape[1]))
-    motions[: len(kept)] = rigid[list(kept.values())]
-    return without_resistance(K, motions)
 
 
 def cache_folder() -> Path:
@@ -139,19 +135,11 @@ def cache_folder() -> Path:
     return Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "stickslip" / "models"
 
 
-def _key(model: Model, kept: dict[str, int], modes: int, stress: StressRows | None) -> str:
-    surface = b"" if model.surface is None else model.surface.numbers.tobytes()
-    located = model.located[1].tobytes()
-    wanted = sorted(kept.values()), list(kept.values()), modes, surface, located, stress and stress.bytes
-    key = repr((stickslip.__version__, model.fingerprint, *wanted))
-    return sha256(key.encode()).hexdigest()[:32]
-
-
 def from_cache(file: Path, names: Sequence[str]) -> dict[str, Any] | None:
     """The arrays that an earlier reduction left; a damaged file counts as none."""
     try:
-        found = numpy_archive.arrays(file)
-        return {name: found[name] for name in names}
+        arrays = numpy_archive.arrays(file)
+        return {name: arrays[name] for name in names}
     except Exception:  # whatever a damaged file raises: the reduction is simply done again
         return None
 

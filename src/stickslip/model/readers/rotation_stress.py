@@ -35,7 +35,7 @@ def rotation_stress(sector: Sector, rows: sparse.csr_array, axis: RotationAxis, 
 def rotation_stress_of_body(model: Model, rows: sparse.csr_array, axis: RotationAxis, speed: float) -> Array:
     """The same of a whole model that its supports hold, from `rows` of its motion: K u = Ω² M r."""
     refuse_own_axes(model)
-    nodes, directions = zip(*((node, axis) for node, _, axis in (dof.rpartition(".") for dof in model.dofs)), strict=True)
+    nodes, _, directions = zip(*(dof.rpartition(".") for dof in model.dofs), strict=True)
     r = np.zeros(model.size)
     along = np.array(["xyz".find(direction) for direction in directions])
     moved = np.flatnonzero(along >= 0)

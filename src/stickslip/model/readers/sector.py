@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ from stickslip.model.readers.rotation_stress import refuse_own_axes, rotation_no
 from stickslip.model.readers.sector_faces import interpolation_error, paired
 from stickslip.model.readers.spin_softening import prestress_note
 from stickslip.model.readers.stress_places import StrainGauge, StressRows, stress_rows_of
-from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, Waves, cyclic
+from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, cyclic
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.reduced_waves import reduced_waves
@@ -172,14 +173,13 @@ def disks_of(
     speed = speeds[0] if speeds and stress is not None else 0.0
     if speed:
         refuse_own_axes(model)
-    file = cache_folder() / f"{_key(models, faces, kept, number, stress, speed)}.npz"
+    face_nodes = [(node, model.nodes[node]) for face in (faces.low, faces.high) for node in model.sets[face]]
+    reduction = [each.fingerprint for each in models], faces, face_nodes, list(kept.values()), number
+    key = repr((stickslip.__version__, *reduction, stress and stress.bytes, speed))
+    file = cache_folder() / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
     arrays = from_cache(file, ("M", "K", "error", "stress", "rotation"))
     if arrays is None:
-        own = None if stress is None else stress.rows[:, np.flatnonzero(read.rows >= 0)]
-        masses, reduced, stresses = _reduced(read.sector, stiffnesses, kept, number, progress, own)
-        error = interpolation_error(read.sector) if faces.interpolated else 0.0
-        rotation = np.zeros(0) if own is None or not speed else rotation_stress(read.sector, own, faces.axis, speed)
-        arrays = {"M": masses, "K": reduced, "error": np.array(error), "stress": stresses, "rotation": rotation}
+        arrays = _reduced(read, stiffnesses, faces, kept, number, stress, speed, progress)
         to_cache(file, arrays)
     else:
         progress(1.0, f"reduction found in {file}")
@@ -216,40 +216,38 @@ def refuse_stress_on_faces(model: Model, faces: Faces, stress: StressRows | None
         raise fault("A place of stress", "must not lie on a face of the sector", named[0], "Choose a node beside it.")
 
 
-def _key(
-    models: Sequence[Model], faces: Faces, kept: Mapping[str, int], modes: int, stress: StressRows | None, speed: float
-) -> str:
-    """Identifies a reduction."""
-    members = [models[0].sets[face] for face in (faces.low, faces.high)]
-    nodes = [(node, models[0].nodes[node]) for face in members for node in face]
-    models_key = [model.fingerprint for model in models], faces, nodes, list(kept.values()), modes
-    key = repr((stickslip.__version__, *models_key, stress and stress.bytes, speed))
-    return sha256(key.encode()).hexdigest()[:32]
-
-
 def _reduced(
-    sector: Sector,
+    read: ReadSector,
     stiffnesses: Sequence[Sparse],
+    faces: Faces,
     kept: Mapping[str, int],
     modes: int,
+    stress: StressRows | None,
+    speed: float,
     progress: Progress,
-    stress: sparse.csr_array | None,
-) -> tuple[Waves, NDArray[np.complex128], NDArray[np.complex128]]:
-    """M of all nodal diameters (N//2 + 1, m, m), K of each model (models, N//2 + 1, m, m), on the shapes of the mean K, and the
-    stress (N//2 + 1, rows, m).
+) -> dict[str, NDArray[Any]]:
+    """What the cache keeps of a reduction on the shapes of the mean K: M of all nodal diameters (N//2 + 1, m, m), K of each model
+    (models, N//2 + 1, m, m), the stress (N//2 + 1, rows, m), that due to rotation (rows,), and the error of the interpolation.
 
     Frequencies at both ends then err by the square of what the speed changes of the shapes.
     """
+    sector = read.sector
+    rows = None if stress is None else stress.rows[:, np.flatnonzero(read.rows >= 0)]
     mean = stiffnesses[0] if len(stiffnesses) == 1 else sparse.csc_array(0.5 * (stiffnesses[0] + stiffnesses[-1]))
     solid = replace(sector.solid, K=mean)
     masses, reduced, stresses = [], [], []
     for wave in reduced_waves(replace(sector, solid=solid), kept, modes, progress):
         T = wave.transformation
         masses.append(wave.M)
-        stresses.append(np.zeros((0, len(wave.M))) if stress is None else stress @ T)
+        stresses.append(np.zeros((0, len(wave.M))) if rows is None else rows @ T)
         reduced.append([wave.K] if len(stiffnesses) == 1 else [hermitian(T.conj().T @ (K @ T)) for K in stiffnesses])
-    waves = np.array(reduced, dtype=complex).swapaxes(0, 1)
-    return np.array(masses, dtype=complex), waves, np.array(stresses, dtype=complex)
+    return {
+        "M": np.array(masses, dtype=complex),
+        "K": np.array(reduced, dtype=complex).swapaxes(0, 1),
+        "error": np.array(interpolation_error(sector) if faces.interpolated else 0.0),
+        "stress": np.array(stresses, dtype=complex),
+        "rotation": np.zeros(0) if rows is None or not speed else rotation_stress(sector, rows, faces.axis, speed),
+    }
 
 
 def _stiffness(model: Model, other: Model, read: ReadSector) -> Sparse:
@@ -315,6 +313,7 @@ def sector_of_model(model: Model, faces: Faces) -> ReadSector:
 
 
 def _notes(pairs: Sector, faces: Faces, left: NDArray[np.bool_], right: NDArray[np.bool_]) -> Iterator[str]:
+    """How the nodes of the faces were paired, or which follow the others; left, right: whether a node of either is free."""
     apart = f"at most {1e3 * pairs.apart:.2g} mm apart"
     if faces.interpolated:
         leading, following = (faces.high, faces.low) if pairs.mirrored else (faces.low, faces.high)

@@ -100,7 +100,9 @@ def _interpolated(solid: Solid, faces: Faces, low: Index, high: Index) -> Sector
     weights, apart = _weights(turned, solid.points[right])
     distance = float(np.median(np.asarray(KDTree(turned).query(turned, k=2)[0])[:, 1]))
     away = float(np.max(KDTree(turned).query(solid.points[right])[0]))
-    if apart > OFF * distance or away > _widest(turned):
+    # A point between nodes is nearer to one of them than the widest distance of a node from the third of its neighbours.
+    widest = float(np.max(np.asarray(KDTree(turned).query(turned, k=min(4, len(turned)))[0])[:, -1]))
+    if apart > OFF * distance or away > widest:
         raise fault(
             f"The face {faces.high}",
             f"must lie on {faces.low} turned by 360°/{faces.sectors} about the axis",
@@ -108,11 +110,6 @@ def _interpolated(solid: Solid, faces: Faces, low: Index, high: Index) -> Sector
             "Check N, the axis, and which face is low.",
         )
     return Sector(solid, faces.sectors, left, right, faces.axis, weights, mirrored, apart)
-
-
-def _widest(nodes: Array) -> float:
-    """The largest distance of a node from the third of its neighbours, m: a point between nodes is nearer to one of them."""
-    return float(np.max(np.asarray(KDTree(nodes).query(nodes, k=min(4, len(nodes)))[0])[:, -1]))
 
 
 def _weights(nodes: Array, points: Array) -> tuple[sparse.csr_array, float]:

@@ -39,17 +39,17 @@ class Solids:
 
     def around(self, nodes: Set[str]) -> list[SolidElement]:
         """The elements that have one of the nodes."""
-        found = {}
+        nodes_of = {}
         for element, words in self.nodes.items():
             own = tuple(str(int(word)) if word.isdecimal() else word for word in words)
             if not nodes.isdisjoint(own) and not self.kinds[element].startswith(NO_STRESS):
-                found[element] = own
-        material = {element: name for members, name in self.sections for element in members & found.keys()}
-        missing = [element for element in found if element not in material]
+                nodes_of[element] = own
+        material = {element: name for members, name in self.sections for element in members & nodes_of.keys()}
+        missing = [element for element in nodes_of if element not in material]
         if missing:
             raise fault("An element at a place of stress", "must have a *SOLID SECTION with a material", f"element {missing[0]}")
         known = {name: self._material(name) for name in set(material.values())}
-        return [SolidElement(self.kinds[element], own, known[material[element]]) for element, own in found.items()]
+        return [SolidElement(self.kinds[element], own, known[material[element]]) for element, own in nodes_of.items()]
 
     def _material(self, name: str) -> Material:
         """E and ν of one line of *ELASTIC."""

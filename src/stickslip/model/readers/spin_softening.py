@@ -23,7 +23,8 @@ def spin_softening(model: Model, axis: RotationAxis) -> float:
     not resist a translation along d. There K r = −Ω² M r for r across d.
     """
     d = np.array(axis.direction)
-    resisted, size = _along(model, d)
+    r = _translation(model, d)
+    resisted, size = np.asarray(model.K @ r), np.asarray(abs(model.K) @ np.abs(r))
     first = np.cross(d, np.eye(3)[np.argmin(np.abs(d))])
     across = [first / np.linalg.norm(first), np.cross(d, first / np.linalg.norm(first))]
     _, node = np.unique([dof.rpartition(".")[0] for dof in model.dofs], return_inverse=True)
@@ -38,13 +39,8 @@ def spin_softening(model: Model, axis: RotationAxis) -> float:
     return float(np.sqrt(square)) if square > 0.0 and explained else 0.0
 
 
-def _along(model: Model, direction: Array) -> tuple[Array, Array]:
-    """K r of a translation, and |K| |r|, (n,)."""
-    r = _translation(model, direction)
-    return np.asarray(model.K @ r), np.asarray(abs(model.K) @ np.abs(r))
-
-
 def _translation(model: Model, direction: Array) -> Array:
+    """The rigid translation along a vector, (n,)."""
     return np.array(
         [direction["xyz".index(axis)] if axis in "xyz" else 0.0 for _, _, axis in (dof.rpartition(".") for dof in model.dofs)]
     )

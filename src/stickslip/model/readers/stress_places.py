@@ -78,35 +78,37 @@ def stress_rows_of(model: Model, asked: Mapping[str, Where | StrainGauge], metre
     for name in gauges:
         if name not in nodes:
             raise fault(f"stress, {name}: a strain gauge", "must be at one node", f"the set {places[name]!r}")
-    place = {node: k for k, node in enumerate(dict.fromkeys(nodes.values()))}
-    shares, around, materials = np.zeros(len(place)), set[str](), dict[str, Material]()
-    found: list[tuple[int, Array, Array]] = []
-    for kind, own, material in model.solids.around(place.keys()):
+    number = {node: k for k, node in enumerate(dict.fromkeys(nodes.values()))}
+    shares, around, materials = np.zeros(len(number)), set[str](), dict[str, Material]()
+    parts: list[tuple[int, Array, Array]] = []
+    for kind, own, material in model.solids.around(number.keys()):
         stress = nodal_stress(kind, _points(model, kind, own), material)
         columns = np.array([[model.rows.get(f"{node}.{axis}", -1) for axis in "xyz"] for node in own]).ravel()
         around.update(own)
         for node, values in zip(own, stress, strict=True):
-            if node in place:
-                shares[place[node]] += 1.0
+            if node in number:
+                shares[number[node]] += 1.0
                 if materials.setdefault(node, material) != material and any(nodes[name] == node for name in gauges):
                     raise fault("A strain gauge", "must be where all elements have one material", f"node {node}")
-                found.append((place[node], columns, values.reshape(len(COMPONENTS), -1)))
-    lonely = next((node for node, k in place.items() if not shares[k]), None)
+                parts.append((number[node], columns, values.reshape(len(COMPONENTS), -1)))
+    lonely = next((node for node, k in number.items() if not shares[k]), None)
     if lonely is not None:
         raise fault("A place of stress", "must be a node of a solid element", f"node {lonely}")
-    each: Any = sparse.lil_array((6 * len(place), model.size + 1))
-    for k, columns, values in found:
-        each[6 * k : 6 * k + 6, columns] += values / shares[k]
-    order = np.concatenate([6 * place[node] + np.arange(6) for node in nodes.values()])
-    strains = {name: _strain(name, gauge, materials[nodes[name]]) for name, gauge in gauges.items()}
-    return StressRows(nodes, sparse.csr_array(each)[order][:, :-1], strains, _notes(model, nodes, around))
-
-
-def _strain(name: str, gauge: StrainGauge, material: Material) -> Array:
-    try:
-        return strain_along(gauge.direction, material)
-    except InputError as error:
-        raise InputError(f"stress, {name}: {error}") from None
+    mean: Any = sparse.lil_array((6 * len(number), model.size + 1))  # fixed directions, −1, are the last column, left out below
+    for k, columns, values in parts:
+        mean[6 * k : 6 * k + 6, columns] += values / shares[k]
+    order = np.concatenate([6 * number[node] + np.arange(6) for node in nodes.values()])
+    strains = {}
+    for name, gauge in gauges.items():
+        try:
+            strains[name] = strain_along(gauge.direction, materials[nodes[name]])
+        except InputError as error:
+            raise InputError(f"stress, {name}: {error}") from None
+    listed = ", ".join(f"{name} (node {node})" for name, node in list(nodes.items())[:6])
+    note = f"Stress at {listed}{f', ... ({len(nodes)})' if len(nodes) > 6 else ''}"
+    held = sum(node not in model.directions for node in around)
+    note += f"; {counted(held, 'node')} of the elements there have no rows and count as fixed" if held else ""
+    return StressRows(nodes, sparse.csr_array(mean)[order][:, :-1], strains, (note,))
 
 
 def _points(model: Model, kind: str, nodes: tuple[str, ...]) -> Array:
@@ -119,33 +121,23 @@ def _points(model: Model, kind: str, nodes: tuple[str, ...]) -> Array:
     return np.array([model.nodes[node] for node in nodes])
 
 
-def _notes(model: Model, nodes: Mapping[str, str], around: set[str]) -> tuple[str, ...]:
-    listed = ", ".join(f"{name} (node {node})" for name, node in list(nodes.items())[:6])
-    what = f"Stress at {listed}{f', ... ({len(nodes)})' if len(nodes) > 6 else ''}"
-    held = sum(node not in model.directions for node in around)
-    fixed = f"; {counted(held, 'node')} of the elements there have no rows and count as fixed" if held else ""
-    return (what + fixed,)
-
-
-def _nodes(model: Model, asked: Mapping[str, Where], metres: float) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for name, where in asked.items():
+def _nodes(model: Model, places: Mapping[str, Where], metres: float) -> dict[str, str]:
+    """The node of each place, by its name; those of a set are NAME/NODE."""
+    nodes: dict[str, str] = {}
+    for name, where in places.items():
         try:
-            found |= _found(model, name, where, metres)
+            if not isinstance(where, str | Integral):
+                points = np.array(list(model.nodes.values()))
+                nodes[name] = nearest_of(tuple(model.nodes), points, where, metres)[0]
+            elif str(where) in model.sets:
+                nodes |= {f"{name}/{node}": node for node in model.sets[str(where)]}
+            elif str(where) in model.nodes:
+                nodes[name] = str(where)
+            else:
+                known = nearest(str(where), [*model.sets, *model.nodes])
+                raise InputError(f"Node or set {str(where)!r} does not exist. {known}")
         except InputError as error:
             raise InputError(f"stress, {name}: {error}") from None
-    if not 1 <= len(found) <= MOST_PLACES:
-        raise fault("The number of places of stress", f"must be from 1 to {MOST_PLACES}", len(found), "Name fewer nodes.")
-    return found
-
-
-def _found(model: Model, name: str, where: Any, metres: float) -> dict[str, str]:
-    if isinstance(where, str | Integral):
-        word = str(where)
-        if word in model.sets:
-            return {f"{name}/{node}": node for node in model.sets[word]}
-        if word in model.nodes:
-            return {name: word}
-        raise InputError(f"Node or set {word!r} does not exist. {nearest(word, [*model.sets, *model.nodes])}")
-    points = np.array(list(model.nodes.values()))
-    return {name: nearest_of(tuple(model.nodes), points, where, metres)[0]}
+    if not 1 <= len(nodes) <= MOST_PLACES:
+        raise fault("The number of places of stress", f"must be from 1 to {MOST_PLACES}", len(nodes), "Name fewer nodes.")
+    return nodes
