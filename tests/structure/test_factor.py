@@ -18,7 +18,7 @@ import stickslip as ss
 from stickslip.model.structure import factor, pardiso, superlu
 from stickslip.model.structure.craig_bampton import craig_bampton
 from stickslip.model.structure.factor import Factor, Singular
-from stickslip.model.structure.ordering import nested_dissection
+from stickslip.model.structure.superlu import nested_dissection
 from stickslip.model.structure.solid import box_mesh, solid
 from stickslip.support import machine
 
@@ -101,7 +101,7 @@ def test_nested_dissection_orders_all_rows_and_saves_memory(monkeypatch):
     order = nested_dissection(body.K)
     assert sorted(order) == list(range(body.size))
     ours = superlu.SuperLU(body.K)
-    monkeypatch.setattr("stickslip.model.structure.ordering.PACKAGE", "no_such_package")
+    monkeypatch.setattr("stickslip.model.structure.superlu.PACKAGE", "no_such_package")
     assert nested_dissection(body.K) is None
     others = superlu.SuperLU(body.K)
     assert ours.mebibytes < 0.8 * others.mebibytes

@@ -11,7 +11,7 @@ from scipy import linalg
 
 from stickslip.model.contact.law import FrictionElements, NormalElements
 from stickslip.model.contact.point import Contact
-from stickslip.model.contact.start import MeanTraction, Start, TractionRatio
+from stickslip.model.contact.start import MeanTraction, TractionRatio
 from stickslip.support.checks import Array
 
 if TYPE_CHECKING:
@@ -46,7 +46,12 @@ def normal_loads_at_rest(problem: Problem) -> dict[str, float]:
     the search does not end.
     """
     rest = _AtRest(problem)
-    motion = rest.equilibrium([_all_stuck(contact) for contact in problem.contacts])
+    stuck = []
+    for contact in problem.contacts:
+        slips = [np.zeros(group.stiffness.size) for group in contact.elements.friction]
+        normal = contact.elements.normal
+        stuck.append(State(slips, np.ones(0 if normal is None else normal.stiffness.size, dtype=bool)))
+    motion = rest.equilibrium(stuck)
     for _ in range(ROUNDS):
         if motion is None:
             return {}
@@ -63,10 +68,11 @@ def normal_loads_at_rest(problem: Problem) -> dict[str, float]:
         return {}
     if motion is None:
         return {}
-    normals = [
-        (contact.name, contact.elements.normal, w) for contact, w in zip(problem.contacts, rest.moved(motion), strict=True)
-    ]
-    return {name: float(normal.forces(w[-1]).sum()) for name, normal, w in normals if normal is not None}
+    return {
+        contact.name: float(normal.forces(w[-1]).sum())
+        for contact, w in zip(problem.contacts, rest.moved(motion), strict=True)
+        if (normal := contact.elements.normal) is not None
+    }
 
 
 class _AtRest:
@@ -113,12 +119,6 @@ def _solved(stiffness: NDArray[Any], load: NDArray[Any]) -> NDArray[Any] | None:
             return None
 
 
-def _all_stuck(contact: Contact) -> State:
-    normal = contact.elements.normal
-    slips = [np.zeros(group.stiffness.size) for group in contact.elements.friction]
-    return State(slips, np.ones(0 if normal is None else normal.stiffness.size, dtype=bool))
-
-
 def _linear(contact: Contact, state: State) -> tuple[Array, Array]:
     """S and f₀ of a contact, by its directions."""
     size, normal = len(contact.directions), contact.elements.normal
@@ -154,17 +154,12 @@ def _state(contact: Contact, w: Array) -> State:
     """
     normal = contact.elements.normal
     closed = np.zeros(0, dtype=bool) if normal is None else normal.forces(w[-1]) > 0.0
-    slips = [
-        _signs(start, group, w[t], _limits(group, normal, w[-1], State([], closed)))
-        if contact.law.remembers_start
-        else np.zeros(group.stiffness.size)
-        for t, (start, group) in enumerate(zip(contact.starts, contact.elements.friction, strict=True))
-    ]
+    slips = []
+    for t, (start, group) in enumerate(zip(contact.starts, contact.elements.friction, strict=True)):
+        signs = np.zeros(group.stiffness.size)
+        if contact.law.remembers_start and not isinstance(start, TractionRatio | MeanTraction):
+            limits = np.maximum(_limits(group, normal, w[-1], State([], closed)), 0.0)
+            carried = group.stiffness * (w[t] - start.values(signs.size))
+            signs = np.where(np.abs(carried) > limits, np.sign(carried), 0.0)
+        slips.append(signs)
     return State(slips, closed)
-
-
-def _signs(start: Start, group: FrictionElements, u: float, limits: Array) -> Array:
-    if isinstance(start, TractionRatio | MeanTraction):
-        return np.zeros(limits.size)
-    carried = group.stiffness * (u - start.values(limits.size))
-    return np.where(np.abs(carried) > np.maximum(limits, 0.0), np.sign(carried), 0.0)

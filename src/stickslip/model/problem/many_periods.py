@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stickslip.model.loads import Force
 from stickslip.model.problem.problem import Problem
 from stickslip.support.checks import InputError, between, fault
 
@@ -23,10 +22,9 @@ def over_periods(problem: Problem, periods: int) -> Problem:
             "A motion over several periods must be asked for a structure that all harmonics share, but this disk is one sector "
             "that moves in waves of the engine order. Ask it of `disk.full()`."
         )
-    return problem.with_forces([_over_periods(force, periods) for force in problem.forces])
-
-
-def _over_periods(force: Force, periods: int) -> Force:
-    factor = float(periods) ** force.omega_power
-    amplitude = {periods * harmonic: factor * amplitude for harmonic, amplitude in force.amplitudes.items()}
-    return replace(force, amplitude=amplitude)
+    forces = []
+    for force in problem.forces:
+        factor = float(periods) ** force.omega_power  # of a load that goes by ω^k, now counted in ω/p
+        amplitude = {periods * harmonic: factor * amplitude for harmonic, amplitude in force.amplitudes.items()}
+        forces.append(replace(force, amplitude=amplitude))
+    return problem.with_forces(forces)

@@ -72,7 +72,10 @@ class Problem:
         if self.speed is not None:
             of_kind("speed", self.speed, SpeedDependence)
             self.speed.check(self._stiffness.shape)
-        self._check_names()
+        # Every degree of freedom that a contact, a load or an output names must exist; resolving the rows raises otherwise.
+        _ = (self.B, self.output_rows, [self.structure.row(force.coefficients) for force in self.forces], self.mean_stiffness)
+        _ = self.static_powers
+        self.structure.rows([dashpot.direction for dashpot in self.dashpots])
         self._check_held()
 
     def __repr__(self) -> str:
@@ -100,13 +103,8 @@ class Problem:
     def _view(self) -> Any:
         return FIGURES.known("Problem")[""](self)
 
-    def _check_names(self) -> None:
-        """Every degree of freedom that a contact, a force or an output names must exist; resolving the rows raises otherwise."""
-        _ = (self.B, self.output_rows, [self.structure.row(force.coefficients) for force in self.forces], self.mean_stiffness)
-        _ = self.static_powers
-        self.structure.rows([dashpot.direction for dashpot in self.dashpots])
-
     def _check_held(self) -> None:
+        """Refuse a structure that its contacts, all stuck, do not hold, or that they hide."""
         # The largest eigenvalue is at most the largest sum of sizes in a row.
         bound = float(np.abs(self.stuck_stiffness).sum(axis=1).max(initial=0.0))
         if is_definite(self.stuck_stiffness, -1e-13 * bound):
@@ -302,8 +300,8 @@ class Problem:
     @property
     def first_omega_at_rest(self) -> float:
         """Of the stuck structure at rest, rad/s: a frequency at which loads that go with the speed have their usual size."""
-        found = (self if self.speed is None else self.at_speed(0.0)).frequencies(stuck=True)
-        moving = found[found > 0.0]
+        at_rest = (self if self.speed is None else self.at_speed(0.0)).frequencies(stuck=True)
+        moving = at_rest[at_rest > 0.0]
         return 2.0 * np.pi * float(moving[0]) if moving.size else 0.0
 
     def at_frequency(self, omega: float) -> Problem:

@@ -53,7 +53,9 @@ def unbearable_loads(problem: Problem, sign: float = 1.0) -> list[str]:
     system = problem.systems.at(0)
     if np.any(np.imag(system.B)):
         return []
-    bodies, forces = _loose_bodies(problem, system), _forces(problem, system.B.real)
+    bodies, ends = _loose_bodies(problem, system), np.cumsum([len(contact.directions) for contact in problem.contacts])
+    rows = [system.B.real[end - len(contact.directions) : end] for contact, end in zip(problem.contacts, ends, strict=True)]
+    forces = [_forces(contact, own) for contact, own in zip(problem.contacts, rows, strict=True)]
     load = sign * problem.static_load.real
     unbearable = [body.name for body in bodies if not _carried(forces, [body], load)]
     if unbearable or len(bodies) < 2 or _carried(forces, bodies, load):
@@ -62,12 +64,13 @@ def unbearable_loads(problem: Problem, sign: float = 1.0) -> list[str]:
 
 
 def _loose_bodies(problem: Problem, system: LinearSystem) -> list[_Loose]:
+    """The bodies, degrees of freedom that stiffness or a node joins, that have motions which move contacts and meet no stiffness."""
     held, size = system.without_contacts(problem.contact_stiffness).real, np.sqrt(np.diag(system.K.real))
     size[size == 0.0] = 1.0
     held = np.where(np.abs(held) > LOOSE * np.outer(size, size), held, 0.0)
     nodes = np.array([dof.rpartition(".")[0] for dof in problem.structure.dofs])
     _, bodies = connected_components(sparse.csr_array((held != 0.0) | (nodes[:, None] == nodes)), directed=False)
-    found = []
+    loose = []
     for body in np.flatnonzero(np.bincount(bodies) < LARGEST):
         dofs = np.flatnonzero(bodies == body)
         stiffness, shapes = linalg.eigh(held[np.ix_(dofs, dofs)] / np.outer(size[dofs], size[dofs]))
@@ -77,18 +80,12 @@ def _loose_bodies(problem: Problem, system: LinearSystem) -> list[_Loose]:
         touching = moved > 0.0
         if np.any(touching):
             name = str(nodes[dofs[0]])
-            found.append(_Loose(name.rpartition("/")[0] or name, motions[:, touching] / moved[touching]))
-    return found
+            loose.append(_Loose(name.rpartition("/")[0] or name, motions[:, touching] / moved[touching]))
+    return loose
 
 
-def _forces(problem: Problem, B: Array) -> list[_Forces]:
-    ends = np.cumsum([len(contact.directions) for contact in problem.contacts])
-    starts = [end - len(contact.directions) for contact, end in zip(problem.contacts, ends, strict=True)]
-    return [_of_contact(contact, B[a:b]) for contact, a, b in zip(problem.contacts, starts, ends, strict=True)]
-
-
-def _of_contact(contact: Contact, rows: Array) -> _Forces:
-    """N_e and one T a tangential direction; springs without friction may have any force."""
+def _forces(contact: Contact, rows: Array) -> _Forces:
+    """N_e and one T a tangential direction of a contact with these rows of B; springs without friction may have any force."""
     normal = contact.elements.normal
     elements = 0 if normal is None else normal.stiffness.size
     acts = np.concatenate([np.repeat(rows[-1:], elements, axis=0), rows[: len(contact.tangential)]])
@@ -114,7 +111,7 @@ def _carried(forces: list[_Forces], bodies: list[_Loose], load: Array) -> bool:
     limits, over = np.concatenate([force.limits for force in forces]), np.eye(wanted.size)
     within: Any = sparse.block_diag([force.within for force in forces])
     beside: Any = sparse.hstack([within, sparse.csr_array((len(limits), 2 * wanted.size))])
-    found = linprog(
+    program = linprog(
         np.concatenate([np.zeros(within.shape[1]), np.ones(2 * wanted.size)]),
         A_ub=beside,
         b_ub=limits / size,
@@ -122,4 +119,4 @@ def _carried(forces: list[_Forces], bodies: list[_Loose], load: Array) -> bool:
         b_eq=wanted / size,
         bounds=[*((least, None) for force in forces for least in force.least), *[(0.0, None)] * (2 * wanted.size)],
     )
-    return (found.fun or 0.0) <= MISSING
+    return (program.fun or 0.0) <= MISSING

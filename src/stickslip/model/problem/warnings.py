@@ -54,7 +54,7 @@ AXES, ROTATIONS = ("x", "y", "z"), ("rx", "ry", "rz")
 
 def warnings_of(problem: Problem) -> tuple[str, ...]:
     """All warnings about a problem."""
-    found = (
+    sentences = (
         _stiffness(problem),
         _friction(problem),
         _normal_stiffness(problem),
@@ -65,7 +65,7 @@ def warnings_of(problem: Problem) -> tuple[str, ...]:
         _sizes(problem),
         *_directions(problem),
     )
-    return tuple(filter(None, found))
+    return tuple(filter(None, sentences))
 
 
 def _stiffness(problem: Problem) -> str:
@@ -85,21 +85,19 @@ def _stiffness(problem: Problem) -> str:
 
 def _friction(problem: Problem) -> str:
     """Contacts with a friction coefficient that no measurement has."""
-    found = {contact.name: _largest_friction(contact) for contact in problem.contacts}
-    large = [contact for contact in problem.contacts if found[contact.name] >= LARGEST_FRICTION]
+    largest = {}
+    for contact in problem.contacts:
+        of_elements = [float(group.friction.max(initial=0.0)) for group in contact.elements.friction]
+        largest[contact.name] = max([float(np.max(getattr(contact.law, "mu", 0.0))), *of_elements])
+    large = [contact for contact in problem.contacts if largest[contact.name] >= LARGEST_FRICTION]
     if not large:
         return ""
     lost = any(contact.normal is not None for contact in large)
     return (
-        f"Large friction coefficients ({_named([contact.name for contact in large])}): up to mu = {max(found.values()):.3g}. "
+        f"Large friction coefficients ({_named([contact.name for contact in large])}): up to mu = {max(largest.values()):.3g}. "
         + ("Where such contacts lift off, points may not be found. " if lost else "")
         + "Measured coefficients are hardly ever above 1."
     )
-
-
-def _largest_friction(contact: Contact) -> float:
-    of_elements = [float(group.friction.max(initial=0.0)) for group in contact.elements.friction]
-    return max([float(np.max(getattr(contact.law, "mu", 0.0))), *of_elements])
 
 
 def _sizes(problem: Problem) -> str:
@@ -184,29 +182,21 @@ def negative_damping(problem: Problem) -> str:
     """A mode of the stuck structure that gas forces or dashpots feed, ζ = φᴴCφ/(2ω) < 0 with φᴴMφ = 1: it grows until friction or
     nothing holds it. The least damped one is named.
     """
-    fed = [
-        (float(ratios.min()), words, float(modes.frequencies[int(np.argmin(ratios))]))
-        for words, system in problem.systems.vibrating()
-        if not is_definite(_symmetric(system.C), ROUNDING * _size(system.C))
-        for modes in [natural_modes(system.M, system.K)]
-        for ratios in [_ratios(system.C, modes)]
-    ]
-    ratio, words, frequency = min(fed, default=(0.0, "", 0.0))
+    fed = []
+    for name, system in problem.systems.vibrating():
+        rounding = ROUNDING * float(np.abs(system.C).sum(axis=1).max(initial=0.0))
+        if not is_definite(0.5 * (system.C + system.C.conj().T), rounding):
+            modes = natural_modes(system.M, system.K)
+            ratios = _ratios(system.C, modes)
+            fed.append((float(ratios.min()), name, float(modes.frequencies[int(np.argmin(ratios))])))
+    ratio, name, frequency = min(fed, default=(0.0, "", 0.0))
     if ratio >= 0.0:
         return ""
     return (
-        f"Negative damping: with all contacts stuck, the mode at {frequency:.5g} Hz{words} has the damping ratio {ratio:.3g}. "
+        f"Negative damping: with all contacts stuck, the mode at {frequency:.5g} Hz{name} has the damping ratio {ratio:.3g}. "
         "Small vibrations of this mode grow by themselves, whatever the excitation, and the computed response may be unstable. "
         "`limit_cycles` computes the amplitudes at which friction stops the growth. If this is not intended, check the sign."
     )
-
-
-def _symmetric(C: NDArray[Any]) -> NDArray[Any]:
-    return np.asarray(0.5 * (C + C.conj().T))
-
-
-def _size(C: NDArray[Any]) -> float:
-    return float(np.abs(C).sum(axis=1).max(initial=0.0))
 
 
 def _ratios(C: NDArray[Any], modes: Modes) -> Array:
@@ -284,14 +274,14 @@ def _fault_of(direction: Direction, one_frame: bool) -> str:
 
 def _translations(direction: Mapping[str, float]) -> tuple[dict[str, Array], bool]:
     """The coefficients (3,) along x, y and z by node; whether all others are rotations (else modal coordinates, say)."""
-    found: dict[str, Array] = {}
+    nodes: dict[str, Array] = {}
     whole = True
     for dof, coefficient in direction.items():
         node, _, axis = dof.rpartition(".")
         if axis in AXES and coefficient:
-            found.setdefault(node, np.zeros(3))[AXES.index(axis)] = coefficient
+            nodes.setdefault(node, np.zeros(3))[AXES.index(axis)] = coefficient
         whole = whole and axis in (*AXES, *ROTATIONS)
-    return found, whole
+    return nodes, whole
 
 
 def _perpendicular(one: Direction, other: Direction) -> bool:
@@ -303,4 +293,5 @@ def _perpendicular(one: Direction, other: Direction) -> bool:
 
 
 def _named(names: Sequence[str]) -> str:
+    """The first names of a list, each once."""
     return first_of(list(dict.fromkeys(names)), SHOWN)

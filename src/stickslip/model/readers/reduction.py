@@ -23,8 +23,7 @@ from stickslip.model.readers.places import Place
 from stickslip.model.readers.rotation_stress import rotation_note, rotation_stress_of_body
 from stickslip.model.readers.spin_softening import prestress_note
 from stickslip.model.readers.stress_places import StressRows
-from stickslip.model.structure.craig_bampton import craig_bampton
-from stickslip.model.structure.cyclic_reduction import mode_names
+from stickslip.model.structure.craig_bampton import craig_bampton, mode_names
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.matrices import Point, Structure
 from stickslip.model.structure.mesh_surface import MeshSurface, recovery_rows, selection

@@ -26,8 +26,9 @@ from stickslip.model.readers.rotation_stress import refuse_own_axes, rotation_no
 from stickslip.model.readers.sector_faces import interpolation_error, paired
 from stickslip.model.readers.spin_softening import prestress_note
 from stickslip.model.readers.stress_places import StrainGauge, StressRows, stress_rows_of
+from stickslip.model.structure.craig_bampton import mode_names
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, cyclic
-from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names
+from stickslip.model.structure.cyclic_reduction import Sector, hermitian
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.reduced_waves import reduced_waves
 from stickslip.model.structure.rotation_axis import Z_AXIS, AxisLike, RotationAxis

@@ -176,41 +176,36 @@ def _own_block(waves: NDArray[np.complex128], sectors: int) -> Array:
 
 def _by_number(what: str, given: Mapping[int, complex], sectors: int) -> dict[int, complex]:
     """Values by number modulo N; refused where two numbers are the same blade or wave, or one is beyond the disk."""
-    found: dict[int, complex] = {}
+    values: dict[int, complex] = {}
     for number, value in given.items():
         k = whole(f"{what}, number", number)
         if not -sectors < k < sectors:
             rule = f"must have numbers between {1 - sectors} and {sectors - 1} on a disk of {sectors} sectors"
             raise fault(what, rule, k, "Aerodynamics must be those of a disk with as many blades.")
-        if k % sectors in found:
+        if k % sectors in values:
             raise fault(what, "must hold every blade or wave once", k, f"On {sectors} sectors {k} is {k % sectors}.")
-        found[k % sectors] = _complex(f"{what}[{k}]", value)
-    if not found:
+        real = finite(f"{what}[{k}], real part", np.real(value))
+        imaginary = finite(f"{what}[{k}], imaginary part", np.imag(value))
+        values[k % sectors] = complex(real, imaginary)
+    if not values:
         raise fault(what, "must hold at least one value", "none")
-    return found
+    return values
 
 
-def _every_wave(what: str, given: Values, sectors: int) -> NDArray[np.complex128]:
+def _every_wave(what: str, given: Any, sectors: int) -> NDArray[np.complex128]:
     """One value for each nodal diameter, (N,)."""
-    numbered = dict(given) if isinstance(given, Mapping) else dict(enumerate(_listed(what, given)))
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise fault(what, "must be a list, or values by nodal diameter", given)
+    numbered = dict(given) if isinstance(given, Mapping) else dict(enumerate(given))
     if len(numbered) != sectors:
         rule = f"must have one value for each of the {sectors} nodal diameters of the disk, those of -n included"
         raise fault(what, rule, f"{len(numbered)} values", "Aerodynamics must be those of a disk with as many blades.")
-    found = _by_number(what, numbered, sectors)
-    return np.array([found[n] for n in range(sectors)])
-
-
-def _listed(what: str, given: Any) -> list[Any]:
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise fault(what, "must be a list, or values by nodal diameter", given)
-    return list(given)
-
-
-def _complex(what: str, value: Any) -> complex:
-    return complex(finite(f"{what}, real part", np.real(value)), finite(f"{what}, imaginary part", np.imag(value)))
+    values = _by_number(what, numbered, sectors)
+    return np.array([values[n] for n in range(sectors)])
 
 
 def _real(what: str, values: NDArray[np.complex128]) -> Array:
+    """The values, of which none is complex."""
     if values.imag.any():
         raise fault(what, "must be real", complex(values[int(np.argmax(np.abs(values.imag)))]))
     return values.real.copy()

@@ -66,19 +66,16 @@ def assemble(bodies: Mapping[str, Structure], springs: Sequence[Spring] = ()) ->
         for name, body in bodies.items()
         for key, members in body.sets.items()
     }
+    C: Array | None = None
+    if any(body.C is not None for body in parts) or any(spring.damping for spring in springs):
+        blocks = [np.zeros_like(body.M) if body.C is None else body.C for body in parts]
+        C = np.asarray(linalg.block_diag(*blocks) + _springs(bare, springs, [spring.damping for spring in springs]))
     mesh = np.concatenate([body.mesh_points for body in parts])
     outlines = {prefixed(name, node): corners for name, body in bodies.items() for node, corners in body.outlines.items()}
     surfaces = tuple(surface.prefixed(name) for name, body in bodies.items() for surface in body.surfaces)
     stresses = tuple(stress.prefixed(name) for name, body in bodies.items() for stress in body.stresses)
-    whole = Structure(M, K, dofs, C=_damping(bare, parts, springs), nodes=nodes, sets=sets, mesh_points=mesh)
+    whole = Structure(M, K, dofs, C=C, nodes=nodes, sets=sets, mesh_points=mesh)
     return replace(whole, outlines=outlines, surfaces=surfaces, stresses=stresses)
-
-
-def _damping(bare: Structure, parts: Sequence[Structure], springs: Sequence[Spring]) -> Array | None:
-    if all(body.C is None for body in parts) and not any(spring.damping for spring in springs):
-        return None
-    blocks = [np.zeros_like(body.M) if body.C is None else body.C for body in parts]
-    return np.asarray(linalg.block_diag(*blocks) + _springs(bare, springs, [spring.damping for spring in springs]))
 
 
 def _springs(bare: Structure, springs: Sequence[Spring], values: Sequence[float]) -> Array:

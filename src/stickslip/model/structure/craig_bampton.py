@@ -58,7 +58,11 @@ def craig_bampton(
     if mass.shape != stiffness.shape:
         raise fault("M", f"must have the shape of K, {stiffness.shape}", mass.shape)
     names, boundary = list(kept), np.array(list(kept.values()), dtype=int)
-    _check_kept(boundary, size)
+    outside = boundary[(boundary < 0) | (boundary >= size)]
+    if outside.size:
+        raise fault("Rows of kept degrees of freedom", f"must lie between 0 and {size - 1}", outside.tolist())
+    if np.unique(boundary).size < boundary.size:
+        raise fault("Rows of kept degrees of freedom", "must be different", sorted(boundary.tolist()))
     interior = np.setdiff1d(np.arange(size), boundary)
     if modes is not None and not 0 <= modes <= interior.size:
         raise fault("modes", f"must lie between 0 and {interior.size}, the interior degrees of freedom", modes)
@@ -73,31 +77,21 @@ def craig_bampton(
     T = np.zeros((size, boundary.size + squares.size))
     T[boundary, np.arange(boundary.size)] = 1.0
     T[interior] = np.hstack([static, shapes])
-    dofs = (*names, *(f"mode/{index}.q" for index in range(1, squares.size + 1)))
-    structure = Structure(_reduced(mass, T), _reduced_stiffness(stiffness, T, squares), dofs)
+    # K of kept and modal coordinates has blocks that vanish or are diagonal by construction: they are written exactly.
+    reduced = linalg.block_diag(_projected(stiffness, T[:, : boundary.size]), np.diag(squares))
+    structure = Structure(_projected(mass, T), reduced, (*names, *mode_names(squares.size)))
     return Reduction(structure, T, np.sqrt(squares) / (2.0 * np.pi))
 
 
-def _check_kept(boundary: Array, size: int) -> None:
-    outside = boundary[(boundary < 0) | (boundary >= size)]
-    if outside.size:
-        raise fault("Rows of kept degrees of freedom", f"must lie between 0 and {size - 1}", outside.tolist())
-    if np.unique(boundary).size < boundary.size:
-        raise fault("Rows of kept degrees of freedom", "must be different", sorted(boundary.tolist()))
+def mode_names(modes: int) -> tuple[str, ...]:
+    """The names of the modal coordinates."""
+    return tuple(f"mode/{index}.q" for index in range(1, modes + 1))
 
 
-def _reduced(matrix: sparse.csc_array, T: Array) -> Array:
+def _projected(matrix: sparse.csc_array, T: Array) -> Array:
+    """TᵀAT of a symmetric matrix, exactly symmetric."""
     reduced = T.T @ (matrix @ T)
     return np.asarray(0.5 * (reduced + reduced.T))
-
-
-def _reduced_stiffness(stiffness: sparse.csc_array, T: Array, squares: Array) -> Array:
-    """TᵀKT, with the blocks that vanish or are diagonal by construction written exactly."""
-    kept = T.shape[1] - squares.size
-    K = np.zeros((T.shape[1], T.shape[1]))
-    K[:kept, :kept] = _reduced(stiffness, T[:, :kept])
-    K[kept:, kept:] = np.diag(squares)
-    return K
 
 
 class _Interior:

@@ -70,15 +70,12 @@ class CyclicStructure(Structure):
         """The matrices of a nodal diameter, any whole number: n and n + N are the same wave, N − n runs the other way."""
         n = nodal_diameter % self.sectors
         turned = n > self.sectors // 2
-        found = (waves if waves is None else waves[min(n, self.sectors - n)] for waves in self._waves)
-        M, K, C = (wave.conj() if turned and wave is not None else wave for wave in found)
+        waves = (self.masses, self.stiffnesses, self.dampings)
+        of_n = (each if each is None else each[min(n, self.sectors - n)] for each in waves)
+        M, K, C = (wave.conj() if turned and wave is not None else wave for wave in of_n)
         assert M is not None
         assert K is not None
         return WaveMatrices(M, K, C)
-
-    @property
-    def _waves(self) -> tuple[Waves | None, ...]:
-        return self.masses, self.stiffnesses, self.dampings
 
     def with_damping(self, damping: Damping | NDArray[Any] | None) -> CyclicStructure:
         """A copy with another damping: a rule, one matrix for each nodal diameter, or none."""
@@ -167,6 +164,7 @@ def sector_name(sector: int, dof: str) -> str:
 
 
 def _hermitian(what: str, given: ArrayLike, sectors: int, size: int) -> Waves:
+    """The matrices of all nodal diameters, Hermitian, and real at 0 and N/2, where all sectors move in phase or in antiphase."""
     waves = np.asarray(given, dtype=complex)
     shape = (sectors // 2 + 1, size, size)
     if waves.shape != shape:

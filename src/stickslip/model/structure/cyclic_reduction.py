@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse import linalg as sparse_linalg
 
-from stickslip.model.structure.craig_bampton import Reduction, craig_bampton
+from stickslip.model.structure.craig_bampton import Reduction, craig_bampton, mode_names
 from stickslip.model.structure.cyclic import CyclicStructure, cyclic
 from stickslip.model.structure.rotation_axis import Z_AXIS, RotationAxis
 from stickslip.model.structure.solid import Solid
@@ -160,11 +160,6 @@ def refuse_on_faces(sector: Sector, kept: Mapping[str, int]) -> None:
     if missing:
         more = "" if len(missing) <= NAMED else f" and {len(missing) - NAMED} more"
         raise fault("Kept degrees of freedom", "must not lie on the cyclic faces", f"{', '.join(missing[:NAMED])}{more}")
-
-
-def mode_names(modes: int) -> tuple[str, ...]:
-    """The names of the modal coordinates."""
-    return tuple(f"mode/{index}.q" for index in range(1, modes + 1))
 
 
 def _condensed(

@@ -38,7 +38,13 @@ class FatigueLimit:
     def __post_init__(self) -> None:
         among("criterion", self.criterion, CRITERIA)
         if len(self.points):
-            self._check_points()
+            if (self.fatigue_strength, self.ultimate_strength, self.yield_strength) != (None, None, None):
+                raise fault("points", "must stand alone", "beside a strength", "They are the whole diagram.")
+            table, pairs = numbers("points", self.points), list(map(list, self.points))
+            if table.ndim != 2 or table.shape[1] != 2 or len(table) < 2:
+                raise fault("points", "must be two or more pairs of mean stress and amplitude", pairs)
+            if np.any(np.diff(table[:, 0]) <= 0.0) or np.any(table[:, 1] < 0.0):
+                raise fault("points", "must have rising mean stresses, and no negative amplitude", pairs)
             return
         if self.fatigue_strength is None:
             raise fault("fatigue_strength", "must be given", "none", "Or give points of a Haigh diagram.")
@@ -51,15 +57,6 @@ class FatigueLimit:
             raise fault(needed, f'must go with criterion = "{self.criterion}"', "none")
         if self.fatigue_strength >= most:
             raise fault("fatigue_strength", f"must be below {needed} = {most:g}", self.fatigue_strength, "Are they exchanged?")
-
-    def _check_points(self) -> None:
-        if (self.fatigue_strength, self.ultimate_strength, self.yield_strength) != (None, None, None):
-            raise fault("points", "must stand alone", "beside a strength", "They are the whole diagram.")
-        table = numbers("points", self.points)
-        if table.ndim != 2 or table.shape[1] != 2 or len(table) < 2:
-            raise fault("points", "must be two or more pairs of mean stress and amplitude", list(map(list, self.points)))
-        if np.any(np.diff(table[:, 0]) <= 0.0) or np.any(table[:, 1] < 0.0):
-            raise fault("points", "must have rising mean stresses, and no negative amplitude", list(map(list, self.points)))
 
     def amplitude(self, mean: ArrayLike) -> Array:
         """σ_A [Pa] at mean stresses [Pa]."""

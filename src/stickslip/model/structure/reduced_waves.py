@@ -45,6 +45,7 @@ def reduced_waves(
 
 
 def _reduced_wave(sector: Sector, kept: Index, modes: int, nodal_diameter: int) -> ReducedWave:
+    """Craig–Bampton of one nodal diameter on its independent degrees of freedom, then the motion of the whole sector."""
     T = sector.constraint(nodal_diameter)
     M, K = (sparse.csc_array(hermitian(T.conj().T @ A @ T)) for A in (sector.solid.M, sector.solid.K))
     independent = np.setdiff1d(np.arange(sector.solid.size), sector.dependent)

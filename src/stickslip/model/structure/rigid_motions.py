@@ -53,12 +53,12 @@ def rigid_motions(K: Sparse, dofs: Sequence[str], nodes: Mapping[str, Sequence[f
     ends = np.searchsorted(parts[order], np.arange(number + 1))
     rows_of = [order[low:high] for low, high in pairwise(ends)]
     free = [(rows, _free(by_row, motions, rows)) for rows in rows_of]
-    found = np.zeros((len(dofs), sum(part.shape[1] for _, part in free)))
+    rigid = np.zeros((len(dofs), sum(part.shape[1] for _, part in free)))
     first = 0
     for rows, part in free:
-        found[rows, first : first + part.shape[1]] = part
+        rigid[rows, first : first + part.shape[1]] = part
         first += part.shape[1]
-    return found
+    return rigid
 
 
 def _of_nodes(dofs: Sequence[str], nodes: Mapping[str, Sequence[float]]) -> Array:

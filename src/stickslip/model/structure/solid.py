@@ -147,8 +147,12 @@ class ShapeFunctions:
         return int(self.points.size)
 
     def assembled(self, matrices: Array) -> sparse.csc_array:
-        """The sum of the cells' matrices (cells, 3a, 3a)."""
-        return _scatter(matrices, self.rows, self.size)
+        """The sum of the cells' matrices (cells, 3a, 3a) at their rows, (size, size)."""
+        rows = self.rows.reshape(matrices.shape[0], -1)
+        i = np.broadcast_to(rows[:, :, None], matrices.shape)
+        j = np.broadcast_to(rows[:, None, :], matrices.shape)
+        total = sparse.coo_array((matrices.ravel(), (i.ravel(), j.ravel())), shape=(self.size, self.size)).tocsc()
+        return sparse.csc_array(0.5 * (total + total.T))
 
 
 def shape_functions(mesh: Any) -> ShapeFunctions:
@@ -188,16 +192,6 @@ def element_mass(values: Array, volumes: Array, material: Material) -> Array:
     for axis in range(3):
         mass[:, :, axis, :, axis] = products
     return mass.reshape(cells, 3 * shapes, 3 * shapes)
-
-
-def _scatter(matrices: Array, rows: Indices, size: int) -> sparse.csc_array:
-    """The sum of the cells' matrices at their rows, (size, size)."""
-    places = rows.reshape(matrices.shape[0], -1)
-    i = np.broadcast_to(places[:, :, None], matrices.shape)
-    j = np.broadcast_to(places[:, None, :], matrices.shape)
-    total = sparse.coo_array((matrices.ravel(), (i.ravel(), j.ravel())), shape=(size, size)).tocsc()
-    total = 0.5 * (total + total.T)
-    return sparse.csc_array(total)
 
 
 def _refuse_inverted_cells(determinants: Array, centres: Array) -> None:

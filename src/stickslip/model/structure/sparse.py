@@ -24,7 +24,8 @@ def square_sparse(what: str, matrix: Any) -> Sparse:
         raise fault(what, "must be a square matrix", stored.shape, "Give as many rows as columns.")
     wrong = np.flatnonzero(~np.isfinite(stored.data))
     if wrong.size:
-        raise fault(f"{what}[{_place(stored, wrong[0])}]", "must be finite", float(stored.data[wrong[0]]))
+        row, column = (indices[wrong[0]] for indices in stored.coords)
+        raise fault(f"{what}[{row}, {column}]", "must be finite", float(stored.data[wrong[0]]))
     largest = float(np.max(np.abs(stored.data), initial=0.0))
     if largest > LARGEST:
         raise fault(what, f"must not be larger than {LARGEST:g} in size", largest, "Check its unit, and the file for damage.")
@@ -57,7 +58,3 @@ def both_triangles(what: str, matrix: Any) -> Sparse:
         remedy = "A symmetric matrix stores one triangle; a whole one must be written as general (square)."
         raise fault(what, "must hold each entry once", f"row {row}, column {column} and its mirror image", remedy)
     return sparse.csc_array(stored + stored.T - sparse.diags_array(stored.diagonal()))
-
-
-def _place(matrix: sparse.coo_array, entry: np.int64) -> str:
-    return f"{matrix.coords[0][entry]}, {matrix.coords[1][entry]}"

@@ -22,8 +22,6 @@ from stickslip.support.checks import Array, InputError, counted, fault, vector
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 INSIDE = 1e-6
 """How far beyond its cell, in local coordinates from 0 to 1, a place on a face may lie by rounding."""
-
-
 TENSOR = [0, 3, 5, 3, 1, 4, 5, 4, 2]
 """Where the nine entries of the stress tensor stand among `COMPONENTS`."""
 EQUAL = 1e-6
@@ -112,14 +110,14 @@ def stress_rows(mesh: Any, body: Solid, place: Array, material: Material = STEEL
     import skfem
 
     basis = skfem.Basis(mesh, skfem.ElementHexS2(), intorder=1)
-    found = _cells_around(basis, mesh, place)
-    rows = np.zeros((6, body.size + 1))
-    for cell, local in found:
+    cells = _cells_around(basis, mesh, place)
+    rows = np.zeros((6, body.size + 1))  # the last column takes clamped directions, −1
+    for cell, local in cells:
         gradients = _gradients(basis, cell, local)
         for a, gradient in enumerate(gradients):
             node = basis.element_dofs[a, cell]
             for axis in range(3):
-                rows[:, body.numbers[node, axis]] += _stress(gradient, axis, material) / len(found)
+                rows[:, body.numbers[node, axis]] += _stress(gradient, axis, material) / len(cells)
     return rows[:, :-1]
 
 
@@ -187,15 +185,15 @@ def _cells_around(basis: Any, mesh: Any, place: Array) -> list[tuple[int, Array]
     size = np.ptp(corners, axis=1)
     low, high = corners.min(axis=1) - INSIDE * size, corners.max(axis=1) + INSIDE * size
     near = np.flatnonzero(np.all((low <= place[:, None]) & (place[:, None] <= high), axis=0))
-    found = []
+    cells = []
     for cell in near.tolist():
         local = np.asarray(basis.mapping.invF(place.reshape(3, 1, 1), tind=np.array([cell]))).reshape(3)
         if np.all(np.abs(local - 0.5) <= 0.5 + INSIDE):
-            found.append((cell, np.clip(local, 0.0, 1.0)))
-    if not found:
+            cells.append((cell, np.clip(local, 0.0, 1.0)))
+    if not cells:
         box = f"the body reaches from {mesh.p.min(axis=1).tolist()} to {mesh.p.max(axis=1).tolist()} m"
         raise fault("A place of stress", "must lie in the body", place.tolist(), f"({box}.)")
-    return found
+    return cells
 
 
 def _gradients(basis: Any, cell: int, local: Array) -> Array:
