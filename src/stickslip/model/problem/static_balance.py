@@ -64,7 +64,7 @@ def unbearable_loads(problem: Problem, sign: float = 1.0) -> list[str]:
 
 
 def _loose_bodies(problem: Problem, system: LinearSystem) -> list[_Loose]:
-    """The bodies, degrees of freedom that stiffness or a node joins, that have motions which move contacts and meet no stiffness."""
+    """The bodies, degrees of freedom that stiffness or a node joins, with motions that move contacts and meet no stiffness."""
     held, size = system.without_contacts(problem.contact_stiffness).real, np.sqrt(np.diag(system.K.real))
     size[size == 0.0] = 1.0
     held = np.where(np.abs(held) > LOOSE * np.outer(size, size), held, 0.0)
