@@ -18,8 +18,8 @@ import stickslip as ss
 from stickslip.model.structure import factor, pardiso, superlu
 from stickslip.model.structure.craig_bampton import craig_bampton
 from stickslip.model.structure.factor import Factor, Singular
-from stickslip.model.structure.superlu import nested_dissection
 from stickslip.model.structure.solid import box_mesh, solid
+from stickslip.model.structure.superlu import nested_dissection
 from stickslip.support import machine
 
 needs_metis = pytest.mark.skipif(util.find_spec("pymetis") is None, reason="no wheel of pymetis for this machine")
