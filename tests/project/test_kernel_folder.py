@@ -108,7 +108,7 @@ numba.njit(lambda x: x)(1.0)
 import numpy as np
 from stickslip.solve.continuation.curve_points import moving_sizes
 moving_sizes(np.ones((2, 3)), 1)
-print(any(FOLDER.glob("solve.curve_points.moving_sizes-*")), os.listdir())
+print(any(FOLDER.glob("continuation.curve_points.moving_sizes-*")), os.listdir())
 """
 
 
