@@ -20,10 +20,18 @@ class ContactRows:
         self.contact, self.direction = np.array(pairs, dtype=int).reshape(len(pairs), 2).T
         self.contacts = len(problem.contacts)
 
-    def spread(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values (rows, ...) as (contact, direction, ...), NaN where a contact has no such direction."""
-        found = np.full((self.contacts, len(DIRECTION_NAMES), *values.shape[1:]), np.nan)
-        found[self.contact, self.direction] = values
+    def spread(self, values: NDArray[Any], axis: int = 0) -> NDArray[Any]:
+        """Values (..., rows, ...), rows along an axis, as (..., contact, direction, ...), NaN where a contact has no such
+        direction."""
+        before, after = values.shape[:axis], values.shape[axis + 1 :]
+        found = np.full((*before, self.contacts, len(DIRECTION_NAMES), *after), np.nan)
+        found[(slice(None),) * axis + (self.contact, self.direction)] = values
+        return found
+
+    def summed(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Sums over the rows of each contact of values (points, rows): (points, contacts)."""
+        found = np.zeros((len(values), self.contacts))
+        np.add.at(found, (slice(None), self.contact), values)
         return found
 
     def collected(self, values: NDArray[Any]) -> NDArray[Any]:

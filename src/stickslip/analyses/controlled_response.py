@@ -37,7 +37,6 @@ from stickslip.results.schema import SCHEMA
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
-from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.measure import QUANTITIES, Quantity, quantity_named
 from stickslip.solve.balance.orders import attribute, checked_harmonics, highest
@@ -275,8 +274,7 @@ RESONANCE = {
 def resonance_arrays(balance: HarmonicBalance, found: Sequence[Evaluation]) -> dict[str, Array]:
     """The variables of `RESONANCE` of solved points."""
     energy = EnergyBalance(balance)
-    cycles = [contact_cycle(each.table, balance.tables, each.w, each.point.omega) for each in found]
-    loss = [energy.at(each, cycle).loss_factor for each, cycle in zip(found, cycles, strict=True)]
+    loss = [energy.loss_factor(each) for each in found]
     values = [each.point.omega / (2.0 * np.pi) for each in found], [each.point.level for each in found], loss
     return {name: np.array(value, dtype=float) for name, value in zip(RESONANCE, values, strict=True)}
 

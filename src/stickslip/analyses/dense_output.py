@@ -110,5 +110,5 @@ def _fill(found: dict[str, NDArray[Any]], place: tuple[int, int, int], points: S
         return
     found["outcome"][place] = Outcome.CONVERGED
     found["residual"][place], found["error"][place] = value.evaluation.error, value.error
-    for name, values in point_values(points.balance, points.rows, value.evaluation).items():
-        found[name][place] = values
+    for name, values in point_values(points.balance, points.rows, [value.evaluation]).items():
+        found[name][place] = values[0]

@@ -26,7 +26,7 @@ from stickslip.analyses.joined_curves import arrays_of
 from stickslip.analyses.kept_motion import with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
-from stickslip.analyses.peak_stability import instability_warning, judged, with_flags
+from stickslip.analyses.peak_stability import flags, instability_warning, judged
 from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcited
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.response_motion import response_motion
@@ -661,10 +661,10 @@ class ForcedResponseWork(OneBalance):
             dataset.attrs |= {"modes_to": self.problem.modes_to, "coordinates": self.problem.systems.coordinates}
             if self.finer is not None:
                 dataset.attrs["coordinates_chosen"] = coordinates_note(self.problem, self.finer)
-        for name, attributes in kept.items():
-            errors = [curve.get(name, np.full(dataset.sizes["output"], np.nan)) for curve in curves]
-            dataset[name] = ("case", "output"), np.array(errors), attributes
-        return ForcedResponse(with_kinds(with_flags(dataset, curves), list(kinds)), self.problem)
+        unknown, axes = np.full(dataset.sizes["output"], np.nan), ("case", "output")
+        errors = {name: (axes, [curve.get(name, unknown) for curve in curves], attributes) for name, attributes in kept.items()}
+        dataset = dataset.assign(errors | flags(curves, dataset.sizes["output"]))
+        return ForcedResponse(with_kinds(dataset, list(kinds)), self.problem)
 
 
 def large_motion_warning(problem: Problem, measure: Measure, max_abs: NDArray[Any]) -> str:

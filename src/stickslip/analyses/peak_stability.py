@@ -6,7 +6,7 @@ Every other point is judged where `with_stability`, of studies [stability], asks
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,6 @@ from stickslip.solve.continuation.truncation import enough_beyond
 from stickslip.solve.curves.curve import Curve
 from stickslip.solve.stability.multipliers import MOST_STEPS, TIMES_ERROR, Multipliers, PeriodMap, Stability
 from stickslip.support.checks import InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_MODES = 60
 """Modes that move by themselves, and contact rows, up to which peaks are judged: the time goes with the square of both."""
@@ -97,12 +94,13 @@ def clear_verdict(multipliers: Multipliers) -> Stability:
     return Stability.UNDECIDED if unclear else multipliers.verdict
 
 
-def with_flags(dataset: xr.Dataset, curves: Sequence[Mapping[str, Any]]) -> xr.Dataset:
-    """A forced response with the flags of its curves; curves kept by older versions have none."""
+def flags(curves: Sequence[Mapping[str, Any]], outputs: int) -> dict[str, Any]:
+    """The variables of the flags of curves; curves kept by older versions have none."""
+    found = {}
     for name, (axes, words) in VARIABLES.items():
-        empty = np.zeros(dataset.sizes["output"] if "output" in axes else (), dtype=np.int8)
-        dataset[name] = axes, np.array([curve.get(name, empty) for curve in curves]), flags_of(words, Stability)
-    return dataset
+        empty = np.zeros(outputs if "output" in axes else (), dtype=np.int8)
+        found[name] = axes, np.array([curve.get(name, empty) for curve in curves]), flags_of(words, Stability)
+    return found
 
 
 def instability_warning(balance: HarmonicBalance, curve: Curve, measure: Measure, flags: Mapping[str, NDArray[np.int8]]) -> str:

@@ -9,7 +9,6 @@ from threadpoolctl import threadpool_limits
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
-from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.interpolation import Interpolation
@@ -50,11 +49,8 @@ def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) ->
                 for point in search.peaks(output, measure).points:
                     evaluation, omega = point.evaluation, point.point.omega
                     row = evaluation.w[balance.rows + output]
-                    cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
                     sizes = {str(one.kind): one.size(row, omega) / one.per(level) for one in (measure, largest)}
-                    found.append(
-                        {"frequency": balance.hertz(omega), **sizes, "loss_factor": energy.at(evaluation, cycle).loss_factor}
-                    )
+                    found.append({"frequency": balance.hertz(omega), **sizes, "loss_factor": energy.loss_factor(evaluation)})
                 found.sort(key=lambda peak: -peak[measure.kind])
                 rows += [{"force_level": level, "output": name, "peak": k} | peak for k, peak in enumerate(found)]
     sizes_of = list(dict.fromkeys([str(measure.kind), "max_abs"]))

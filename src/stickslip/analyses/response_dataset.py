@@ -25,7 +25,7 @@ from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.solve.balance.trigonometric import largest_absolute
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.curves.curve import Curve
-from stickslip.support.checks import Array
+from stickslip.support.checks import Array, Index
 from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -35,6 +35,9 @@ Arrays = Mapping[str, NDArray[Any]]
 
 _EMPTY: dict[str, Any] = {"float": np.nan, "int8": 0, "str": ""}
 _TYPES: dict[str, Any] = {"float": float, "int8": np.int8, "str": np.str_}
+
+BLOCK = 1_000_000
+"""Numbers of an array, points x (coordinates or samples) x harmonics, up to which points are taken together."""
 
 
 def curve_arrays(balance: HarmonicBalance, curve: Curve) -> dict[str, NDArray[Any]]:
@@ -179,9 +182,11 @@ class _CurveTable:
         arrays["case_outcome"], arrays["case_message"] = np.array(curve.outcome, dtype=np.int8), np.array(curve.message)
         for k, omega in curve.missing:
             arrays["frequency"][k], arrays["outcome"][k] = self.balance.hertz(omega), Outcome.NOT_CONVERGED
-        places = sorted(set(range(len(curve.points) + len(curve.missing))) - {k for k, _ in curve.missing})
-        for k, point in zip(places, curve.points, strict=True):
-            self._fill_point(k, point)
+        places = np.setdiff1d(np.arange(len(curve.points) + len(curve.missing)), [k for k, _ in curve.missing])
+        longest = max(self.balance.problem.structure.size, self.balance.tables.E.shape[0])
+        size = max(1, BLOCK // (self.balance.columns * longest))
+        for first in range(0, len(places), size):
+            self._fill_points(places[first : first + size], curve.points[first : first + size])
         if curve.lost_at is not None:
             arrays["frequency"][-1] = self.balance.hertz(curve.lost_at)
             arrays["outcome"][-1] = curve.outcome
@@ -198,32 +203,34 @@ class _CurveTable:
                 arrays["highest_max_abs_frequency"][output] = self.balance.hertz(extreme.point.omega)
         return arrays
 
-    def _fill_point(self, place: int, point: CurvePoint) -> None:
-        arrays, evaluation = self.arrays, point.evaluation
-        cycle = self._cycle(evaluation)
-        energy = self.energy.at(evaluation, cycle)
-        arrays["frequency"][place] = self.balance.hertz(evaluation.point.omega)
-        arrays["outcome"][place] = Outcome.CONVERGED
-        arrays["residual"][place] = evaluation.error
-        arrays["iterations"][place] = point.iterations
-        arrays["active_rows"][place] = point.active
-        arrays["loss_factor"][place] = energy.loss_factor
-        arrays["energy_residual"][place] = energy.energy_residual
-        arrays["slip_work_error"][place] = energy.slip_work_error
-        for name, values in point_values(self.balance, self.rows, evaluation).items():
-            arrays[name][place] = values
-        for name, share in zip(("share_stick", "share_slip", "share_open"), cycle.shares(), strict=True):
-            arrays[name][place] = self.rows.spread(share)
-        dissipated = np.bincount(self.rows.contact, energy.dissipated, minlength=self.rows.contacts)
-        arrays["dissipated"][place] = dissipated
+    def _fill_points(self, places: Index, points: Sequence[CurvePoint]) -> None:
+        arrays, evaluations = self.arrays, [point.evaluation for point in points]
+        cycles = map(self._cycle, evaluations)
+        shares, slip_work = map(np.array, zip(*((cycle.shares(), cycle.slip_work.sum()) for cycle in cycles), strict=True))
+        energy = self.energy.along(evaluations)
+        values = {
+            "frequency": [self.balance.hertz(point.point.omega) for point in points],
+            "outcome": Outcome.CONVERGED,
+            "residual": [each.error for each in evaluations],
+            "iterations": [point.iterations for point in points],
+            "active_rows": [point.active for point in points],
+            "loss_factor": energy.loss_factor,
+            "energy_residual": energy.energy_residual,
+            "slip_work_error": energy.slip_work_error(slip_work),
+            "dissipated": self.rows.summed(energy.dissipated),
+            **point_values(self.balance, self.rows, evaluations),
+        }
+        for k, name in enumerate(("share_stick", "share_slip", "share_open")):
+            values[name] = self.rows.spread(shares[:, k], axis=1)
+        for name, value in values.items():
+            arrays[name][places] = value
 
     def _fill_peak(self, place: tuple[int, int], point: CurvePoint) -> None:
         arrays, output = self.arrays, place[1]
         arrays["peak_frequency"][place] = self.balance.hertz(point.point.omega)
         arrays["peak_amplitude"][place] = self._size(self.curve.measure, point, output)
         arrays["peak_max_abs"][place] = self._size(self.largest, point, output)
-        energy = self.energy.at(point.evaluation, self._cycle(point.evaluation))
-        arrays["peak_loss_factor"][place] = energy.loss_factor
+        arrays["peak_loss_factor"][place] = self.energy.loss_factor(point.evaluation)
 
     def _fill_loops(self, point: CurvePoint) -> None:
         cycle = self._cycle(point.evaluation)
@@ -238,16 +245,17 @@ class _CurveTable:
         return measure.size(point.evaluation.w[self.balance.rows + output], point.point.omega) / measure.per(self.curve.level)
 
 
-def point_values(balance: HarmonicBalance, rows: ContactRows, evaluation: Evaluation) -> dict[str, Array]:
-    """The variables of the schema that say how outputs and contacts move at a point, without the axes `case` and `point`."""
-    motion, outputs = evaluation.w[: balance.rows], evaluation.w[balance.rows :]
+def point_values(balance: HarmonicBalance, rows: ContactRows, evaluations: Sequence[Evaluation]) -> dict[str, Array]:
+    """The variables of the schema that say how outputs and contacts move at points, without the axis `case`."""
+    motion, outputs = np.split(np.array([each.w for each in evaluations]), [balance.rows], axis=1)
+    forces = np.array([balance.carried_forces(each) for each in evaluations])
     return {
         "response": _parts(outputs),
-        "amplitude": np.hypot(*outputs[:, balance.first].T),
-        "rms": np.sqrt(outputs[:, 0] ** 2 + 0.5 * np.sum(outputs[:, 1:] ** 2, axis=1)),
-        "max_abs": np.array([largest_absolute(row)[0] for row in outputs]),
-        "contact_motion": rows.spread(_parts(motion)),
-        "contact_force": rows.spread(_parts(balance.carried_forces(evaluation))),
+        "amplitude": np.hypot(*np.moveaxis(outputs[..., balance.first], -1, 0)),
+        "rms": np.sqrt(outputs[..., 0] ** 2 + 0.5 * np.sum(outputs[..., 1:] ** 2, axis=-1)),
+        "max_abs": np.array([[largest_absolute(row)[0] for row in each] for each in outputs]),
+        "contact_motion": rows.spread(_parts(motion), axis=1),
+        "contact_force": rows.spread(_parts(forces), axis=1),
     }
 
 

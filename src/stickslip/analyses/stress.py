@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -127,13 +126,12 @@ def _without_contacts(
     turns = np.exp(2j * np.pi * np.arange(TURNS) / TURNS)
     for hertz in dataset["natural_frequency_free"].values:
         if low <= hertz <= high:
-            with suppress(np.linalg.LinAlgError):
-                stress = rows @ moved(2.0 * np.pi * hertz)[here]
-                over_time = (stress[:, None] * turns[:, None]).real
-                size = von_mises(over_time).max(axis=1)
-                larger = np.isfinite(size) & ~(size <= largest)
-                largest[larger], where[larger] = size[larger], hertz
-                principal[larger] = principal_size(over_time[larger]).max(axis=1)
+            stress = rows @ moved(2.0 * np.pi * hertz)[here]
+            over_time = (stress[:, None] * turns[:, None]).real
+            size = von_mises(over_time).max(axis=1)
+            larger = np.isfinite(size) & ~(size <= largest)
+            largest[larger], where[larger] = size[larger], hertz
+            principal[larger] = principal_size(over_time[larger]).max(axis=1)
     return largest, principal, where
 
 

@@ -198,7 +198,7 @@ class _Curve:
         balance, peak = self.balance_and_level(place.value)[0], place.peak
         evaluation = peak.evaluation
         cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
-        energy = EnergyBalance(balance).at(evaluation, cycle)
+        energy = EnergyBalance(balance).along([evaluation])
         per_force = peak.amplitude / force
         frequency = peak_band.omega / (2.0 * np.pi)
         harmonic, further = self._first_harmonic(peak) / force, 2 - self.work.measured.order
@@ -216,16 +216,16 @@ class _Curve:
             "frequency_width": peak_band.width / (2.0 * np.pi),
             "on_kink": float(peak.on_kink),
             "region": whole_region(regions, rubbing),
-            "loss_factor": energy.loss_factor,
+            "loss_factor": energy.loss_factor[0],
             "residual": evaluation.error,
-            "energy_residual": energy.energy_residual,
-            "slip_work_error": energy.slip_work_error,
+            "energy_residual": energy.energy_residual[0],
+            "slip_work_error": energy.slip_work_error(cycle.slip_work.sum())[0],
         }
         for name, value in values.items():
             arrays[name][k] = value
         arrays["outcome"][k] = int(Outcome.CONVERGED)
         arrays["contact_region"][k] = regions
-        arrays["dissipated"][k] = np.bincount(rows, energy.dissipated, minlength=len(self.problem.contacts))
+        arrays["dissipated"][k] = np.bincount(rows, energy.dissipated[0], minlength=len(self.problem.contacts))
 
     def _first_harmonic(self, peak: SolvedPeak) -> float:
         """The amplitude of the first harmonic of the measured quantity at a peak."""

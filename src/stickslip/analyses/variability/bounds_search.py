@@ -195,7 +195,7 @@ def found_arrays(search: BoundsSearch, balance: HarmonicBalance, output: int, me
         evaluation, values = found.evaluation, search.places[at[1]].space.values(found.variables)
         cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
         arrays["amplitude"][at] = size(evaluation)
-        arrays["loss_factor"][at] = energy.at(evaluation, cycle).loss_factor
+        arrays["loss_factor"][at] = energy.loss_factor(evaluation)
         arrays["resonance"][at] = evaluation.point.omega / (2.0 * np.pi)
         arrays["start_variable"][at], arrays["start_value"][at] = found.variables, values
         arrays["contact_motion"][at], arrays["contact_force"][at] = cycle.displacement, cycle.force
@@ -203,7 +203,6 @@ def found_arrays(search: BoundsSearch, balance: HarmonicBalance, output: int, me
         arrays["unsolved"][k] = sum(sample is None for sample in samples)
         for start, sample in enumerate(samples):
             if sample is not None:
-                cycle = contact_cycle(sample.evaluation.table, balance.tables, sample.evaluation.w, sample.evaluation.point.omega)
                 arrays["sampled_amplitude"][start, k] = size(sample.evaluation)
-                arrays["sampled_loss_factor"][start, k] = energy.at(sample.evaluation, cycle).loss_factor
+                arrays["sampled_loss_factor"][start, k] = energy.loss_factor(sample.evaluation)
     return arrays

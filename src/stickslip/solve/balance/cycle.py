@@ -37,7 +37,7 @@ class ContactCycle:
 
     def shares(self) -> Array:
         """Shares of the period in stick, slip and without contact, (3, rows). A closed normal direction counts as stick."""
-        return np.stack([np.mean(self.state == code, axis=1) for code in (STICK, SLIP, OPEN)])
+        return np.asarray(np.mean(self.state == np.array([STICK, SLIP, OPEN])[:, None, None], axis=2))
 
 
 def contact_cycle(table: ContactTable, tables: Fourier, w: Array, omega: float) -> ContactCycle:

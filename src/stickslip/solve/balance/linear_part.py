@@ -11,6 +11,7 @@ from stickslip.model.problem.systems import HarmonicSystems, Wave
 from stickslip.solve.balance.decoupling import States, mean_states, partners, states, wave_states
 from stickslip.solve.balance.orders import Harmonics, highest, orders
 from stickslip.solve.balance.receptance import (
+    Complex,
     Modes,
     change,
     driven_states,
@@ -24,6 +25,7 @@ from stickslip.solve.balance.receptance import (
 from stickslip.solve.balance.resonances import Resonances
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import boxed, compiled, kernel
+from stickslip.support.kernels.arrays import zero_table
 from stickslip.support.kernels.views import view
 
 
@@ -84,6 +86,11 @@ class LinearPart:
         """G' (2, H+1, rows, columns), real and imaginary part."""
         return np.ascontiguousarray(_receptance(self.modes, omega, harmonics, rows, columns).transpose(1, 2, 0, 3))
 
+    def first_harmonics(self, omegas: Array, columns: Index) -> tuple[Complex, Complex]:
+        """X_1 of the motion per unit force level (k, rows), and G' of harmonic 1 to all rows (k, rows, columns), at frequencies
+        (k,)."""
+        return _first_harmonics(self.modes, omegas, columns)
+
     def pulled(self, omega: float, weighted: Array, columns: Index) -> Array:
         """−weightedᵀ G' (columns, 2H+1) for weights on the motion (rows, 2H+1)."""
         return _pulled(self.modes, omega, weighted, columns)
@@ -119,6 +126,24 @@ def _change(given: Modes, harmonics: int, forces: Array, omega: float) -> Array:
 def _receptance(given: Modes, omega: float, harmonics: int, rows: Index, columns: Index) -> Array:
     modes = view(given)
     return boxed(receptance(modes, driven_states(modes, frequency_gains(modes, omega, harmonics), omega, columns), rows))
+
+
+@kernel
+def _first_harmonics(given: Modes, omegas: Array, columns: Index) -> tuple[Complex, Complex]:
+    modes = view(given)
+    rows = np.arange(modes.shape.shape[0])
+    found = np.empty((omegas.size, rows.size), dtype=np.complex128)
+    response = np.empty((omegas.size, rows.size, columns.size), dtype=np.complex128)
+    none = zero_table(modes.receiver.shape[0], modes.dynamic.shape[2])
+    for k in range(omegas.size):
+        gains = frequency_gains(modes, omegas[k], 1)
+        by_level = motion_slope(modes, gains, none, omegas[k], 0.0, True)
+        driven = receptance(modes, driven_states(modes, gains, omegas[k], columns), rows)
+        for r in range(rows.size):
+            found[k, r] = complex(by_level[r, 1], -by_level[r, 2])
+            for c in range(columns.size):
+                response[k, r, c] = complex(driven[r, 0, 1, c], driven[r, 1, 1, c])
+    return found, response
 
 
 @kernel

@@ -13,6 +13,8 @@ from stickslip.support.checks import Array
 Complex = NDArray[np.complex128]
 
 POINTS = 400
+TOGETHER = 100_000
+"""Entries of matrices that are solved together."""
 RESOLUTION = np.concatenate([-np.geomspace(30.0, 0.05, 20), [0.0], np.geomspace(0.05, 30.0, 20)])
 """Extra frequencies around each resonance, in half widths ζ f."""
 
@@ -34,44 +36,36 @@ def linear_amplitudes(balance: HarmonicBalance, frequencies: Array) -> tuple[Arr
     Free means F = λ + K_c w = 0, so w = e' + G'K_c w. Where contact rows are more than coordinates of the structure, its own
     equation without contacts is solved in place of that. NaN at an undamped resonance met exactly.
     """
-    rows, outputs = balance.rows, balance.problem.output_rows.shape[0]
-    free, stuck = np.empty((frequencies.size, outputs)), np.empty((frequencies.size, outputs))
-    released = _on_coordinates(balance) if rows > balance.problem.systems.coordinates else _on_contact_rows(balance)
-    none = np.zeros((rows, balance.columns))
-    for k, frequency in enumerate(frequencies):
-        omega = 2.0 * np.pi * frequency
-        by_level = balance.linear.slope(none, omega, 0.0, by_level=True)
-        motion = by_level[:, 1] - 1j * by_level[:, 2]
-        stuck[k] = np.abs(motion[rows:])
-        try:
-            free[k] = np.abs(released(omega, motion))
-        except np.linalg.LinAlgError:
-            free[k] = np.nan
-    return free, stuck
+    rows, omegas = balance.rows, 2.0 * np.pi * frequencies
+    on_coordinates = rows > balance.problem.systems.coordinates
+    contacts = np.arange(0 if on_coordinates else rows)
+    stuck, free = [], []
+    for some in np.array_split(omegas, np.ceil(omegas.size * max(contacts.size, 1) ** 2 / TOGETHER)):
+        motion, softened = balance.linear.first_harmonics(some, contacts)
+        stuck.append(motion[:, rows:])
+        if not on_coordinates:
+            softened *= balance.stiffness
+            moving = _solutions(np.eye(rows) - softened[:, :rows], motion[:, :rows])
+            free.append(motion[:, rows:] + (softened[:, rows:] @ moving[..., None])[..., 0])
+    if on_coordinates:
+        motion_at, outputs = without_contacts(balance), balance.problem.systems.at(1).outputs
+        free = [np.array([outputs @ motion_at(omega) for omega in omegas])]
+    return np.abs(np.concatenate(free)), np.abs(np.concatenate(stuck))
 
 
-def _on_contact_rows(balance: HarmonicBalance) -> Callable[[float, Complex], Complex]:
-    """Outputs (outputs,) without contacts at ω, from the motion of the stuck structure, by the contact rows."""
-    rows = balance.rows
-    everything, contacts = np.arange(rows + balance.problem.output_rows.shape[0]), np.arange(rows)
-
-    def released(omega: float, motion: Complex) -> Complex:
-        real, imaginary = balance.linear.receptance(omega, 1, everything, contacts)[:, 1]
-        softened = (real + 1j * imaginary) * balance.stiffness
-        moving = np.linalg.solve(np.eye(rows) - softened[:rows], motion[:rows])
-        return np.asarray(motion[rows:] + softened[rows:] @ moving)
-
-    return released
-
-
-def _on_coordinates(balance: HarmonicBalance) -> Callable[[float, Complex], Complex]:
-    """The same by the coordinates of the structure."""
-    outputs, motion_at = balance.problem.systems.at(1).outputs, without_contacts(balance)
-    return lambda omega, motion: np.asarray(outputs @ motion_at(omega))
+def _solutions(matrices: Complex, right: Complex) -> Complex:
+    """Solutions (k, n) of systems (k, n, n) with right-hand sides (k, n); NaN of those that are singular."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, right[..., None])[..., 0])
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full_like(right, np.nan)
+        return np.concatenate([_solutions(matrices[k : k + 1], right[k : k + 1]) for k in range(len(matrices))])
 
 
 def without_contacts(balance: HarmonicBalance) -> Callable[[float], Complex]:
-    """The first harmonic of the motion of the structure (n,) at ω per unit force level, without contacts, m."""
+    """The first harmonic of the motion of the structure (n,) at ω per unit force level, without contacts, m; NaN at an undamped
+    resonance."""
     system = balance.problem.systems.at(1)
     M, C, K = system.M, system.C, system.without_contacts(balance.stiffness)
     powers = balance.problem.load_powers(balance.highest)
@@ -84,6 +78,6 @@ def without_contacts(balance: HarmonicBalance) -> Callable[[float], Complex]:
 
     def motion_at(omega: float) -> Complex:
         load = omega ** np.arange(len(loads)) @ loads
-        return np.asarray(shapes @ np.linalg.solve(K + 1j * omega * C - omega**2 * M, load))
+        return np.asarray(shapes @ _solutions((K + 1j * omega * C - omega**2 * M)[None], load[None])[0])
 
     return motion_at

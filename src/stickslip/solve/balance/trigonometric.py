@@ -15,8 +15,9 @@ CANDIDATES = 4
 def series(motion: Array, angle: float) -> tuple[float, float, float]:
     """x, x' and x'' by angle, for real storage (2H+1,)."""
     value, first, second = motion[0], 0.0, 0.0
+    one, other, cosine, sine = np.cos(angle), np.sin(angle), 1.0, 0.0
     for h in range(1, (motion.size + 1) // 2):
-        cosine, sine = np.cos(h * angle), np.sin(h * angle)
+        cosine, sine = cosine * one - sine * other, sine * one + cosine * other
         a, b = motion[2 * h - 1], motion[2 * h]
         value += a * cosine + b * sine
         first += h * (b * cosine - a * sine)

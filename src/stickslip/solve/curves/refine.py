@@ -26,6 +26,8 @@ from stickslip.support.checks import Array
 MOST = 18
 """Into how many pieces a step is divided at most."""
 
+THIRDS = (1.0 / 3.0, 2.0 / 3.0)
+
 NEARLY_SOLVED = 3e-3
 """Residual up to which the cubic through a step shows how straight it is."""
 
@@ -110,22 +112,23 @@ def _inside(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint
     """Solved points inside one step: none, or so many that the error of straight lines, of second order, is below tolerance."""
     if following.length <= 0.0 or _straight(balance, current, following, tolerance):
         return []
-    thirds = [_solved(balance, current, following, fraction) for fraction in (1.0 / 3.0, 2.0 / 3.0)]
-    known = [point for point in thirds if point is not None]
+    thirds = {fraction: _solved(balance, current, following, fraction) for fraction in THIRDS}
+    known = [point for point in thirds.values() if point is not None]
     error = max((_chord_error(balance, current, following, point.evaluation) for point in known), default=0.0)
     if error <= tolerance:
         return []
     pieces = min(3 * int(np.ceil(np.sqrt(error / tolerance) / 3.0)), MOST)
-    found = [_solved(balance, current, following, k / pieces) for k in range(1, pieces)] if pieces > 3 else thirds
+    fractions = [k / pieces for k in range(1, pieces)]
+    found = [thirds[f] if f in thirds else _solved(balance, current, following, f) for f in fractions]
     return [point for point in found if point is not None]
 
 
 def _straight(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, tolerance: float) -> bool:
     """Whether a step is so straight that the cubic shows it, whose residual is evaluated and which costs no solution."""
-    inside = [balance.evaluate(_on_cubic(current, following, fraction)) for fraction in (1.0 / 3.0, 2.0 / 3.0)]
-    if max(evaluation.error for evaluation in inside) > NEARLY_SOLVED:
-        return False
-    return all(_chord_error(balance, current, following, each) <= 0.5 * tolerance for each in inside)
+    inside = (balance.evaluate(_on_cubic(current, following, fraction)) for fraction in THIRDS)
+    return all(
+        each.error <= NEARLY_SOLVED and _chord_error(balance, current, following, each) <= 0.5 * tolerance for each in inside
+    )
 
 
 def _on_cubic(current: CurvePoint, following: CurvePoint, fraction: float) -> Point:

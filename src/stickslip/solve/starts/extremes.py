@@ -16,7 +16,6 @@ import numpy as np
 import scipy
 
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
-from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
@@ -62,9 +61,7 @@ def loss_factor(energy: EnergyBalance) -> Objective:
     """
 
     def objective(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[float, Slopes]:
-        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
-        value = energy.at(evaluation, cycle).loss_factor
-        return value, lambda forces, motion: energy.loss_factor_slopes(evaluation, forces, motion)
+        return energy.loss_factor(evaluation), lambda forces, motion: energy.loss_factor_slopes(evaluation, forces, motion)
 
     return objective
 
