@@ -31,7 +31,7 @@ class ContactRows:
     def summed(self, values: NDArray[Any]) -> NDArray[Any]:
         """Sums over the rows of each contact of values (points, rows): (points, contacts)."""
         found = np.zeros((len(values), self.contacts))
-        np.add.at(found, (slice(None), self.contact), values)
+        np.add.at(found.T, self.contact, values.T)
         return found
 
     def collected(self, values: NDArray[Any]) -> NDArray[Any]:

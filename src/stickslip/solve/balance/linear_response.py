@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,7 +54,7 @@ def linear_amplitudes(balance: HarmonicBalance, frequencies: Array) -> tuple[Arr
     return np.abs(np.concatenate(free)), np.abs(np.concatenate(stuck))
 
 
-def _solutions(matrices: Complex, right: Complex) -> Complex:
+def _solutions(matrices: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
     """Solutions (k, n) of systems (k, n, n) with right-hand sides (k, n); NaN of those that are singular."""
     try:
         return np.asarray(np.linalg.solve(matrices, right[..., None])[..., 0])
