@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import (
     HarmonicNumbers,
@@ -50,6 +49,7 @@ from stickslip.solve.curves.controlled import (
 )
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array, fault, of_kind, positive, unique, vector
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band, followed
 
@@ -193,7 +193,7 @@ class ControlledResponseWork(HeldMotion):
     def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one amplitude."""
         started = time.process_time()
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             balance = self.held(case)
             curve = controlled_curve(balance, [2.0 * np.pi * f for f in self.frequencies], self.exactly, report)
             arrays = self._arrays(balance, curve)
@@ -248,7 +248,7 @@ def phase_resonance(held: HeldAtResonance) -> PhaseResonance:
 
     Source: S. Peter and R. I. Leine, Mechanical Systems and Signal Processing 96 (2017) 139-158.
     """
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         low, high = (2.0 * np.pi * end for end in ends_of(held.band))
         begin = _stuck_resonance(held, low, high)
         phase = force_phase(held.problem, begin)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.response_dataset import point_values
 from stickslip.analyses.solved_points import SolvedPoints
@@ -16,6 +15,7 @@ from stickslip.model.problem import Problem
 from stickslip.results.schema import COORDINATES, SCHEMA, stamped
 from stickslip.solve.continuation.interpolation import SAME, Interpolation, Value
 from stickslip.support.checks import Array, InputError, fault, numbers, positive
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def response_at(dataset: xr.Dataset, problem: Problem, frequencies: Any, toleran
     if not positive("tolerance", tolerance) < 0.1:
         raise fault("tolerance", "must lie between 0 and 0.1", tolerance)
     points = SolvedPoints(dataset, problem)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         curves = [_curve_values(points, case, wanted, tolerance) for case in range(dataset.sizes["case"])]
     return _dataset(dataset, points, wanted, curves, tolerance)
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import force_levels
 from stickslip.analyses.base_motion import absolute
@@ -75,6 +74,7 @@ from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.solve.time.methods import DEFAULT_METHOD, Method
 from stickslip.support.checks import InputError, between, fault, of_kind, positive
 from stickslip.support.checks import whole as whole_number
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.renamed import renamed_arguments
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import Band, followed
@@ -317,7 +317,7 @@ class ForcedResponse(Result):
         cases = [case for case, kind in enumerate(kinds_in(self.dataset)) if kind == CurveKind.SWEEP]
         found: list[Curve] = []
         tried = 0
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             curves = sorted((self._solved_curve(case, 1) for case in cases), key=lambda curve: curve.level)
             for k, curve in enumerate(curves):
                 neighbours = [*curves[max(k - 1, 0) : k], *curves[k + 1 : k + 2]]
@@ -354,7 +354,7 @@ class ForcedResponse(Result):
         return [(name, [each.dataset.attrs.get(name) for each in (self, other)]) for name in names]
 
     def _solved_curve(self, case: int, periods: int) -> SolvedCurve:
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             return SolvedCurve.of(self.dataset, self.problem, case, periods, TOLERANCE)
 
     def _work(self, levels: Sequence[float], periods: int) -> ForcedResponseWork:
@@ -377,7 +377,7 @@ class ForcedResponse(Result):
     def _of_curves(self, curve: SolvedCurve, found: Sequence[Curve], kind: CurveKind) -> ForcedResponse:
         """A response of curves that were found from one of this response."""
         work = self._work([each.level for each in found], curve.balance.periods)
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             arrays = [work.arrays(each) | {"cpu_seconds": np.zeros(())} for each in found]
         return work.gathered(arrays, [kind] * len(arrays))
 
@@ -649,7 +649,7 @@ class ForcedResponseWork(OneBalance):
         attrs["cpu_seconds"] = sum(float(curve.get("cpu_seconds", 0.0)) for curve in curves)
         low, high = min(self.frequencies), max(self.frequencies)
         ends = (low, high) if low < high else _narrow_band(low)
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure, plain)
             dataset = with_disk(found, self.problem)

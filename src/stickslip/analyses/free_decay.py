@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.contact_rows import ContactRows
 from stickslip.model.contact.point import DIRECTION_NAMES
@@ -19,6 +18,7 @@ from stickslip.solve.time.model import time_model
 from stickslip.solve.time.period import Loads, march_period, settle
 from stickslip.solve.time.start import TimeStart, from_rest
 from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive
+from stickslip.support.machine import one_blas_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,7 +73,7 @@ def free_decay(
         raise fault("method", "must be a GeneralisedAlpha or a Newmark", method)
     begin = _at(problem, displacement or {}, velocity or {}) if start is None else _checked(problem, start)
     model = time_model(problem)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         matrices = model.step_matrices(method.coefficients, step)
         loads = Loads(model.shapes.T @ problem.static_load, np.zeros((model.mass.size, 1)), np.zeros((steps, 1)))
         state, history = state_at(model, begin), no_history(model, steps)

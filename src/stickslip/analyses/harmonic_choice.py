@@ -8,7 +8,6 @@ from contextvars import ContextVar
 from dataclasses import dataclass, replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
@@ -16,6 +15,7 @@ from stickslip.solve.continuation.more_harmonics import resolved
 from stickslip.solve.continuation.truncation import Truncation, enough_beyond, truncation_at
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.support.checks import InputError, between, fault, positive
+from stickslip.support.machine import one_blas_thread
 
 FIRST, MOST = 3, 63
 SAMPLES_PER_HARMONIC = 8
@@ -66,7 +66,7 @@ def sufficient_harmonics(
     between("samples", samples, SAMPLES_PER_HARMONIC)
     lowest = max([FIRST, *(harmonic for force in problem.forces for harmonic in force.amplitudes)])
     report, choices = _WATCHED.get(), []
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         for number, level in enumerate(levels):
 
             def traced(share: float, number: int = number, level: float = level) -> None:

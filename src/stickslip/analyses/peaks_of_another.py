@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from threadpoolctl import threadpool_limits
-
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
@@ -14,6 +12,7 @@ from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.peaks.search import PeakSearch
 from stickslip.support.checks import InputError
+from stickslip.support.machine import one_blas_thread
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,7 +38,7 @@ def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) ->
     measure = measure.over(balance.periods)
     largest = measure.with_kind("max_abs")
     rows: list[dict[str, Any]] = []
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         energy = EnergyBalance(balance)
         for case, level in enumerate(dataset["force_level"].values.tolist()):
             solved = points.converged(case)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.contact.table import contact_table
@@ -21,6 +20,7 @@ from stickslip.solve.balance.fourier import complex_harmonics
 from stickslip.solve.continuation.sensitivity import parameter_slopes, respond, solved_factors, start_slopes
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.support.checks import Array, Index, InputError, fault, finite, of_kind, positive
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def sensitivity(
     _check_all(parameters, problem)
     positive("frequency", frequency)
     finite("force", force)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         balance = HarmonicBalance(problem, harmonics, samples)
         omega = 2.0 * np.pi * frequency
         curve = solve_curve(balance, (omega, omega), force, exactly=True)
@@ -129,7 +129,7 @@ def point_sensitivity(
     """What `ForcedResponse.sensitivity` says."""
     _check_all(parameters, problem)
     points = SolvedPoints(dataset, problem)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         balance, evaluation = points.at_one_speed(case, point)
         if problem.speed is not None:
             parameters = {name: _at_frequency(parameter, evaluation.point.omega) for name, parameter in parameters.items()}

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.disks.tuned import TunedDisk
@@ -20,6 +19,7 @@ from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
 from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.stability.multipliers import ROUNDING, TIMES_ERROR, Multipliers, PeriodMap, Stability
 from stickslip.support.checks import Array, positive
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None 
     solved = SolvedPoints(dataset, problem)
     points = AllSectors(solved, problem) if isinstance(problem, TunedDisk) else solved
     converged = [(int(case), int(point)) for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED)]
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         map_ = PeriodMap(points.balance, _highest(dataset, points, highest))
         found = {place: map_.multipliers(points.evaluation(*place)) for place in converged}
         error = 0.0

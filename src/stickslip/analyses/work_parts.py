@@ -6,11 +6,10 @@ from dataclasses import fields
 from functools import cached_property
 from typing import Any
 
-from threadpoolctl import threadpool_limits
-
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import Measure, measure_of
+from stickslip.support.machine import one_blas_thread
 
 EXECUTION = ("workers", "checkpoint", "progress")
 """Arguments that say how cases are computed: they do not travel, and no result depends on them."""
@@ -45,5 +44,5 @@ class OneBalance(StateOfFields):
 
     @cached_property
     def balance(self) -> HarmonicBalance:
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             return HarmonicBalance(self.problem, self.harmonics, self.samples, self.periods)

@@ -19,11 +19,10 @@ from pathlib import Path
 from time import sleep
 from typing import Any
 
-from threadpoolctl import threadpool_limits
-
 import stickslip
 from stickslip.runs.work import Arrays, Keep, Progress, Work
 from stickslip.support.checks import InputError, fault
+from stickslip.support.machine import one_blas_thread
 
 PACKAGE = "distributed"
 ADDRESS = re.compile(r"(\w+://)?\S+:\d+")
@@ -201,7 +200,7 @@ def _is_ready(work: Work) -> Arrays:
 def _solve(work: Work, case: int, version: str) -> Arrays:
     """On a worker: one case, by the version that asks for it."""
     _same_version(version)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         return work.solve(case, _untold)
 
 

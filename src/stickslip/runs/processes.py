@@ -24,11 +24,10 @@ from multiprocessing import connection, current_process, get_context, reduction
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from threadpoolctl import threadpool_limits
-
 from stickslip.runs.work import Arrays, CaseStopped, Keep, Progress, Stopped, Work
 from stickslip.support.checks import fault
 from stickslip.support.interrupts import for_this_process_only
+from stickslip.support.machine import one_blas_thread
 
 if TYPE_CHECKING:
     from multiprocessing.context import SpawnProcess
@@ -77,7 +76,7 @@ def _here(work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> N
 
         report(0.0)
         try:
-            with threadpool_limits(1, user_api="blas"):
+            with one_blas_thread():
                 arrays = work.solve(case, report)
         except CaseStopped as stop:
             raise Stopped({case: stop.arrays}) from stop
@@ -164,7 +163,7 @@ def _thread(work: Work, fractions: Any) -> Iterator[tuple[connection.Connection,
                 there.send(_answer(work, there.recv(), fractions))
 
     thread = threading.Thread(target=serve, name="stickslip cases")
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         thread.start()
         try:
             yield here, partial(_raise_in, thread)
@@ -248,7 +247,7 @@ def _serve(fractions: Any, pipe: connection.Connection) -> None:
     except (EOFError, OSError):
         return
     cases: queue.Queue[int] = queue.Queue()
-    with suppress(OSError, KeyboardInterrupt), threadpool_limits(1, user_api="blas"):
+    with suppress(OSError, KeyboardInterrupt), one_blas_thread():
         threading.Thread(target=_receive, args=(pipe, cases), daemon=True).start()  # STOP may have come before the first case
         pipe.send(None)
         while True:

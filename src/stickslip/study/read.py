@@ -10,8 +10,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, Literal
 
-from threadpoolctl import threadpool_limits
-
 from stickslip.analyses.arguments import force_levels
 from stickslip.model.contact.point import GROUND, Contact
 from stickslip.model.disks.tuned import TunedDisk
@@ -51,6 +49,7 @@ from stickslip.study.tables import (
 )
 from stickslip.study.units import SYSTEMS, Units
 from stickslip.support.checks import Faults, InputError, fault, nearest, similar_file, storable
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.units import UNIT_SYSTEMS, UnitSystem
 
 Stated = tuple[Problem, Mapping[float, CyclicStructure]]
@@ -148,7 +147,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     misplaced(tables, document, found)
     for key, table in tables.own.items():
         found.attempt(f"[{key}]", kind.checks.get(key, sound), table)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         sweep = sweep_of(tables, document, folder, found, (progress, notes)) if kind.on_problem else None
     if sweep and "speed_sweep" not in tables.own:  # its static loads are those of each speed
         found.attempt("", check_static_loads, sweep.problem, notes)

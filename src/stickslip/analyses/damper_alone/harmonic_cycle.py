@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.model.dampers.between_platforms import RIGHT, BetweenPlatforms
 from stickslip.model.dampers.platform_motion import PlatformMotion
@@ -14,6 +13,7 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.support.checks import Array, InputError, of_kind, positive, whole
+from stickslip.support.machine import one_blas_thread
 
 FIRST, FINEST = 0.02, 1e-4
 """Share of the motion by which it grows at first, from stuck contacts, and the smallest that is tried where Newton fails."""
@@ -43,7 +43,7 @@ def harmonic_cycle(
     of_kind("rig", rig, BetweenPlatforms), of_kind("motion", motion, PlatformMotion)
     whole("harmonics", harmonics), whole("samples", samples)
     omega = 2.0 * np.pi * positive("frequency", frequency)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         balance = HarmonicBalance(platform_problem(rig, motion), harmonics, samples)
         found = _grown(balance, omega)
         force, moved = balance.carried_forces(found), found.w[: balance.rows]

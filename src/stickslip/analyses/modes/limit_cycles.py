@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import OfProblem
 from stickslip.analyses.modes.limit_cycle_dataset import curve_arrays, limit_cycles_dataset, root_arrays
@@ -26,6 +25,7 @@ from stickslip.solve.balance.orders import of_attribute
 from stickslip.solve.curves.damping_roots import DampingCurve
 from stickslip.solve.curves.mode_curve import ModeCurve, solve_mode
 from stickslip.support.checks import fault, unique, vector
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def limit_cycles_of(dataset: xr.Dataset, problem: Problem, aerodynamic_damping: 
     H, Nt, extended = (dataset.attrs[name] for name in ("harmonics", "samples", "extended"))
     work = LimitCyclesWork(problem, aerodynamic_damping, numbers, None, of_attribute(H), int(Nt), extended=extended)
     results = []
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         for case in range(len(numbers)):
             started, balance = time.process_time(), work.balance(case)
             one = dataset.isel(case=case)

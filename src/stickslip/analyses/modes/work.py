@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import OfProblem, OutputNumber, Samples, output_of
 from stickslip.analyses.modes.characteristic import with_peaks
@@ -22,6 +21,7 @@ from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance
 from stickslip.solve.balance.orders import Harmonics, attribute, checked_harmonics, harmonics_for, highest
 from stickslip.solve.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, slip_level, solve_mode
 from stickslip.support.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector, whole
+from stickslip.support.machine import one_blas_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,7 +106,7 @@ class Modes(Settings):
         if self.frequency is None and not by_output:
             numbers = (1,) if self.mode is None else listed_modes("mode", self.mode)
             return tuple(between("mode", number, 1, self.problem.structure.size) for number in numbers)
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             structures = ModalStructures(self.problem, (1,), 1)
         squares, shapes = structures.squares[structures.key[1]], structures.shapes[structures.key[1]]
         if self.frequency is not None:
@@ -132,7 +132,7 @@ class Modes(Settings):
 
     def refuse_amplitudes(self) -> None:
         """What would stop a curve where it begins."""
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             for case in range(len(self.modes)):
                 self.levels(self.balance(case))
 

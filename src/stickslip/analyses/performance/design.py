@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import (
     HarmonicNumbers,
@@ -40,6 +39,7 @@ from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.balance.orders import attribute
 from stickslip.support.checks import Array, InputError, fault, of_kind, positive, vector
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.renamed import renamed_arguments
 
 if TYPE_CHECKING:
@@ -130,13 +130,13 @@ class DesignWork:
     def worst(self, point: Sequence[float], report: Report = lambda fraction: None) -> WorstCase:
         """The worst-case peak of any point of the design space."""
         values = dict(zip(self.variables, map(float, point), strict=True))
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             limits = dict(zip(self.limits, self.constraints, strict=True))
             return worst_case(lambda mu: self.problem(point, mu), values, self.conditions, limits, report)
 
     def searched(self, case: int, level: float, friction: float) -> float:
         """The highest resonance over all start states of a design at one force level and friction, as `worst` counts it."""
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             return searched_peak(self.problem(self.points[case], friction), level, self.conditions)
 
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, output_of
 from stickslip.analyses.response_dataset import levels_are_newtons
@@ -18,6 +17,7 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import measure_of
 from stickslip.solve.peaks.continuation import ContinuedPeaks, Event, PeakContinuation
 from stickslip.support.checks import between, fault, positive, vector
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.units import Band
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def follow_peaks(
             known[value] = HarmonicBalance(made(make, value), *fineness), positive("force", level)
         return known[value]
 
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         continuation = PeakContinuation(balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), row, size)
         found = continuation.follow(chosen.tolist(), every, lambda fraction: progress(fraction, "following peaks"))
         dataset = _dataset(continuation, found)

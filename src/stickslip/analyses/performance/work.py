@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import (
     HarmonicNumbers,
@@ -44,6 +43,7 @@ from stickslip.solve.peaks.continuation import ContinuedPeaks, ParameterPeak, Pe
 from stickslip.solve.peaks.frequency_band import PeakBand
 from stickslip.solve.peaks.linear import linear_peak
 from stickslip.support.checks import fault, positive
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
 
@@ -115,7 +115,7 @@ class PerformanceWork(Measured, Settings):
         started = time.process_time()
         mu = self.frictions[case]
         problem = self.problem if np.isnan(mu) else with_friction(self.problem, mu)
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             arrays = _Curve(self, problem).arrays(report)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 

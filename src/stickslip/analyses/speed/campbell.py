@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.optimize import brentq
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.modes.nonlinear_modes import nonlinear_modes
 from stickslip.analyses.speed.models import Models, problem_at
@@ -17,6 +16,7 @@ from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.work import Progress, checked_progress
 from stickslip.support.checks import Array, InputError, between, fault, finite, positive, several, unique, vector
+from stickslip.support.machine import one_blas_thread
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -78,7 +78,7 @@ def campbell(
         problem_at(models), mode, force_level, {"amplitude": amplitude, "harmonics": harmonics, "samples": samples}
     )
     checked_progress(progress)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         return Campbell(_dataset(resonance, speeds, orders, operating_speed, progress))
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.speed.models import synchronous
 from stickslip.analyses.speed.speed_sweep import excited
@@ -20,6 +19,7 @@ from stickslip.solve.time.model import time_model
 from stickslip.solve.time.period import march_period, settle
 from stickslip.solve.time.start import TimeStart, from_rest
 from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, vector
+from stickslip.support.machine import one_blas_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,7 +81,7 @@ def run_up(
     if steady.outcome in (MarchOutcome.STEP_FAILED, MarchOutcome.UNBOUNDED):
         raise InputError(f"The run must begin with a steady motion at {first:g} rev/min, but found none. {steady.sentence}")
     times = _times(float(ends[0]), rate, cycles)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         rows = list(_marched(problem, float(ends[0]), rate, times, level, steady.end, settings))
     dataset = _dataset(problem, float(ends[0]), rate, times, rows, level, duration)
     if steady.outcome != MarchOutcome.PERIODIC:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import output_of
 from stickslip.analyses.response_dataset import as_given
@@ -21,6 +20,7 @@ from stickslip.solve.curves.curve import solve_curve
 from stickslip.solve.starts.space import refuse_forgetful
 from stickslip.solve.starts.states import element_states
 from stickslip.support.checks import InputError, fault, positive
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.units import Band, in_order
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def friction_freedom(
         listed, exactly = [band.start, band.stop], False
     else:
         listed, exactly = sorted(set(in_order(band))), True
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         balance = HarmonicBalance(problem, harmonics, samples)
         if any(contact.law.couples_directions for contact in problem.contacts):
             raise InputError("Intervals must be of one direction each, but a friction disc couples two. Use macroslip.")

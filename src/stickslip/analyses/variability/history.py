@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.model.problem import Problem
 from stickslip.results.result import Result
@@ -20,6 +19,7 @@ from stickslip.solve.balance.orders import attribute
 from stickslip.solve.continuation.newton import Correction
 from stickslip.solve.starts.history import march
 from stickslip.support.checks import Array, InputError, between, fault, numbers, of_kind, positive
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band, in_order
 
@@ -83,7 +83,7 @@ def response_history(
         raise InputError("force must hold at least one level, but is empty.")
     checked_progress(progress)
     started = time.process_time()
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         balance = HarmonicBalance(problem, harmonics, samples)
         table = _Table(balance, levels, frequencies)
         for k, (level, correction) in enumerate(march(balance, (2.0 * np.pi * frequencies).tolist(), levels)):

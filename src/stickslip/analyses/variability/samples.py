@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import (
     ForceLevels,
@@ -44,6 +43,7 @@ from stickslip.solve.starts.solutions import StartSolutions, UnsolvedError
 from stickslip.solve.starts.space import StartSpace, number_of_variables, rule_words
 from stickslip.solve.starts.states import explored_space
 from stickslip.support.checks import Array, among, between, numbers
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band, listed
@@ -147,7 +147,7 @@ class SamplesWork(OneBalance, Measured, Settings):
         """The start states at a level."""
         if level not in self.spaces:
             ends = (self.frequencies[0], 0.5 * (self.frequencies[0] + self.frequencies[-1]), self.frequencies[-1])
-            with threadpool_limits(1, user_api="blas"):
+            with one_blas_thread():
                 omegas = [2.0 * np.pi * frequency for frequency in ends]
                 self.spaces[level] = explored_space(self.balance, omegas, level, self.rule, self.share)
         return self.spaces[level]
@@ -199,7 +199,7 @@ class SamplesWork(OneBalance, Measured, Settings):
         attrs["cpu_seconds"] = sum(float(curve["cpu_seconds"]) for curve in curves)
         ends = (min(self.frequencies), max(self.frequencies))
         ends = ends if ends[0] < ends[1] else (0.9 * ends[0], 1.1 * ends[0])
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             dataset = response_dataset(self.balance, [level for level, _ in self.cases], curves, ends, attrs, self.measured)
         numbers = [start for _, start in self.cases]
         values = np.array([curve["start_value"] for curve in curves])

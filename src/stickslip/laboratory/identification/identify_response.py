@@ -14,7 +14,6 @@ from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import fineness_of, made, maker
 from stickslip.laboratory.identification.computed_response import FittedTest
@@ -50,6 +49,7 @@ from stickslip.support.checks import (
     truth,
     unique,
 )
+from stickslip.support.machine import one_blas_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -224,7 +224,7 @@ class ResponseIdentificationWork:
     def solve(self, case: int, report: Report) -> Arrays:
         """The variables of the fit; and where tests have outliers, those without them."""
         started = time.process_time()
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             fit = self.fit()
             most = self.tries + self.evaluations
             fit.evaluated = lambda count: report(min(count / most, 0.95))
@@ -253,7 +253,7 @@ class ResponseIdentificationWork:
     def gathered(self, results: Sequence[Arrays], held_out: Sequence[Arrays] = ()) -> ResponseIdentification:
         """The result of the variables that were found, and of the tests that were left out."""
         x = np.asarray(results[0]["x"])
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             fit = self.fit()
             if self.start_states == "bounds":
                 resumed(fit, np.asarray(results[0]["starts"]))
@@ -300,7 +300,7 @@ class HeldOutWork:
     def solve(self, case: int, report: Report) -> Arrays:
         """The misfit of a test."""
         started, x, evaluations = time.process_time(), self.x, self.whole.evaluations
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             fit = self.whole.fit()
             shared = [k for k, variable in enumerate(fit.variables) if variable.test < 0]
             rest = ResponseFit([fit.tests[k] for k in range(len(fit.tests)) if k != case], fit.free, fit.start_deviation)

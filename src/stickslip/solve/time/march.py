@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.model.problem import Problem
 from stickslip.solve.time.contact_law import ContactState
@@ -20,6 +19,7 @@ from stickslip.solve.time.model import StepMatrices, TimeModel, time_model
 from stickslip.solve.time.period import History, Loads, PeriodWork, State, march_period, settle
 from stickslip.solve.time.start import TimeStart
 from stickslip.support.checks import Array, fault, positive
+from stickslip.support.machine import one_blas_thread
 
 LOAD_STEPS = 4
 """The fewest steps per period of the highest harmonic of the loads."""
@@ -134,7 +134,7 @@ def march(problem: Problem, omega: float, level: float, start: TimeStart, settin
     """Integrate M q̈ + C q̇ + K q + Bᵀ f(B q) = p(t) from a state at t = 0 until it is periodic, or the limit in periods."""
     model = time_model(problem)
     period = 2.0 * np.pi / positive("omega", omega)
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         matrices = model.step_matrices(settings.method.coefficients, period / settings.steps_per_period)
         loads = loads_of_steps(model, omega, level, settings.steps_per_period)
         state = state_at(model, start)

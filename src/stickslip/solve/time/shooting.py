@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
-from threadpoolctl import threadpool_limits
 
 from stickslip.model.problem import Problem
 from stickslip.solve.time.march import March, loads_of_steps, no_history, state_at
@@ -19,6 +18,7 @@ from stickslip.solve.time.model import time_model
 from stickslip.solve.time.period import march_period, settle
 from stickslip.solve.time.start import TimeStart
 from stickslip.support.checks import Array
+from stickslip.support.machine import one_blas_thread
 
 DISTURBANCE = 1e-5
 """Size of a disturbance relative to the vibration; the solution of a step leaves 1e-11 of the forces."""
@@ -71,7 +71,7 @@ def shoot(problem: Problem, omega: float, level: float, start: TimeStart, motion
 
     Newton's method: (1 − Φ) δx = P(x) − x by GMRES, Φ by differences of the map P of a period.
     """
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         march = PeriodMarch(problem, omega, level, settings)
         vibration = float(np.linalg.norm(march.model.weight @ motion[:, 1:])) / np.sqrt(2.0)
         x, defect = _closed(march, march.packed(start), vibration)
