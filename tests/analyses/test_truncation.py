@@ -170,6 +170,13 @@ def test_the_change_by_samples_is_that_of_the_height_of_peaks_at_light_damping(r
     assert float(few.sampling_error[0, 0]) == pytest.approx(change, rel=0.3)
 
 
+def test_estimates_do_not_depend_on_the_periods_of_the_expansion():
+    """A motion that repeats itself after one period has the same errors when it is expanded over two."""
+    problem, band = ss.rigs.single_mass(), ss.radians_per_second(1.0, 1.3)
+    once, twice = (ss.forced_response(problem, band, 1.0, 3, 64, periods=periods).dataset for periods in (1, 2))
+    assert float(twice.sampling_error[0, 0]) == pytest.approx(float(once.sampling_error[0, 0]), rel=1e-6)
+
+
 def test_too_few_samples_are_a_warning():
     problem, band = ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0)
     few, many = (ss.forced_response(problem, band, 2.0, harmonics=3, samples=samples).dataset for samples in (16, 1024))

@@ -228,7 +228,7 @@ class _Peak:
         if beyond < balance.highest + 2:
             return np.full((3, len(balance.problem.outputs)), np.nan)
         finer = finer_balance(balance, beyond)
-        sampled = HarmonicBalance(balance.problem, balance.harmonics, finer.tables.E.shape[0])
+        sampled = balance.with_samples(finer.tables.E.shape[0])
         by_samples = change_by(sampled, balance, evaluation, self.counted).motion
         by_harmonics, work, following = change_by(finer, balance, evaluation, self.counted)
         by_harmonics[:, : by_samples.shape[1]] -= by_samples
@@ -260,8 +260,7 @@ class _Peak:
 def sampling_error(balance: HarmonicBalance, point: CurvePoint, output: int, measure: Measure) -> float:
     """What `MORE_SAMPLES` times as many samples would change of an output at one of its peaks, relative; NaN where that cannot be
     solved."""
-    samples = MORE_SAMPLES * balance.tables.E.shape[0]
-    sampled = HarmonicBalance(balance.problem, balance.harmonics, samples, balance.periods)
+    sampled = balance.with_samples(MORE_SAMPLES * balance.tables.E.shape[0])
     peak = _Peak(balance, point, output, _counted(balance, measure), LEAST_SPENT)
     solution = peak.solved(sampled, max(point.active / balance.kept.size, 1.0))
     if solution is None:
@@ -298,7 +297,9 @@ def finer_balance(balance: HarmonicBalance, beyond: int) -> HarmonicBalance:
     there, and where friction alone holds a body it would make the matrix singular."""
     harmonics = beyond if balance.kept[0] == 0 else tuple(range(1, beyond + 1))
     samples = max(MORE_SAMPLES * balance.tables.E.shape[0], SAMPLES_PER_HARMONIC * beyond)
-    return HarmonicBalance(balance.problem, harmonics, balance.problem.systems.enough_samples(samples))
+    finer = HarmonicBalance(balance.problem, harmonics, balance.problem.systems.enough_samples(samples))
+    finer.periods = balance.periods
+    return finer
 
 
 def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) -> str:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -253,11 +253,13 @@ class HarmonicBalance:
         """The same balance from other start values (friction elements,), and with other start rules if `kind` is given."""
         if self.kept[0] != 0:
             raise fault("harmonics", "must hold 0, the mean, since start states shift it", list(orders(self.harmonics)))
-        other = copy(self)
         kinds = self.table.start_kind if kind is None else np.broadcast_to(kind, self.table.start_kind.shape).astype(np.int64)
         table = self.table._replace(start_value=np.ascontiguousarray(values, dtype=float), start_kind=kinds)
-        other.system = self.system._replace(table=table)
-        return other
+        return self._with(table=table)
+
+    def with_samples(self, samples: int) -> HarmonicBalance:
+        """The same balance with another number of samples over all its periods."""
+        return self._with(tables=fourier(self.highest, samples))
 
     def with_harmonics(self, most: int) -> HarmonicBalance:
         """The same balance with its harmonics up to another number: of a list those that it holds, else all of them."""
@@ -273,9 +275,13 @@ class HarmonicBalance:
 
     def holding(self, control: Control | None) -> HarmonicBalance:
         """The same balance with the amplitude of a row of motion held by the force level, or with a given level for None."""
-        other = copy(self)
         own = FREE if control is None else Control(int(control.row), int(control.order), float(control.amplitude))
-        other.system = self.system._replace(control=own)
+        return self._with(control=own)
+
+    def _with(self, **parts: Any) -> HarmonicBalance:
+        """The same balance with other parts of its system."""
+        other = copy(self)
+        other.system, other._again = self.system._replace(**parts), None
         return other
 
     def stuck_point(self, omega: float, level: float) -> Point:

@@ -15,10 +15,11 @@ from itertools import pairwise
 import numpy as np
 
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
-from stickslip.solve.continuation.curve_points import CurvePoint, between, hermite
+from stickslip.solve.continuation.curve_points import CurvePoint, between
 from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.continuation.newton import correct
 from stickslip.solve.curves.curve import Curve
+from stickslip.solve.peaks.cubic import Cubic
 from stickslip.solve.peaks.intervals import PROMINENCE
 from stickslip.solve.peaks.search import PeakSearch
 from stickslip.support.checks import Array
@@ -40,7 +41,7 @@ SEEN = 1e-6
 
 def refined(balance: HarmonicBalance, curve: Curve, tolerance: float = 5e-3) -> Curve:
     """The curve with its peaks, and with points where straight lines would miss an amplitude by more than `tolerance` of it."""
-    dense = _filled(curve, lambda current, following: _inside(balance, current, following, tolerance))
+    dense = _filled(curve, lambda current, following: _Step(balance, current, following).inside(tolerance))
     return _with_missed_peaks(balance, dense)
 
 
@@ -108,68 +109,66 @@ def _filled(curve: Curve, inside: Callable[[CurvePoint, CurvePoint], Sequence[Cu
     return replace(curve, points=tuple(points), steps=())
 
 
-def _inside(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, tolerance: float) -> list[CurvePoint]:
-    """Solved points inside one step: none, or so many that the error of straight lines, of second order, is below tolerance."""
-    if following.length <= 0.0 or _straight(balance, current, following, tolerance):
-        return []
-    thirds = {fraction: _solved(balance, current, following, fraction) for fraction in THIRDS}
-    known = [point for point in thirds.values() if point is not None]
-    error = max((_chord_error(balance, current, following, point.evaluation) for point in known), default=0.0)
-    if error <= tolerance:
-        return []
-    pieces = min(3 * int(np.ceil(np.sqrt(error / tolerance) / 3.0)), MOST)
-    fractions = [k / pieces for k in range(1, pieces)]
-    found = [thirds[f] if f in thirds else _solved(balance, current, following, f) for f in fractions]
-    return [point for point in found if point is not None]
+class _Step:
+    """One step of a curve: the cubics of λ and ω through both ends and their tangents, over the fraction of the step.
 
+    Points inside are solved on planes across the tangent of the first end; reach: how far these are apart over the whole step.
+    """
 
-def _straight(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, tolerance: float) -> bool:
-    """Whether a step is so straight that the cubic shows it, whose residual is evaluated and which costs no solution."""
-    inside = (balance.evaluate(_on_cubic(current, following, fraction)) for fraction in THIRDS)
-    return all(
-        each.error <= NEARLY_SOLVED and _chord_error(balance, current, following, each) <= 0.5 * tolerance for each in inside
-    )
+    def __init__(self, balance: HarmonicBalance, current: CurvePoint, following: CurvePoint) -> None:
+        self.balance, self.current, self.following = balance, current, following
+        scale, length = following.metric.length(current.tangent.motion, current.tangent.parameter), following.length
+        slopes = length * current.tangent.parameter, length * scale * following.tangent.parameter
+        self.omega = Cubic(current.point.omega, following.point.omega, *slopes)
+        plane = current.across("omega")
+        first, last = (plane.rate(point.evaluation.w, point.point.omega) for point in (current, following))
+        self.plane, self.reach = replace(plane, target=first), last - first
 
+    def inside(self, tolerance: float) -> list[CurvePoint]:
+        """Solved points inside: none, or so many that the error of straight lines, of second order, is below tolerance."""
+        if self.following.length <= 0.0 or self._straight(tolerance):
+            return []
+        thirds = {fraction: self._solved(fraction) for fraction in THIRDS}
+        known = [point for point in thirds.values() if point is not None]
+        error = max((self._chord_error(point.evaluation) for point in known), default=0.0)
+        if error <= tolerance:
+            return []
+        pieces = min(3 * int(np.ceil(np.sqrt(error / tolerance) / 3.0)), MOST)
+        fractions = [k / pieces for k in range(1, pieces)]
+        found = [thirds[fraction] if fraction in thirds else self._solved(fraction) for fraction in fractions]
+        return [point for point in found if point is not None]
 
-def _on_cubic(current: CurvePoint, following: CurvePoint, fraction: float) -> Point:
-    """The place at a fraction of a step on the cubic through both ends and their tangents."""
-    slopes = _slopes(current, following)
-    a, da, b, db = (np.array(value) for value in (current.point.omega, slopes[0], following.point.omega, slopes[1]))
-    return Point(between(current, following, fraction), float(hermite(a, da, b, db, fraction)), current.point.level)
+    def _straight(self, tolerance: float) -> bool:
+        """Whether the step is so straight that the cubic shows it, whose residual is evaluated and which costs no solution."""
+        inside = (self.balance.evaluate(self._on_cubic(fraction)) for fraction in THIRDS)
+        return all(each.error <= NEARLY_SOLVED and self._chord_error(each) <= 0.5 * tolerance for each in inside)
 
+    def _on_cubic(self, fraction: float) -> Point:
+        """The place at a fraction on the cubics."""
+        forces = between(self.current, self.following, fraction)
+        return Point(forces, self.omega.at(fraction), self.current.point.level)
 
-def _slopes(current: CurvePoint, following: CurvePoint) -> tuple[float, float]:
-    """Change of ω over the whole step by the tangents at both ends."""
-    scale = following.metric.length(current.tangent.motion, current.tangent.parameter)
-    return following.length * current.tangent.parameter, following.length * scale * following.tangent.parameter
+    def _chord_error(self, inside: Evaluation) -> float:
+        """Relative error of the straight line over frequency between both ends, at a point of the curve inside."""
+        low, high, omega = self.omega.a, self.omega.b, inside.point.omega
+        share = (omega - low) / (high - low) if min(low, high) < omega < max(low, high) else 0.5
+        ends = [self._amplitudes(point.evaluation) for point in (self.current, self.following)]
+        line, amplitude = (1.0 - share) * ends[0] + share * ends[1], self._amplitudes(inside)
+        return float(np.max(np.abs(line - amplitude) / np.maximum(amplitude, np.finfo(float).tiny)))
 
+    def _amplitudes(self, evaluation: Evaluation) -> Array:
+        """|X_1| of every output, m."""
+        return np.asarray(np.hypot(*evaluation.w[self.balance.rows :, self.balance.first].T))
 
-def _chord_error(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, inside: Evaluation) -> float:
-    """Relative error of the straight line over frequency between two points, at a point of the curve inside."""
-    low, high, omega = current.point.omega, following.point.omega, inside.point.omega
-    share = (omega - low) / (high - low) if min(low, high) < omega < max(low, high) else 0.5
-    ends, amplitude = [_amplitudes(balance, p.evaluation) for p in (current, following)], _amplitudes(balance, inside)
-    line = (1.0 - share) * ends[0] + share * ends[1]
-    return float(np.max(np.abs(line - amplitude) / np.maximum(amplitude, np.finfo(float).tiny)))
-
-
-def _amplitudes(balance: HarmonicBalance, evaluation: Evaluation) -> Array:
-    """|X_1| of every output, m."""
-    return np.asarray(np.hypot(*evaluation.w[balance.rows :, balance.first].T))
-
-
-def _solved(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, fraction: float) -> CurvePoint | None:
-    """The point at a fraction of the step, on the plane across the tangent of its first end; None where Newton fails."""
-    plane = current.across("omega")
-    reached = [plane.rate(p.evaluation.w, p.point.omega) for p in (current, following)]
-    condition = replace(plane, target=reached[0] + fraction * (reached[1] - reached[0]))
-    correction = correct(balance, _on_cubic(current, following, fraction), condition, iterations=8)
-    slopes = _slopes(current, following)
-    controls = current.point.omega, current.point.omega + slopes[0] / 3.0, following.point.omega - slopes[1] / 3.0
-    hull = min(*controls, following.point.omega), max(*controls, following.point.omega)
-    size = 0 if correction.factors is None else correction.factors.size
-    found = CurvePoint(correction.evaluation, current.tangent, current.metric, correction.iterations, size, 0.0)
-    # A plane across the tangent may meet the curve far away as well: on the other side of a narrow resonance, say.
-    inside = hull[0] <= found.point.omega <= hull[1]
-    near = current.chord(found, "omega") <= FARTHEST * fraction * current.chord(following, "omega")
-    return found if correction.converged and inside and near else None
+    def _solved(self, fraction: float) -> CurvePoint | None:
+        """The point on the plane at a fraction; None where Newton fails."""
+        current = self.current
+        condition = replace(self.plane, target=self.plane.target + fraction * self.reach)
+        correction = correct(self.balance, self._on_cubic(fraction), condition, iterations=8)
+        size = 0 if correction.factors is None else correction.factors.size
+        found = CurvePoint(correction.evaluation, current.tangent, current.metric, correction.iterations, size, 0.0)
+        controls = self.omega.controls
+        # A plane across the tangent may meet the curve far away as well: on the other side of a narrow resonance, say.
+        inside = min(controls) <= found.point.omega <= max(controls)
+        near = current.chord(found, "omega") <= FARTHEST * fraction * current.chord(self.following, "omega")
+        return found if correction.converged and inside and near else None

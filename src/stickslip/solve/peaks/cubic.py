@@ -19,6 +19,11 @@ class Cubic(NamedTuple):
         """c and d."""
         return 3.0 * (2.0 * (self.a - self.b) + self.da + self.db), 2.0 * (3.0 * (self.b - self.a) - 2.0 * self.da - self.db)
 
+    @property
+    def controls(self) -> tuple[float, float, float, float]:
+        """The control points; values in between lie between the least and the largest of them."""
+        return self.a, self.a + self.da / 3.0, self.b - self.db / 3.0, self.b
+
     def at(self, f: float) -> float:
         """The value at a fraction."""
         change = f * f * (3.0 - 2.0 * f) * (self.b - self.a)

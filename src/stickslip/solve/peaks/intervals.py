@@ -153,8 +153,8 @@ def sampled(place: SegmentPoint, row: int, measure: Measure) -> Sample:
 
 def slope_along(measure: Measure, point: CurvePoint, row: int, motion: Array, omega: float) -> tuple[float, float]:
     """The size of a row at a point, and its slope along a direction of the curve in motion and ω."""
-    size, gradient, by_omega = measure.gradient(point.evaluation.w[row], point.point.omega)
-    return size, float(gradient @ motion[row]) + by_omega * omega
+    size, slope = measure.slope(point.evaluation.w[row], point.point.omega, motion[row], omega)
+    return size, float(slope)
 
 
 def hill(intervals: list[Interval], tops: list[Interval]) -> list[Interval]:
