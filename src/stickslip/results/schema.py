@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -248,6 +249,7 @@ def _attributes(variable: Variable) -> dict[str, Any]:
     return attributes
 
 
+@cache
 def _version() -> str:
     from importlib.metadata import PackageNotFoundError, version
 

@@ -24,7 +24,7 @@ def memory() -> int:
 
 def one_blas_thread() -> AbstractContextManager[Any]:
     """A context in which linear algebra computes with one thread: its matrices are small, and cases may run side by side."""
-    return _libraries(len(sys.modules)).limit(limits=1, user_api="blas")
+    return _libraries(len(sys.modules)).limit(limits=1, user_api="blas")  # type: ignore[no-any-return]
 
 
 @lru_cache(maxsize=1)

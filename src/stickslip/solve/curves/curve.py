@@ -185,15 +185,13 @@ def with_peaks(balance: HarmonicBalance, curve: Curve, progress: Callable[[float
     found, largest, in_time = [], [], measure.with_kind("max_abs")
     for output in outputs:
         found.append(_passed(curve, balance.rows + output, search.peaks(output, measure)))
-        largest.append(search.peaks(output, in_time, least=0.8))
+        largest.append(search.highest(output, in_time, least=0.8))
         progress(SWEEP + (1.0 - SWEEP) * (output + 1) / len(outputs))
     unproven = [each for peaks in (*found, *largest) for each in peaks.unproven]
     if unproven:
         message += f" {_may_be_higher(balance, unproven)}"
         message += "" if balance.problem.C.any() or UNDAMPED in message else f" {UNDAMPED}"
-    highest = tuple(
-        _highest(in_time, balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True)
-    )
+    highest = tuple(next(iter(each.points), None) for each in largest)
     peaks, steps = tuple(each.points for each in found), tuple(each.steps for each in found)
     return replace(curve, message=message, peaks=peaks, largest=highest, steps=steps)
 
@@ -271,11 +269,6 @@ def held_by_friction_alone(problem: Problem) -> bool:
     Not asked of whole disks, whose matrices are large.
     """
     return (type(problem) is Problem or isinstance(problem.structure, CyclicStructure)) and len(problem.loose_motions) > 0
-
-
-def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:
-    """The point with the highest measure of a row."""
-    return max(points, key=lambda point: _size(measure, row, point), default=None)
 
 
 def _size(measure: Measure, row: int, point: CurvePoint) -> float:

@@ -135,15 +135,38 @@ class PeakSearch:
     def peaks(self, output: int, measure: Measure = DISPLACEMENT_AMPLITUDE, least: float = 0.0) -> Peaks:
         """All peaks of a measure of an output; those below the share `least` of the highest point are left out unsolved."""
         row = self.balance.rows + output
+        tops, dips = self._tops(row, measure, least)
+        searched = [self._highest(together, row, measure) for together in tops]
+        found = [best for best, _ in searched if best is not None]
+        places = [sample.place for sample in _prominent(found, dips)]
+        unproven = tuple(each for _, missed in searched for each in missed)
+        return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unproven)
+
+    def highest(self, output: int, measure: Measure, least: float) -> Peaks:
+        """The highest peak of a measure of an output alone: a lower one is searched until it is shown to be lower."""
+        row = self.balance.rows + output
+        best, unproven = None, []
+        tops, _ = self._tops(row, measure, least)
+        for together in sorted(tops, key=lambda tops: -max(top.height for top in tops)):
+            floor = best.amplitude if best is not None else 0.0
+            found, missed = self._highest(together, row, measure, floor)
+            unproven += missed
+            if found is not None and found.amplitude > floor:
+                best = found
+        place = [] if best is None else [best.place]
+        return Peaks(tuple(each.point for each in place), tuple(each.segment for each in place), tuple(unproven))
+
+    def _tops(self, row: int, measure: Measure, least: float) -> tuple[list[list[Interval]], Dips]:
+        """The tops of a row of motion, in groups between which the curve dips, and the test whether it dips."""
+        tops: list[list[Interval]] = []
         if not self.curve or self.moving[row] <= ROUNDING * self.moving.max():
-            return Peaks((), (), ())
+            return tops, lambda first, last, height: False
         self.samples.clear()
         measured = [slope_along(measure, p, row, p.tangent.motion, p.tangent.parameter) for p in self.curve]
         sizes = np.array([size for size, _ in measured])
         slopes = [slope for _, slope in measured]
         dips = self._dips(row, measure, sizes, slopes)
         floor = least * float(sizes.max(initial=0.0))
-        tops: list[list[Interval]] = []
         for k in range(len(self.curve) - 1):
             if sizes[k : k + 2].max() < floor:
                 continue
@@ -158,11 +181,7 @@ class PeakSearch:
                         self._solve_inside(k, part.fraction(turn))
             if slopes[k] > 0.0 >= slopes[k + 1] or k in self.solved:
                 _gather(tops, [i for i in self._intervals(k, row, measure) if _holds_a_top(i)], dips)
-        searched = [self._highest(together, row, measure) for together in tops]
-        found = [best for best, _ in searched if best is not None]
-        places = [sample.place for sample in _prominent(found, dips)]
-        unproven = tuple(each for _, missed in searched for each in missed)
-        return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unproven)
+        return tops, dips
 
     def _dips(self, row: int, measure: Measure, sizes: Array, slopes: Sequence[float]) -> Dips:
         """The test whether the curve dips between two of its places; where none known shows it, troughs between are solved."""
@@ -188,9 +207,11 @@ class PeakSearch:
 
         return dips
 
-    def _highest(self, tops: list[Interval], row: int, measure: Measure) -> tuple[Sample | None, list[Unproven]]:
+    def _highest(
+        self, tops: list[Interval], row: int, measure: Measure, floor: float = 0.0
+    ) -> tuple[Sample | None, list[Unproven]]:
         """The highest place around tops that no trough parts, None where the curve rises on to another peak; and where Newton's
-        method failed, or divisions ran out, although a higher one may lie there."""
+        method failed, or divisions ran out, although a higher one may lie there. Nothing below `floor` is searched for."""
         first = max(tops[0].low.place.segment - NEIGHBOURS, 0)
         last = min(tops[-1].low.place.segment + NEIGHBOURS, len(self.curve) - 2)
         intervals = hill([i for k in range(first, last + 1) for i in self._intervals(k, row, measure)], tops)
@@ -203,7 +224,7 @@ class PeakSearch:
         best = max((end for i in intervals for end in (i.low, i.high)), key=lambda end: end.amplitude)
         for _ in range(SOLVES):
             i = bounds.index(max(bounds))
-            if bounds[i] <= (1.0 + self.tolerance) * best.amplitude:
+            if bounds[i] <= (1.0 + self.tolerance) * max(best.amplitude, floor):
                 break
             place = self._divide(intervals[i])
             if place is None:
@@ -223,11 +244,11 @@ class PeakSearch:
         bounds = [highest_inside(intervals, i) for i in range(len(intervals))]
         unproven: list[Unproven] = []
         for interval, most in zip(intervals, bounds, strict=True):
-            if most > (1.0 + MATTERS) * best.amplitude:
+            if most > (1.0 + MATTERS) * max(best.amplitude, floor):
                 higher, missed = self._by_itself(interval, row, measure, most)
                 best = max(best, *higher, key=lambda end: end.amplitude) if higher else best
                 unproven += missed
-        unproven = [replace(each, height=best.amplitude) for each in unproven]
+        unproven = [replace(each, height=max(best.amplitude, floor)) for each in unproven]
         return best, [each for each in unproven if each.share > MATTERS]
 
     def _by_itself(self, interval: Interval, row: int, measure: Measure, most: float) -> tuple[list[Sample], list[Unproven]]:
