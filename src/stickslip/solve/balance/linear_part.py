@@ -143,7 +143,7 @@ def _first_harmonics(given: Modes, omegas: Array, columns: Index) -> tuple[Compl
             found[k, r] = complex(by_level[r, 1], -by_level[r, 2])
             for c in range(columns.size):
                 response[k, r, c] = complex(driven[r, 0, 1, c], driven[r, 1, 1, c])
-    return found, response
+    return boxed((found, response))
 
 
 @kernel
