@@ -10,11 +10,11 @@ from functools import cache
 import numpy as np
 
 from stickslip.analyses.damper_alone.cycle import CycleModel, DamperCycle, damper_cycle
-from stickslip.laboratory.identification.contact_law import contact_law
-from stickslip.laboratory.identification.force_lag import force_lag
+from stickslip.laboratory.identification.contact_law.fit import force_lag
+from stickslip.laboratory.identification.contact_law.model import ContactLoop
+from stickslip.laboratory.identification.contact_law.work import contact_law
 from stickslip.laboratory.identification.identify import Identification, identify
 from stickslip.laboratory.identification.line_laws import LINE_LAWS
-from stickslip.laboratory.identification.loop_law import ContactLoop
 from stickslip.laboratory.measurement.contact_record import ContactRecord
 from stickslip.laboratory.measurement.records import Record
 from stickslip.laboratory.measurement.rig_errors import RigErrors

@@ -122,18 +122,14 @@ from .analyses.damper_alone.harmonic_cycle import harmonic_cycle as harmonic_cyc
 from .analyses.damper_alone.routine import blade_with_routine as blade_with_routine
 
 # Measurements and identification
-from .laboratory.identification.contact_law import (
-    ContactLaw as ContactLaw,
-    contact_law as contact_law,
-    identify_law as identify_law,
-)
+from .laboratory.identification.contact_law.intervals import LoopErrors as LoopErrors
+from .laboratory.identification.contact_law.model import ContactLoop as ContactLoop
+from .laboratory.identification.contact_law.result import ContactLaw as ContactLaw
+from .laboratory.identification.contact_law.work import contact_law as contact_law, identify_law as identify_law
 from .laboratory.identification.identify import Identification as Identification, identify as identify
-from .laboratory.identification.identify_response import (
-    ResponseIdentification as ResponseIdentification,
-    identify_response as identify_response,
-)
-from .laboratory.identification.response_fit import FreeParameter as FreeParameter
-from .laboratory.identification.loop_law import ContactLoop as ContactLoop, LoopErrors as LoopErrors
+from .laboratory.identification.response.result import ResponseIdentification as ResponseIdentification
+from .laboratory.identification.response.work import identify_response as identify_response
+from .laboratory.identification.least_squares import FreeParameter as FreeParameter
 from .laboratory.measurement.contact_cycles import contact_cycles as contact_cycles
 from .laboratory.measurement.contact_record import ContactRecord as ContactRecord, read_contact_records as read_contact_records
 from .laboratory.measurement.cycles import whole_cycles as whole_cycles

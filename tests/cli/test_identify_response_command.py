@@ -202,10 +202,11 @@ def test_very_long_curves_are_thinned(tmp_path):
         '[study]\nanalysis = "response_identification"\n[structure]\nrig = "single_mass"\n[sweep]\nfrequency = [81.0, 90.0]\n'
         '[response_identification]\nfiles = ["swept.csv"]\nrig = { kt = [0.5, 0.1, 1.0] }\n'
     )
-    work = study.read(tmp_path / "study.toml").plan.works[""]
+    plan = study.read(tmp_path / "study.toml").plan
+    work = plan.works[""]
     assert np.size(work.tests[0].frequency) == 910
     assert "910 of 10001 points of swept are used, one in 11: most_points says other." in work.tests[0].notes
-    assert "10000 of 20001 points lie outside the band of [sweep] and are not used." in work.remarks
+    assert "10000 of 20001 points lie outside the band of [sweep] and are not used." in plan.about["remarks"]
 
 
 def test_a_band_without_points_is_refused(curves, tmp_path):

@@ -78,7 +78,7 @@ def test_the_command_of_the_page_is_the_identification_of_these_tests(tmp_path, 
     assert shown.exit_code == 0, shown.output
     work = runs[0].jobs[""].plan.works[""]
     wanted = {name: free if isinstance(free, ss.FreeParameter) else ss.FreeParameter(*free) for name, free in FREE.items()}
-    assert work.free == wanted
+    assert work.parameters == wanted
     assert (work.harmonics, work.start_states) == (1, "virgin")
     (joint,) = work.problem_of(**{name: free.start for name, free in wanted.items()}).contacts
     assert joint.law.count == ELEMENTS

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.laboratory.identification.loop_law import array_weights, fitted, half_ellipse, judged
+from stickslip.laboratory.identification.contact_law.fit import fitted, judged
+from stickslip.laboratory.identification.contact_law.model import array_weights, half_ellipse
 from stickslip.laboratory.measurement.contact_cycles import contact_cycles
 from stickslip.laboratory.measurement.synthetic import loop_of
 from stickslip.show.plots.contact_law import over_cycles
@@ -111,7 +112,7 @@ def test_noise_of_the_displacement_does_not_bias_the_answer(noise):
     assert found.kt == pytest.approx(KT, rel=0.015)
     assert found.mu == pytest.approx(MU, rel=0.015)
     loop = ss.ContactLoop(one.displacement[:400], one.force[:400], N)
-    assert np.exp(fitted((loop,), "jenkins")[0][0]) < KT * (1.0 - noise)
+    assert np.exp(fitted((loop,), "jenkins").x[0]) < KT * (1.0 - noise)
     assert ss.contact_law(loop, laws="jenkins").kt == pytest.approx(KT, rel=0.03)
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.laboratory.identification.computed_response import FittedTest
-from stickslip.laboratory.identification.enclosed_test import EnclosedTest
+from stickslip.laboratory.identification.response.enclosed import EnclosedTest
+from stickslip.laboratory.identification.response.model import FittedTest
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.starts.space import start_space

@@ -8,10 +8,15 @@ import pytest
 from scipy import stats
 
 import stickslip as ss
-from stickslip.laboratory.identification.computed_response import FittedTest
-from stickslip.laboratory.identification.model_error import above_noise, error_between_tests, independent_one_in
-from stickslip.laboratory.identification.response_fit import ResponseFit
-from stickslip.laboratory.identification.response_summary import summary
+from stickslip.laboratory.identification.response.fit import ResponseFit
+from stickslip.laboratory.identification.response.intervals import (
+    above_noise,
+    error_between_tests,
+    independent_one_in,
+    statistics,
+)
+from stickslip.laboratory.identification.response.model import FittedTest
+from stickslip.laboratory.identification.response.result import summary
 from stickslip.laboratory.measurement.measured_response import flat_top
 from stickslip.laboratory.measurement.response_units import FileUnit
 from stickslip.show.report.charts import Charts
@@ -337,8 +342,9 @@ def test_errors_and_quantile_of_a_straight_line_are_those_of_linear_regression()
     J = np.stack([np.ones(12), t, 0.0 * t], axis=1)
     residuals = J @ [line.intercept, line.slope, 0.0] - y
     free = [SimpleNamespace(deviation=None, test=-1)] * 3
-    fit = SimpleNamespace(_at=lambda x: (residuals, J), variables=free, series=lambda x: [residuals], tests=())
-    found = ResponseFit.statistics(fit, None)
+    fit = SimpleNamespace(variables=free, series=lambda x: [residuals], tests=())
+    fit.residuals, fit.jacobian = lambda x: residuals, lambda x: J
+    found = statistics(fit, None)
     assert found.one_in == 1.0
     assert found.error == pytest.approx([line.intercept_stderr, line.stderr, np.inf], rel=1e-9)
     assert found.noise == pytest.approx(np.sum(residuals**2) / 10.0)

@@ -4,18 +4,13 @@ import numpy as np
 import pytest
 from scipy.stats import lognorm
 
-from stickslip.laboratory.identification.contact_law import contact_law
-from stickslip.laboratory.identification.contact_law_dataset import _share_in_slip
-from stickslip.laboratory.identification.loop_law import (
-    SEGMENTS,
-    ContactLoop,
-    LawFit,
-    _errors,
-    _errors_of_motion,
-    _start,
-    array_weights,
-    residuals,
-)
+from stickslip.laboratory.identification.contact_law.diagnosis import share_in_slip
+from stickslip.laboratory.identification.contact_law.fit import LoopFit, first_guess
+from stickslip.laboratory.identification.contact_law.intervals import SEGMENTS, errors_of_motion, errors_of_scatter
+from stickslip.laboratory.identification.contact_law.model import ContactLoop, array_weights
+from stickslip.laboratory.identification.contact_law.result import LawFit
+from stickslip.laboratory.identification.contact_law.work import contact_law
+from stickslip.laboratory.identification.least_squares import Solution
 from stickslip.laboratory.measurement.synthetic import loop_of
 from stickslip.support.checks import InputError
 
@@ -45,13 +40,17 @@ def test_limits_of_an_array_fall_evenly_to_what_the_spread_leaves():
 
 def test_the_search_begins_at_the_slider_that_made_the_loop():
     loop = ContactLoop(*loop_of(np.ones(1), 20e6, 0.4, 100.0, 16e-6), 100.0)
-    assert np.exp(_start([loop], 0, 1.0)) == pytest.approx([20e6, 0.4], rel=0.01)
+    assert np.exp(first_guess([loop], "jenkins")) == pytest.approx([20e6, 0.4], rel=0.01)
 
 
 def test_a_slider_slips_but_for_its_elastic_travel():
     """W = 4 μN (A − μN/kt) of at most 4 μN A."""
     loop = ContactLoop(*loop_of(np.ones(1), 20e6, 0.4, 100.0, 16e-6), 100.0)
-    assert _share_in_slip(loop, 0.4) == pytest.approx(1.0 - 0.4 * 100.0 / (20e6 * 16e-6), rel=1e-3)
+    assert share_in_slip(loop, 0.4) == pytest.approx(1.0 - 0.4 * 100.0 / (20e6 * 16e-6), rel=1e-3)
+
+
+def solution(residuals, jacobian, x=(0.0,)):
+    return Solution(np.array(x), float(residuals @ residuals), residuals, jacobian, True)
 
 
 @pytest.mark.parametrize("harmonics", [None, 7])
@@ -62,7 +61,7 @@ def test_the_error_of_a_mean_of_white_noise_is_that_of_its_independent_values(ha
     size = np.size(loop.displacement)
     assert size % (2 * SEGMENTS) == 0
     noise, free = 0.3 * (-1.0) ** np.arange(size), (size if harmonics is None else 2 * harmonics) - 1
-    assert _errors(np.ones((size, 1)), noise, [loop]) == pytest.approx([0.3 / np.sqrt(free)], rel=1e-12)
+    assert errors_of_scatter(solution(noise, np.ones((size, 1))), [loop]) == pytest.approx([0.3 / np.sqrt(free)], rel=1e-12)
 
 
 def test_residuals_alike_within_a_segment_count_once():
@@ -72,7 +71,7 @@ def test_residuals_alike_within_a_segment_count_once():
     means -= means.mean()
     left = np.repeat(means, np.size(loop.displacement) // SEGMENTS)
     expected = means.std(ddof=1) / np.sqrt(means.size)
-    assert _errors(np.ones((left.size, 1)), left, [loop, loop]) == pytest.approx([expected], rel=1e-12)
+    assert errors_of_scatter(solution(left, np.ones((left.size, 1))), [loop, loop]) == pytest.approx([expected], rel=1e-12)
 
 
 def test_noise_of_the_displacement_is_an_error_of_the_stiffness_of_a_stuck_contact():
@@ -80,9 +79,10 @@ def test_noise_of_the_displacement_is_an_error_of_the_stiffness_of_a_stuck_conta
     angle, X = 2.0 * np.pi * np.arange(200) / 200, 1e-6
     u, ends = X * np.sin(angle), np.log([[0.99 * 20e6, 0.4], [1.01 * 20e6, 0.4]])
     loop = ContactLoop(u, 20e6 * u, 1000.0, displacement_error=np.array([0.002 * X]))
-    by_kt = (residuals(ends[0], [loop], "jenkins") - residuals(ends[1], [loop], "jenkins")) / (ends[1, 0] - ends[0, 0])
+    fit = LoopFit([loop], "jenkins", ends[0])
+    by_kt = (fit.residuals(ends[0]) - fit.residuals(ends[1])) / (ends[1, 0] - ends[0, 0])
     jacobian = np.stack([by_kt, np.zeros(200)], axis=1)
-    found = _errors_of_motion(jacobian, np.log([20e6, 0.4]), [loop], "jenkins")
+    found = errors_of_motion(solution(np.zeros(200), jacobian, np.log([20e6, 0.4])), [loop], "jenkins")
     assert found == pytest.approx([0.002, 0.0], rel=0.4, abs=1e-12)
 
 

@@ -7,7 +7,7 @@ import pytest
 from identification.test_identify_response import FREE, measured, one_mass
 
 import stickslip as ss
-from stickslip.laboratory.identification.mistakes import notes_on_mistakes
+from stickslip.laboratory.identification.response.mistakes import notes_on_mistakes
 
 SOUND = [measured(force, 3, frequencies=np.linspace(0.14, 0.24, 15)) for force in (0.3, 1.0, 2.0)]
 SETTINGS = {"tries": 1, "evaluations": 25, "samples": 64, "harmonics": 3}

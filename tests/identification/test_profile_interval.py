@@ -1,30 +1,26 @@
 """Intervals by the profile of the sum of squares, of a linear fit: there they are those of the normal distribution."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy import stats
 
-from stickslip.laboratory.identification.profile_interval import profile_intervals
+from stickslip.laboratory.identification.least_squares import LeastSquares
+from stickslip.laboratory.identification.response.intervals import profile_intervals
 
 
-class LinearFit:
+class LinearFit(LeastSquares):
     """Residuals A x − b, in standard errors, of parameters that all tests share."""
 
     def __init__(self, A, b, bounds=(-50.0, 50.0)):
         self.A, self.b = A, b
-        self.variables = [SimpleNamespace(test=-1) for _ in range(A.shape[1])]
-        self.bounds = np.full(A.shape[1], bounds[0]), np.full(A.shape[1], bounds[1])
+        self.shared, self.ends = range(A.shape[1]), bounds
+
+    @property
+    def bounds(self):
+        return np.full(self.A.shape[1], self.ends[0]), np.full(self.A.shape[1], self.ends[1])
 
     def residuals(self, x):
         return self.A @ x - self.b
-
-    def jacobian(self, x):
-        return self.A
-
-    def cost(self, x):
-        return float(np.sum(self.residuals(x) ** 2))
 
     def widened(self, x):
         return False

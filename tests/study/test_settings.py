@@ -11,7 +11,7 @@ from each import each
 
 import stickslip as ss
 from stickslip.analyses.work_parts import EXECUTION
-from stickslip.laboratory.identification.contact_law import ContactLawWork
+from stickslip.laboratory.identification.contact_law.work import ContactLawWork
 from stickslip.solve.balance.measure import QUANTITIES, Measure
 from stickslip.study import job
 from stickslip.study.kinds import KINDS

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from stickslip.laboratory.identification.loop_law import half_ellipse
+from stickslip.laboratory.identification.contact_law.model import half_ellipse
 from stickslip.solve.platforms.relaxation import Elements
 from stickslip.support.checks import Array
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from stickslip.laboratory.identification.contact_law_dataset import sentences
+from stickslip.laboratory.identification.contact_law.result import sentences
 from stickslip.show.plots.contact_law import held_out, loops_and_fit, over_cycles
 from stickslip.show.plots.files import Figures
 from stickslip.show.report.presentation import Presentation, presents

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.laboratory.identification.response_summary import summary, times
+from stickslip.laboratory.identification.response.result import summary, times
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.response_identification import intervals, measured_and_computed, misfits
 from stickslip.show.report.presentation import Presentation, presents

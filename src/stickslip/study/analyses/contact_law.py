@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from stickslip.laboratory.identification.contact_law import ContactLawWork
-from stickslip.laboratory.identification.loop_law import LoopErrors
+from stickslip.laboratory.identification.contact_law.intervals import LoopErrors
+from stickslip.laboratory.identification.contact_law.work import ContactLawWork, contact_law_work
 from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Column, Number, Positive, Table
@@ -103,7 +103,7 @@ class ContactLawPlan(Plan):
         """The work on the loops of the files."""
         table, si = self.table, in_si(self.table, self.units)
         files = [self.folder / name for name in table.files]
-        return ContactLawWork.of(
+        return contact_law_work(
             files,
             normal_load=si["normal_load"],
             laws=tuple(table.laws),

@@ -15,8 +15,8 @@ from pydantic import Field
 
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.response_dataset import levels_are_newtons, newtons_a_level
-from stickslip.laboratory.identification.identify_response import ResponseIdentificationWork
-from stickslip.laboratory.identification.response_fit import FreeParameter
+from stickslip.laboratory.identification.least_squares import FreeParameter
+from stickslip.laboratory.identification.response.work import ResponseIdentificationWork
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.laboratory.measurement.response_table import read_measured_response, read_measured_responses
 from stickslip.model.problem import Problem
@@ -346,20 +346,19 @@ class ResponseIdentificationPlan(Plan):
         return replace(thinned, notes=(*test.notes, words))
 
     @cached_property
+    def band(self) -> list[MeasuredResponse]:
+        """The curves at their points in the band."""
+        return [self._inside(test) for test in self.tests()]
+
+    @cached_property
     def work(self) -> ResponseIdentificationWork:
         table, base = self.table, self.sweep.forced_response()
         arguments = set(inspect.signature(RIGS[self.rig[0]]).parameters) if self.rig[0] else set()
         of_rig = {*table.rig} | (arguments & {name for one in table.settings for name in one})
-        problem_of = Adapted(self.sweep.problem, *self.rig, frozenset(of_rig))
-        free, all_tests = free_parameters(table), self.tests()
-        tests = [self._inside(test) for test in all_tests]
-        count, kept = (sum(np.size(test.frequency) for test in some) for some in (all_tests, tests))
-        words = f"{count - kept} of {count} points lie outside the band of [sweep] and are not used."
-        tests = [self._thinned(test) for test in tests]
         return ResponseIdentificationWork(
-            problem_of,
-            free=free,
-            tests=tests,
+            Adapted(self.sweep.problem, *self.rig, frozenset(of_rig)),
+            free_parameters(table),
+            [self._thinned(test) for test in self.band],
             start_states=table.start_states,
             rule=table.rule,
             share=table.share,
@@ -370,22 +369,29 @@ class ResponseIdentificationPlan(Plan):
             evaluations=table.evaluations,
             harmonics=base.harmonics,
             samples=base.samples,
-            remarks=(*([self.remark] if self.remark else []), *([words] if kept < count else [])),
-            factors={name: own_values(self.sweep.problem, name) for name in free if name in FACTORS and name not in table.rig},
         )
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """What is to be said of the curves and of the parameters that are factors."""
+        count, kept = (sum(np.size(test.frequency) for test in some) for some in (self.tests(), self.band))
+        left = [f"{count - kept} of {count} points lie outside the band of [sweep] and are not used."] if kept < count else []
+        named = [name for name in free_parameters(self.table) if name in FACTORS and name not in self.table.rig]
+        factors = {name: own_values(self.sweep.problem, name) for name in named}
+        return {"remarks": [*filter(None, [self.remark]), *left], "factors": factors}
 
     @property
     def works(self) -> Mapping[str, Work]:
         return {"": self.work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.work.gathered(results[""]).dataset
+        return self.work.gathered(results[""], **self.about).dataset
 
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
     ) -> xr.Dataset:
         """The result, with the tests left out one by one."""
-        return self.work.finished(results[""], checkpoint, workers, progress).dataset
+        return self.work.finished(results[""], checkpoint, workers, progress, **self.about).dataset
 
 
 TABLE = "response_identification"

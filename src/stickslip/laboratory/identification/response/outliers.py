@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.laboratory.identification.response_fit import ResponseFit
+from stickslip.laboratory.identification.response.fit import ResponseFit
+from stickslip.laboratory.identification.response.intervals import statistics
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.support.checks import Array, counted, rounded
 
@@ -61,7 +61,7 @@ def fitted_without(fit: ResponseFit, x: Array, evaluations: int) -> Outliers:
             marks = [np.zeros_like(one) for one in marks]
         if all(map(np.array_equal, marks, before)):
             break
-        x = fit.without(marks).solved(x, evaluations)
+        x = fit.without(marks).solved(x, evaluations=evaluations).x
         errors = _errors(fit, x, marks)
     found = np.concatenate(marks) & (np.concatenate(errors) > OUTLIER)
     found &= not np.any(found) or _good(fit, x, marks)
@@ -76,7 +76,7 @@ def _good(fit: ResponseFit, x: Array, marks: Sequence[Marks]) -> bool:
     errors = sizes * np.array([model.test.error for model in fit.tests])
     if float(errors.max()) > GOOD:
         return False
-    return float(np.median(sizes)) < SURE or fit.without(marks).statistics(x).one_in == 1.0
+    return float(np.median(sizes)) < SURE or statistics(fit.without(marks), x).one_in == 1.0
 
 
 def _errors(fit: ResponseFit, x: Array, marks: Sequence[Marks]) -> list[Array]:
@@ -99,24 +99,18 @@ def _errors(fit: ResponseFit, x: Array, marks: Sequence[Marks]) -> list[Array]:
     count, lost = int(np.count_nonzero(kept)), int(np.count_nonzero(known))
     square, usual = float(np.sum(residuals[kept] ** 2)), _usual(residuals[: residuals.size - priors.size])
     found = []
-    for t, (parts, mark) in enumerate(zip(fit.parted(residuals), marks, strict=True)):
-        miss = _misses(parts, _by_point(fit, ways, t), mark)
+    by_test = (fit.parted(residuals), fit.parted(ways), fit.parted(blind), fit.computed, marks)
+    for parts, way, lost_ones, computed, mark in zip(*by_test, strict=True):
+        miss = _misses(parts, np.moveaxis(way, 0, 1), mark)
         gone, share = np.where(mark, 0.0, miss), parts[:, ~mark].size / max(count, 1)
         left = [
             np.sqrt(np.maximum(whole - gone, 0.0) / max(freedom - len(parts), 1.0))
             for whole, freedom in ((square, count - lost), (float(np.sum(parts[:, ~mark] ** 2)), share * (count - lost)))
         ]
         scale = np.maximum(1.0, np.maximum(np.minimum(usual, left[0]), np.minimum(_usual(parts), left[1])))
-        unknown = mark & np.any(_by_point(fit, blind[:, None], t), axis=(1, 2))
-        found.append(np.where(fit.found(t).solved & ~unknown, np.sqrt(miss) / scale, 0.0))
+        unknown = mark & np.any(lost_ones, axis=0)
+        found.append(np.where(computed.solved & ~unknown, np.sqrt(miss) / scale, 0.0))
     return found
-
-
-def _by_point(fit: ResponseFit, rows: NDArray[Any], t: int) -> NDArray[Any]:
-    """The rows of the points of a test, (points, rows of a point, columns)."""
-    sizes = [np.size(model.test.frequency) * count for model, count in zip(fit.tests, fit.rows, strict=True)]
-    first = sum(sizes[:t])
-    return np.moveaxis(rows[first : first + sizes[t]].reshape(fit.rows[t], sizes[t] // fit.rows[t], rows.shape[1]), 0, 1)
 
 
 def _misses(parts: Array, ways: Array, mark: Marks) -> Array:

@@ -71,10 +71,6 @@ class FittedTest:
         """A test before its first evaluation."""
         return cls(test, problem_of, harmonics, samples, [None] * np.size(test.frequency))
 
-    def forget(self) -> None:
-        """Forget the solutions known so far."""
-        self.known = [None] * len(self.known)
-
     def problem(self, values: Values) -> Problem:
         """The problem of parameter values in this test."""
         return self.problem_of(**values, **self.test.settings)

@@ -1,17 +1,19 @@
-"""What an identification of frequency responses gives: the labelled dataset, and what the tests cannot say in sentences."""
+"""What responses cannot say of the parameters, and what seems wrong with them or with the model, in sentences."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.laboratory.identification.enclosed_test import EnclosedTest
-from stickslip.laboratory.identification.model_error import FEWEST_TESTS, above_noise
-from stickslip.laboratory.identification.outliers import moved, notes_on_outliers
-from stickslip.laboratory.identification.response_fit import GAIN, FitStatistics, ResponseFit
-from stickslip.laboratory.measurement.measured_response import MeasuredResponse
+from stickslip.laboratory.identification.response.enclosed import EnclosedTest
+from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
+from stickslip.laboratory.identification.response.intervals import FEWEST_TESTS, FitStatistics, above_noise
+from stickslip.laboratory.identification.response.mistakes import notes_on_mistakes
+from stickslip.laboratory.identification.response.outliers import moved, notes_on_outliers
+from stickslip.laboratory.measurement.measured_response import MeasuredResponse, flat_top
+from stickslip.laboratory.measurement.response_scales import assumed_units, joined, mixed_units
 from stickslip.support.checks import Array, first_of, rounded
 
 if TYPE_CHECKING:
@@ -42,123 +44,30 @@ LISTED = 4
 UNEXPLAINED = 2.0
 """A misfit this many times the median one, and the stated error, is named."""
 
-
-def misfit(fit: ResponseFit, x: Array, t: int) -> float:
-    """Root mean square of computed − measured response per force, relative to the largest measured one."""
-    fit.residuals(x)
-    shown, measured = fit.shown(x, t), fit.tests[t].test.per_force
-    apart = shown - measured if fit.tests[t].test.phase is not None else np.abs(shown) - measured
-    return float(np.sqrt(np.mean(np.abs(apart) ** 2)) / np.abs(measured).max())
+OUTSIDE = 2.0
+"""Distance from the bounds, in standard errors, from which on a point counts as outside."""
 
 
-def _described(dims: Any, values: Any, units: str, words: str) -> tuple[Any, Any, dict[str, str]]:
-    return dims, values, {"units": units, "long_name": words}
+def notes(
+    tests: Sequence[MeasuredResponse],
+    solved: tuple[ResponseFit, Array, FitStatistics],
+    dataset: xr.Dataset,
+    solution: Mapping[str, Any],
+    remarks: Sequence[str],
+) -> tuple[str, ...]:
+    """What must be known of the result. Where a mistake in the tests is named, all else may be its consequence."""
+    mistakes = notes_on_mistakes(tests, dataset["misfit"].values, solution) if "plain_gain" in solution else []
+    about = [(test.name, note) for test in tests for note in (*test.notes, *([] if mistakes else flat_top(test)))]
+    found = [*mistakes, *assumed_units(tests), *(() if mistakes else mixed_units(tests)), *joined(about), *remarks]
+    if "bounds" in solution:
+        found += notes_on_bounds(dataset, solved[0])
+    if mistakes:
+        return (*found, "Values and intervals mean nothing before the mistake above is mended.", *_repeated(solved[0]))
+    return (*found, *notes_of_fit(*solved, dataset))
 
 
-def dataset_of_fit(
-    fit: ResponseFit, x: Array, statistics: FitStatistics, held_out: Array, solution: Mapping[str, Any]
-) -> xr.Dataset:
-    """The labelled result; solution: what the fit gave beside x, with outliers and the variables without them."""
-    import xarray as xr
-
-    variables, tests = fit.variables, [model.test for model in fit.tests]
-    shared = [k for k, variable in enumerate(variables) if variable.test < 0]
-    names = [variables[k].name for k in shared]
-    reach = statistics.quantile * statistics.error
-    ends = [np.clip(x + side * reach, *fit.bounds) for side in (-1.0, 1.0)]
-    low, high = ([fit.free[n].value(float(end[k])) for n, k in zip(names, shared, strict=True)] for end in ends)
-    values = [fit.free[n].value(float(x[k])) for n, k in zip(names, shared, strict=True)]
-    longest = max(np.size(test.frequency) for test in tests)
-
-    def along(of: Callable[[int], Any], fill: float = np.nan) -> Array:
-        rows = [np.asarray(of(t), dtype=float) for t in range(len(tests))]
-        return np.array([np.pad(row, (0, longest - row.size), constant_values=fill) for row in rows])
-
-    shown = [fit.shown(x, t) for t in range(len(tests))]
-    own_names, own = _own_values(fit, x)
-    correlation = statistics.correlation[np.ix_(shared, shared)]
-    at = ("test", "point")
-    data = {
-        "value": _described("parameter", values, "as given", "identified value"),
-        "low": _described("parameter", low, "as given", "lower end of the 95 % interval, not below the bound"),
-        "high": _described("parameter", high, "as given", "upper end of the 95 % interval, not above the bound"),
-        "least": _described("parameter", _least(fit, solution, names), "as given", "lower bound of friction that never slips"),
-        "correlation": _described(("parameter", "parameter_2"), correlation, "1", "correlation of the errors"),
-        "own_value": _described(("test", "own"), own, "as given", "what each test has by itself"),
-        "frequency": _described(at, along(lambda t: tests[t].frequency), "Hz", "frequency"),
-        "force": _described(at, along(lambda t: tests[t].force), "1", "measured force level"),
-        "response": _described(at, along(lambda t: tests[t].amplitude), "SI", "measured amplitude"),
-        "measured": _described(at, along(lambda t: np.abs(tests[t].per_force)), "SI", "measured response per force"),
-        "computed": _described(at, along(lambda t: np.abs(shown[t])), "SI", "computed response per force"),
-        "measured_phase": _described(at, along(lambda t: _phase(tests[t])), "degree", "measured phase of the displacement"),
-        "computed_phase": _described(
-            at, along(lambda t: np.degrees(np.angle(shown[t]))), "degree", "computed phase of the displacement"
-        ),
-        "solved": _described(at, along(lambda t: fit.found(t).solved, 0.0), "1", "1 where the problem has a solution"),
-        "slips": _described(at, along(lambda t: fit.found(t).slips, 0.0), "1", "1 where a contact slips or opens"),
-        "misfit": _described(
-            "test", [misfit(fit, x, t) for t in range(len(tests))], "1", "misfit relative to the largest response"
-        ),
-        "held_out": _described("test", held_out, "1", "misfit with the parameters of the other tests"),
-    }
-    if "outlier" in solution:
-        ends_of = np.cumsum([np.size(test.frequency) for test in tests])[:-1]
-        errors, deviations = (np.split(np.asarray(solution[key]), ends_of) for key in ("outlier", "outlier_deviation"))
-        without = np.asarray(solution["x_without"])
-        other = [fit.free[n].value(float(without[k])) for n, k in zip(names, shared, strict=True)]
-        data["outlier"] = _described(
-            at, along(lambda t: errors[t], 0.0), "1", "residual of an outlier in standard errors, else 0"
-        )
-        data["outlier_deviation"] = _described(at, along(lambda t: deviations[t], 0.0), "1", "of an outlier, relative to the fit")
-        data["value_without_outliers"] = _described("parameter", other, "as given", "value without the outliers")
-    widest = max(fit.starts(x, t).size for t in range(len(tests)))
-    if widest:
-        rows = [np.pad(s, (0, widest - s.size), constant_values=np.nan) for s in (fit.starts(x, t) for t in range(len(tests)))]
-        data["start_variables"] = _described(("test", "variable"), np.array(rows), "1", "start state of each test")
-    coords = {
-        "parameter": _described("parameter", names, "1", "parameter"),
-        "parameter_2": _described("parameter_2", names, "1", "parameter"),
-        "test": _described("test", [test.name for test in tests], "1", "test"),
-        "own": _described("own", own_names, "1", "what each test has by itself"),
-        "quantity": _described("test", [test.quantity for test in tests], "1", "measured quantity"),
-    }
-    return xr.Dataset(data, coords, {"title": "Parameters from frequency responses", "noise": float(np.sqrt(statistics.noise))})
-
-
-def _least(fit: ResponseFit, solution: Mapping[str, Any], names: Sequence[str]) -> list[float]:
-    """Lower bounds of the parameters; NaN of those that are known otherwise, or not at all."""
-    bounds = np.asarray(solution.get("least", np.full(len(names), np.nan)))
-    return [fit.free[name].value(float(end)) if np.isfinite(end) else np.nan for name, end in zip(names, bounds, strict=True)]
-
-
-def _phase(test: MeasuredResponse) -> Array:
-    if test.phase is None:
-        return np.full(np.size(test.frequency), np.nan)
-    return np.asarray(np.degrees(np.asarray(test.phase)))
-
-
-def _own_values(fit: ResponseFit, x: Array) -> tuple[list[str], Array]:
-    """What each test has by itself, by name: parameters, gain (a factor) and phase offset (rad)."""
-    names = list(dict.fromkeys(v.name for v in fit.variables if v.test >= 0 and v.name != "start"))
-    table = np.full((len(fit.tests), len(names)), np.nan)
-    for k, variable in enumerate(fit.variables):
-        if variable.name in names and variable.test >= 0:
-            value = float(x[k])
-            if variable.name in fit.free:
-                value = fit.free[variable.name].value(value)
-            elif variable.name == GAIN:
-                value = float(np.exp(value))
-            table[variable.test, names.index(variable.name)] = value
-    return names, table
-
-
-def notes_of_fit(
-    fit: ResponseFit, x: Array, statistics: FitStatistics, dataset: xr.Dataset, known_mistake: bool = False
-) -> list[str]:
-    """What the tests cannot say, in sentences; known_mistake: one in the tests is named, and all else may be its consequence."""
-    if known_mistake:
-        repeated = _repeated([model.test for model in fit.tests])
-        return ["Values and intervals mean nothing before the mistake above is mended.", *repeated]
+def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset: xr.Dataset) -> list[str]:
+    """What the tests cannot say, how well they are explained, and whether the fit has ended."""
     names = [str(name) for name in dataset["parameter"].values]
     found = []
     contacts = [contact for t, model in enumerate(fit.tests) for contact in model.problem(fit.values(x, t)).contacts]
@@ -174,7 +83,7 @@ def notes_of_fit(
             continue
         free = fit.free[name]  # a value near zero between bounds on both sides of it may be well known
         known_within = 2.0 * UNCERTAIN * abs(value) if free.logarithmic else UNCERTAIN * (free.high - free.low)
-        if statistics.blind[k] or not np.isfinite(high) or high - low > known_within:
+        if (statistics.blind[k] and "lower" not in dataset) or not np.isfinite(high) or high - low > known_within:
             found.append(f"{name} is not found: its 95 % interval is {low:.3g} to {high:.3g}.")
     found += _at_bounds(fit, x)
     for i in range(len(names)):
@@ -183,7 +92,7 @@ def notes_of_fit(
             if abs(r) > CORRELATED:
                 found.append(f"{names[j]} and {names[i]} can hardly be separated by these tests: correlation {r:.3f}.")
     found += _doubtful_gains(dataset)
-    found += _repeated([model.test for model in fit.tests])
+    found += _repeated(fit)
     apart = dataset["misfit"].values
     stated = np.array([model.test.error for model in fit.tests])
     for t in np.flatnonzero((apart > UNEXPLAINED * np.median(apart)) & (apart > UNEXPLAINED * stated)):
@@ -272,10 +181,37 @@ def _about_phase(fit: ResponseFit) -> str:
     return " and the phase (of the displacement, not of the acceleration, which is 180° from it)" if known else ""
 
 
-def _repeated(tests: Sequence[MeasuredResponse]) -> list[str]:
+def _repeated(fit: ResponseFit) -> list[str]:
     """Tests that hold the same points, such as a file that was named twice."""
+    tests = [model.test for model in fit.tests]
     keys = ("frequency", "amplitude", "force", "phase")
     content = [b"".join(np.asarray(getattr(test, key), dtype=float).tobytes() for key in keys) for test in tests]
     firsts = [content.index(one) for one in content]
     words = "hold the same points, which count twice: the intervals are too narrow."
     return [f"{tests[first].name} and {tests[t].name} {words}" for t, first in enumerate(firsts) if first < t]
+
+
+def notes_on_bounds(dataset: xr.Dataset, fit: ResponseFit) -> list[str]:
+    """How the intervals are to be read, what the bounds leave open, and tests that no start state explains."""
+    measured, lower, upper = (dataset[name].values for name in ("measured", "lower", "upper"))
+    inside = int(np.sum((measured >= lower) & (measured <= upper)))
+    count = int(np.sum(np.isfinite(measured)))
+    found = [
+        f"{inside} of {count} points lie inside their bounds and say nothing more: each value in an interval explains the tests "
+        "as well, with the others adapted, and the values above are one of them."
+    ]
+    for k, name in enumerate(str(one) for one in dataset["parameter"].values):
+        free = fit.free[name]
+        ends = zip(("low", "high"), (free.low, free.high), ("below", "above"), strict=True)
+        open_ends = [(side, bound) for key, bound, side in ends if np.isclose(float(dataset[key][k]), bound, rtol=1e-6)]
+        for side, bound in open_ends:
+            found.append(f"{name} is not determined {side}: start states explain the tests up to its bound, {bound:.4g}.")
+    for t, model in enumerate(fit.tests):
+        own = dataset.isel(test=t)
+        size = own["measured"].values[: model.test.deviation.size]
+        apart = np.maximum(own["lower"].values[: size.size] - size, size - own["upper"].values[: size.size])
+        beyond = int(np.sum(apart > OUTSIDE * model.test.deviation))
+        if beyond:
+            words = f"{beyond} of {size.size} points lie outside of the bounds by more than two standard errors"
+            found.append(f"{model.test.name}: {words}. No start state explains them.")
+    return found

@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.laboratory.identification.computed_response import FittedTest
-from stickslip.laboratory.identification.enclosed_test import EnclosedTest
-from stickslip.laboratory.identification.response_fit import GAIN, ResponseFit
-from stickslip.laboratory.identification.response_result import misfit
+from stickslip.laboratory.identification.response.enclosed import EnclosedTest
+from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
+from stickslip.laboratory.identification.response.model import FittedTest
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.laboratory.measurement.response_scales import THOUSAND
 from stickslip.support.checks import Array, first_of
@@ -105,8 +104,8 @@ def _fitted(plain: ResponseFit, search: tuple[int, int, int]) -> tuple[Array, Ar
     gains = np.array([abs(plain.chain(x, t)) for t in count])
     return (
         gains,
-        np.array([misfit(plain, x, t) for t in count]),
-        np.concatenate([np.angle(plain.found(t).per_force) for t in count]),
+        np.array([plain.misfit(x, t) for t in count]),
+        np.concatenate([np.angle(plain.computed[t].per_force) for t in count]),
     )
 
 
@@ -115,7 +114,7 @@ def _with_gains(plain: ResponseFit, start: Array) -> Array:
     plain.residuals(start)
     found = start.copy()
     for t, model in enumerate(plain.tests):
-        largest = float(np.max(np.abs(plain.found(t).per_force)))
+        largest = float(np.max(np.abs(plain.computed[t].per_force)))
         if largest > 0.0:
             found[plain.places[t][GAIN]] = np.log(np.max(np.abs(model.test.per_force)) / largest)
     return found

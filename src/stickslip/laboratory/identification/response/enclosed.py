@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.analyses.variability.bounds_search import LOWER, SIGNS, UPPER, BoundsSearch
 from stickslip.analyses.variability.start_draws import search_cloud
-from stickslip.laboratory.identification.computed_response import Complex, ComputedResponse, FittedTest, Values, slips
+from stickslip.laboratory.identification.response.model import Complex, ComputedResponse, FittedTest, Values, slips
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import HarmonicBalance, Point
@@ -87,9 +87,20 @@ class EnclosedTest:
         """The measured amplitudes."""
         return self.model.test
 
-    def forget(self) -> None:
-        """Forget the start states known so far."""
-        self.known = [None] * len(self.known)
+    @property
+    def starts(self) -> Array:
+        """Start variables of the bounds, (2, points, start variables), to begin there again; NaN where none are known."""
+        size = max((known[0].variables.size for known in self.known if known is not None), default=0)
+        found = np.full((2, len(self.known), size), np.nan)
+        for k, known in enumerate(self.known):
+            if known is not None:
+                found[:, k] = [bound.variables for bound in known]
+        return found
+
+    @starts.setter
+    def starts(self, starts: Array) -> None:
+        for k, (low, high) in enumerate(np.moveaxis(starts, 0, 1)):
+            self.known[k] = (Bound(low[np.isfinite(low)]), Bound(high[np.isfinite(high)])) if np.any(np.isfinite(low)) else None
 
     def problem(self, values: Values) -> Problem:
         """The problem of parameter values in this test."""
@@ -254,3 +265,11 @@ class Place(AtFrequency):
 def _bound(one: Extreme) -> Bound:
     point: Point = one.evaluation.point
     return Bound(one.variables, point.forces)
+
+
+def padded(parts: Sequence[Array]) -> Array:
+    """Arrays of several tests as one, (tests, ...), NaN behind the shorter ones."""
+    found = np.full((len(parts), *np.max([part.shape for part in parts], axis=0)), np.nan)
+    for one, part in zip(found, parts, strict=True):
+        one[tuple(slice(size) for size in part.shape)] = part
+    return found

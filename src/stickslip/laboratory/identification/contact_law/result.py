@@ -1,0 +1,201 @@
+"""What a contact law from loops is given as: the result, its dataset, and the answer in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.laboratory.identification.contact_law.intervals import interval
+from stickslip.laboratory.identification.contact_law.model import ContactLoop, force_of, work_along
+from stickslip.results.result import Result
+from stickslip.support.checks import Array, counted
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.laboratory.identification.contact_law.work import ContactLawWork
+
+PLATEAU = 0.1
+"""Share of a cycle that lies above the plateau of the force, and below the other one: smoothing overshoots at their corners."""
+
+
+@dataclass(frozen=True)
+class LawFit:
+    """One law fitted to all loops: kt [N/m], mu, shape parameters; standard errors of kt and mu (relative) and of the shape;
+    misfit and error on loops held out, both relative to the rms of the forces.
+
+    The errors hold the scatter and misfit of the loops and the gains and zeros of `LoopErrors`.
+    """
+
+    law: str
+    kt: float
+    mu: float
+    shape: tuple[float, ...]
+    errors: tuple[float, ...]
+    misfit: float
+    held_out: float
+
+    @property
+    def theta(self) -> Array:
+        """The parameters (ln kt, ln mu, shape)."""
+        return np.array([np.log(self.kt), np.log(self.mu), *self.shape])
+
+    @property
+    def kt_interval(self) -> tuple[float, float]:
+        """95 % interval of kt [N/m]."""
+        return interval(self.kt, self.errors[0])
+
+    @property
+    def mu_interval(self) -> tuple[float, float]:
+        """95 % interval of mu."""
+        return interval(self.mu, self.errors[1])
+
+    def __str__(self) -> str:
+        low, high = (1e-6 * value for value in self.kt_interval)
+        kt = f"kt = {1e-6 * self.kt:.4g} N/um ({low:.4g} to {high:.4g})"
+        mu = f"mu = {self.mu:.4g} ({self.mu_interval[0]:.4g} to {self.mu_interval[1]:.4g})"
+        held_out = "" if np.isnan(self.held_out) else f", held out {self.held_out:.1%}"
+        return f"{self.law}: {kt}, {mu}; misfit {self.misfit:.1%}{held_out}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactLaw(Result):
+    """best: the law that is chosen; fits {law: `LawFit`} of all; loops: what they were fitted to, after all corrections; removed:
+    what was taken from the records on the way; warnings: what to check. One sentence each.
+
+    `dataset` holds, SI: of each law `kt`, `kt_interval`, `mu`, `mu_interval`, `misfit`, `held_out`; of each cycle
+    `cycle_number`, `cycle_kt`, `cycle_mu`, their `_error` (one standard deviation, scatter and misfit alone), `plateau` (half the
+    distance of the 10 and 90 % quantiles of the force, over the normal load), `energy_measured` and `energy_fitted`; of each
+    loop `displacement`, `force_measured` and `force_fitted` of the chosen law.
+    """
+
+    best: str
+    fits: Mapping[str, LawFit]
+    loops: tuple[ContactLoop, ...]
+    removed: tuple[str, ...]
+    warnings: tuple[str, ...]
+    dataset: xr.Dataset
+
+    @property
+    def kt(self) -> float:
+        """Tangential stiffness of the chosen law [N/m]."""
+        return self.fits[self.best].kt
+
+    @property
+    def mu(self) -> float:
+        """Friction coefficient of the chosen law."""
+        return self.fits[self.best].mu
+
+
+def contact_law_dataset(
+    work: ContactLawWork, fits: Mapping[str, LawFit], best: str, cycles: tuple[Array, Array], least_mu: float | None
+) -> xr.Dataset:
+    """The labelled result; see `ContactLaw`. cycles: parameters and errors of each; least_mu: where mu is only bounded."""
+    import xarray as xr
+
+    (theta, errors), single = cycles, work.single
+    ends = [np.quantile(np.asarray(loop.force), (PLATEAU, 1.0 - PLATEAU)) for loop in single]
+    plateau = [0.5 * float(high - low) / loop.load for (low, high), loop in zip(ends, single, strict=True)]
+    fitted = [force_of(loop, best, row[np.isfinite(row)]) for loop, row in zip(single, theta, strict=True)]
+    fitted_energy = [work_along(np.asarray(loop.displacement), force) for loop, force in zip(single, fitted, strict=True)]
+    cycle_kt, cycle_mu = np.exp(theta[:, 0]), np.exp(theta[:, 1]) * (1.0 if least_mu is None else np.nan)
+    forces = [np.asarray(loop.force) for loop in work.loops]
+
+    def of_loops(rows: Sequence[Any], words: str, units: str) -> tuple[Any, ...]:
+        found = np.full((len(rows), max(map(len, rows))), np.nan)
+        for place, row in enumerate(rows):
+            found[place, : len(row)] = row
+        return ("loop", "sample"), found, {"units": units, "long_name": words}
+
+    def of_laws(key: str, words: str, units: str = "1") -> tuple[Any, ...]:
+        values = [getattr(fit, key) for fit in fits.values()]
+        return ("law", "bound")[: np.ndim(values)], values, {"units": units, "long_name": words}
+
+    def of_cycles(values: Any, words: str, units: str = "1") -> tuple[Any, ...]:
+        return "cycle", values, {"units": units, "long_name": words}
+
+    variables: dict[str, Any] = {
+        "kt": of_laws("kt", "tangential stiffness", "N/m"),
+        "kt_interval": of_laws("kt_interval", "95 % interval of the tangential stiffness", "N/m"),
+        "mu": of_laws("mu", "friction coefficient"),
+        "mu_interval": of_laws("mu_interval", "95 % interval of the friction coefficient"),
+        "misfit": of_laws("misfit", "error of the fit, relative to the rms force"),
+        "held_out": of_laws("held_out", "error on loops held out, relative to the rms force"),
+        "cycle_number": of_cycles(work.numbers, "number of the cycle"),
+        "cycle_kt": of_cycles(cycle_kt, "tangential stiffness of one cycle", "N/m"),
+        "cycle_kt_error": of_cycles(cycle_kt * errors[:, 0], "standard deviation without gains", "N/m"),
+        "cycle_mu": of_cycles(cycle_mu, "friction coefficient of one cycle, NaN where it is only bounded"),
+        "cycle_mu_error": of_cycles(cycle_mu * errors[:, 1], "standard deviation without gains"),
+        "plateau": of_cycles(plateau, "plateau of the friction force over the normal load"),
+        "energy_measured": of_cycles([one.energy for one in single], "energy dissipated in the cycle, measured", "J"),
+        "energy_fitted": of_cycles(fitted_energy, "energy dissipated in the cycle, by the law fitted to it", "J"),
+        "displacement": of_loops([loop.displacement for loop in work.loops], "displacement of the contact", "m"),
+        "force_measured": of_loops([one - one.mean() for one in forces], "friction force, measured, without its mean", "N"),
+        "force_fitted": of_loops(
+            [force_of(loop, best, fits[best].theta) for loop in work.loops], "friction force of the law fitted to all loops", "N"
+        ),
+    }
+    if any(fit.shape for fit in fits.values()):
+        shape = [fit.shape[0] if fit.shape else np.nan for fit in fits.values()]
+        variables["spread"] = ("law", shape, {"units": "1", "long_name": "spread of the sliders' limits"})
+    coords = {
+        "law": ("law", list(fits), {"units": "1", "long_name": "contact law"}),
+        "bound": ("bound", ["low", "high"], {"units": "1", "long_name": "end of the interval"}),
+        "loop": ("loop", [loop.name for loop in work.loops], {"units": "1", "long_name": "loop, the mean of these cycles"}),
+    }
+    about = {"title": "Law of a contact", "best": best, "summary": work.summary, "removed": "\n".join(work.removed)}
+    return xr.Dataset(variables, coords, about | ({} if least_mu is None else {"least_mu": least_mu}))
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """The answer in a few lines: parameters, energy, cycles, other laws, what was removed, warnings."""
+    best = str(dataset.attrs["best"])
+    own = dataset.sel(law=best)
+    kt, mu = 1e-6 * float(own["kt"]), float(own["mu"])
+    low, high = 1e-6 * own["kt_interval"].values
+    lines = [
+        f"{best}: kt = {kt:.4g} N/um, 95 % between {low:.4g} and {high:.4g}; "
+        + (
+            f"mu ≥ {float(dataset.attrs['least_mu']):.4g}, the contact hardly slips"
+            if "least_mu" in dataset.attrs
+            else f"mu = {mu:.4g}, 95 % between {float(own['mu_interval'][0]):.4g} and {float(own['mu_interval'][1]):.4g}"
+        ),
+        f"misfit {_misfits(own)}; energy per cycle {_energies(dataset)}",
+        str(dataset.attrs["summary"]),
+    ]
+    others = [law for law in dataset["law"].values if law != best]
+    if others:
+        listed = (f"{law} {_misfits(dataset.sel(law=law))}" for law in others)
+        lines.append(f"other laws, misfit: {'; '.join(listed)}")
+    if dataset.sizes["cycle"] > 1:
+        lines.append(_over_cycles(dataset))
+    removed = str(dataset.attrs["removed"]).splitlines()
+    lines += [" ".join(removed)] if removed else []
+    return [*lines, *(f"Warning: {line}" for line in str(dataset.attrs["warnings"]).splitlines())]
+
+
+def _misfits(own: xr.Dataset) -> str:
+    held_out = float(own["held_out"])
+    without = "" if np.isnan(held_out) else f" ({100.0 * held_out:.1f} % on loops held out)"
+    return f"{100.0 * float(own['misfit']):.1f} %{without}"
+
+
+def _energies(dataset: xr.Dataset) -> str:
+    measured, fit = (float(dataset[name].mean()) for name in ("energy_measured", "energy_fitted"))
+    unit, factor = ("mJ", 1e3) if measured >= 1e-4 else ("uJ", 1e6)
+    return f"{factor * measured:.4g} {unit} measured, {factor * fit:.4g} {unit} fitted, in the mean"
+
+
+def _over_cycles(dataset: xr.Dataset) -> str:
+    """Friction and stiffness in the first and the last cycle."""
+    ends = dataset.isel(cycle=[0, -1])
+    first, last = (int(number) for number in ends["cycle_number"].values)
+    mu, kt, plateau = (ends[name].values * factor for name, factor in (("cycle_mu", 1.0), ("cycle_kt", 1e-6), ("plateau", 1.0)))
+    friction = "" if "least_mu" in dataset.attrs else f"mu {mu[0]:.4g} to {mu[1]:.4g}, "
+    return (
+        f"from cycle {first} to {last} ({counted(dataset.sizes['cycle'], 'fit')}): {friction}"
+        f"kt {kt[0]:.4g} to {kt[1]:.4g} N/um, plateau over load {plateau[0]:.4g} to {plateau[1]:.4g}"
+    )

@@ -1,0 +1,325 @@
+"""Contact law, stiffness and friction from the measured loops of one contact: over all loops, and cycle by cycle."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.analyses.settings import takes
+from stickslip.laboratory.identification.contact_law.diagnosis import least_friction, warnings_about
+from stickslip.laboratory.identification.contact_law.fit import LONGEST, fitted, judged
+from stickslip.laboratory.identification.contact_law.intervals import LoopErrors, standard_errors
+from stickslip.laboratory.identification.contact_law.model import FITTED, LAWS, ContactLoop, advanced, force_of, smoothed
+from stickslip.laboratory.identification.contact_law.result import ContactLaw, LawFit, contact_law_dataset
+from stickslip.laboratory.measurement.contact_cycles import ContactCycles, contact_cycles, smoothed_motion
+from stickslip.laboratory.measurement.contact_record import ContactRecord, read_contact_records
+from stickslip.laboratory.measurement.cycles import synthesis
+from stickslip.runs.work import Arrays
+from stickslip.support.checks import Array, Index, InputError, counted, fault, finite, nearest, positive
+
+CLOSE = 1.1
+"""A law with fewer parameters is kept while its held-out error is below this times the smallest."""
+
+EXACT = 3e-3
+"""Held-out errors below this are those of smoothing and sampling, and do not distinguish laws."""
+
+SAMPLES = 400
+"""Of a smoothed loop, at least."""
+
+MEAN_LOOPS = 6
+"""Loops to which many cycles are averaged before the fit: enough to hold out one, few enough to average noise."""
+
+SAME_LEVEL = 1.2
+"""Ratio of amplitudes or normal loads up to which cycles are averaged."""
+
+WEAR = 0.05
+"""Range of the plateaux of like loops, relative to their mean, from which laws are compared with wear made up for."""
+
+MOST_CYCLES = 200
+"""Cycles that are fitted one by one; more are averaged in groups of neighbours."""
+
+SOFTEST_RIG = 1.05
+"""A rig must be stiffer than rig and contact together, at least by this factor: nearer, their difference is noise."""
+
+STIFFEST_RIG = 1e3
+"""A rig this many times as stiff as the loops moves kt by less than a thousandth: its unit is likely another one."""
+
+Source = str | Path | ContactRecord | ContactLoop | ContactCycles
+"""What loops come from."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactLawWork:
+    """The fits of a contact law as work of one case. loops: for the fit of all laws; single: for the chosen law cycle by cycle,
+    with the number of each cycle."""
+
+    loops: tuple[ContactLoop, ...]
+    _: KW_ONLY
+    single: tuple[ContactLoop, ...]
+    numbers: Index
+    laws: tuple[str, ...]
+    rig_stiffness: float | None
+    errors: LoopErrors
+    removed: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    summary: str = ""
+    words: Sequence[str] = ("contact law",)
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Equal names mean equal results."""
+        data = b"".join(
+            np.asarray(part).tobytes() for loop in self.single for part in (loop.displacement, loop.force, loop.normal)
+        )
+        return (f"contact law {sha256(data + repr((self.laws, self.rig_stiffness, self.errors)).encode()).hexdigest()[:12]}",)
+
+    @property
+    def load(self) -> float:
+        """Mean normal load [N]."""
+        return float(np.mean([loop.load for loop in self.loops]))
+
+    def changed(self, change: Callable[[ContactLoop], ContactLoop], said: str, *notes: str) -> ContactLawWork:
+        """A copy with every loop changed, and what is said of it."""
+        loops, single = (tuple(map(change, several)) for several in (self.loops, self.single))
+        return replace(self, loops=loops, single=single, removed=(*self.removed, said), notes=(*self.notes, *notes))
+
+    def in_time(self, lag: float) -> ContactLawWork:
+        """A copy whose forces are earlier by a share of the period."""
+        if abs(lag) > LONGEST:
+            raise fault("lag", f"must be between {-LONGEST:g} and {LONGEST:g} of a period", lag)
+        if lag == 0.0:
+            return self
+        said = f"The force is taken {lag:.2%} of a period earlier than recorded."
+        return self.changed(lambda loop: replace(loop, force=advanced(np.asarray(loop.force), lag)), said)
+
+    def corrected(self) -> ContactLawWork:
+        """A copy whose displacements are those of the contact alone, u − F/k_rig, without what the rig yields."""
+        rig = self.rig_stiffness
+        if rig is None:
+            return self
+        together = float(np.exp(fitted(self.loops, "jenkins").x[0]))
+        if rig < SOFTEST_RIG * together:
+            rule = f"must be above {together:.4g} N/m ({1e-6 * together:.4g} N/um), the stiffness of rig and contact together"
+            remedy = "Is its unit N/m (N/um with --rig-stiffness), and is it of the place where the displacement was measured?"
+            raise fault("rig_stiffness", rule, rig, remedy)
+        said = f"The displacement is corrected by force over the rig's stiffness, {1e-6 * rig:.4g} N/um; "
+        said += f"without it the jenkins law has kt = {1e-6 * together:.4g} N/um."
+        notes = []
+        if rig > STIFFEST_RIG * together:
+            how = f"The rig's stiffness, {rig:.4g} N/m ({1e-6 * rig:.4g} N/um), is {rig / together:.2g} times that of the loops"
+            notes.append(f"{how} and corrects nothing. Is its unit N/m (N/um with --rig-stiffness)?")
+
+        def without_rig(loop: ContactLoop) -> ContactLoop:
+            force = np.asarray(loop.force)
+            return replace(loop, displacement=np.asarray(loop.displacement) - (force - force.mean()) / rig)
+
+        return self.changed(without_rig, said, *notes)
+
+    @cached_property
+    def compared(self) -> tuple[ContactLoop, ...]:
+        """The loops on which laws are compared: where friction changes from one loop to another of like amplitude and load, with
+        the load of each scaled to its plateau. Else wear would hide the shape of the law, by which laws differ."""
+        ratio, amplitude, load = np.array([(loop.friction / loop.load, loop.amplitude, loop.load) for loop in self.loops]).T
+        kinds = _kinds(amplitude, load)
+        scale = ratio / np.array([np.mean(ratio[kinds == kind]) for kind in kinds])
+        if np.ptp(scale) < WEAR:
+            return self.loops
+        return tuple(replace(loop, normal=np.asarray(loop.normal) * s) for loop, s in zip(self.loops, scale, strict=True))
+
+    def prepare(self) -> None:
+        """Compile the laws."""
+        for law in self.laws:
+            force_of(self.loops[0], law, np.array([np.log(1e6), np.log(0.3), *[0.5] * LAWS[law][1]]))
+
+    def solve(self, case: int, report: Callable[[float], object]) -> Arrays:
+        """Of all laws: parameters and errors (laws, 3), misfit and held-out error (laws, 2); parameters and errors of the chosen
+        law cycle by cycle (cycles, 3)."""
+        theta, errors, misfits = (np.full((len(self.laws), count), np.nan) for count in (3, 3, 2))
+        for place, law in enumerate(self.laws):
+            found, error, *misfits[place] = judged(self.loops, law, self.compared)
+            theta[place, : found.size], errors[place, : error.size] = found, error
+            report(0.8 * (place + 1) / len(self.laws))
+        best = self._best(misfits[:, 1])
+        start = theta[self.laws.index(best), : 2 + LAWS[best][1]]
+        own, own_errors = (np.full((len(self.single), 3), np.nan) for _ in range(2))
+        for place, loop in enumerate(self.single):
+            one = fitted((loop,), best, start)
+            own[place, : start.size], own_errors[place, : start.size] = one.x, standard_errors(one, (loop,), best)
+            report(0.8 + 0.2 * (place + 1) / len(self.single))
+        return {"theta": theta, "errors": errors, "misfits": misfits, "cycle_theta": own, "cycle_errors": own_errors}
+
+    def _best(self, held_out: Array) -> str:
+        """The simplest law that loops held out do not contradict."""
+        errors = dict(zip(self.laws, held_out, strict=True))
+        smallest = max(min(errors.values()), EXACT)
+        return next(law for law in LAWS if law in errors and not errors[law] > CLOSE * smallest)
+
+    def contact_law(self, arrays: Arrays | None = None) -> ContactLaw:
+        """The result, from the arrays of `solve` if they are there."""
+        found = {key: np.asarray(value) for key, value in (arrays or self.solve(0, lambda share: None)).items()}
+        fits = {}
+        for place, law in enumerate(self.laws):
+            theta, error = (found[key][place, : 2 + LAWS[law][1]] for key in ("theta", "errors"))
+            kt, mu = map(float, np.exp(theta[:2]))
+            whole = self.errors.added_to(error, kt, self.load, self.rig_stiffness)
+            fits[law] = LawFit(
+                law, kt, mu, (*map(float, theta[2:]),), (*map(float, whole),), *map(float, found["misfits"][place])
+            )
+        best = self._best(found["misfits"][:, 1])
+        least = least_friction(self, fits[best].mu)
+        dataset = contact_law_dataset(self, fits, best, (found["cycle_theta"], found["cycle_errors"]), least)
+        said = (*self.notes, *warnings_about(self, fits[best], dataset))
+        return ContactLaw(best, fits, self.loops, self.removed, said, dataset.assign_attrs(warnings="\n".join(said)))
+
+
+def contact_law_work(
+    loops: Source | Sequence[Source],
+    normal_load: float | None = None,
+    *,
+    laws: Sequence[str] = FITTED,
+    rig_stiffness: float | None = None,
+    errors: LoopErrors | None = None,
+    harmonics: int | None = None,
+    columns: Mapping[str, str | int] | None = None,
+    units: Mapping[str, str] | None = None,
+    lag: float = 0.0,
+) -> ContactLawWork:
+    """The work for the arguments of `contact_law`, checked."""
+    laws = (laws,) if isinstance(laws, str) else tuple(laws)
+    for law in laws:
+        if law not in LAWS:
+            raise fault("law", "must be a known one", law, nearest(law, LAWS))
+    if not laws or len(set(laws)) < len(laws):
+        raise fault("laws", "must be at least one, each once", list(laws))
+    rig = None if rig_stiffness is None else positive("rig_stiffness", rig_stiffness)
+    several = [loops] if isinstance(loops, Source) else list(loops)
+    if not several:
+        raise fault("loops", "must be at least one", 0)
+    removed: tuple[str, ...] = ("Noise of the displacement is removed by harmonics.",)
+    notes: tuple[str, ...] = ()
+    if all(isinstance(one, ContactLoop) for one in several):
+        mean = single = tuple(_smoothed(one, harmonics) for one in several if isinstance(one, ContactLoop))
+        numbers, summary = np.arange(1, len(single) + 1), counted(len(single), "loop")
+    else:
+        cycles = _cycles(several, normal_load, harmonics, columns, units)
+        mean, (single, numbers) = _mean_loops(cycles), _single_loops(cycles)
+        removed, notes, summary = cycles.removed, cycles.notes, cycles.summary
+    work = ContactLawWork(
+        mean,
+        single=single,
+        numbers=numbers,
+        laws=laws,
+        rig_stiffness=rig,
+        errors=errors or LoopErrors(),
+        removed=removed,
+        notes=notes,
+        summary=summary,
+    )
+    if len(work.loops) < 2 and len(laws) > 1:
+        remedy = "Measure several cycles or amplitudes, or name one law: laws=['jenkins'] (--law jenkins)."
+        raise fault("loops", "must be at least two, to hold one out", len(work.loops), remedy)
+    return work.in_time(finite("lag", lag)).corrected()
+
+
+@takes(contact_law_work)
+def contact_law(work: ContactLawWork) -> ContactLaw:
+    """Law, tangential stiffness and friction coefficient of one contact from its measured loops, with 95 % intervals.
+
+    loops: files (`read_contact_records` has their formats and takes normal_load [N], columns and units), records, cycles
+    (`contact_cycles`), or single loops that are steady already. Many cycles are averaged to a few loops of equal amplitude and
+    smoothed to `harmonics`, by default as many as the displacement needs, since its noise makes kt too low and mu too high.
+
+    laws: by default jenkins (one slider), iwan (the half ellipse of a cylinder on a flat), dahl and array (five sliders); also
+    possible is valanis, whose shape lies between dahl and jenkins. Each is fitted to all loops, and to all but one to
+    predict that one. The simplest law is chosen whose error on loops held out is within
+    10 % of the smallest. That needs two loops or cycles; a single law is fitted to one, with a held-out error of NaN.
+
+    rig_stiffness: N/m, of what lies between the displacement sensor and the contact, in series with it. The displacement of the
+    contact is then u − F/rig_stiffness, so that 1/kt = 1/kt_measured − 1/rig_stiffness. errors: what loops cannot show, for the
+    intervals. lag: share of a period by which the force is recorded later than the displacement; it is taken away first.
+    Raises `InputError` for wrong input and for a rig softer than rig and contact together.
+    """
+    return work.contact_law()
+
+
+def _cycles(
+    several: Sequence[Source],
+    normal_load: float | None,
+    harmonics: int | None,
+    columns: Mapping[str, str | int] | None,
+    units: Mapping[str, str] | None,
+) -> ContactCycles:
+    """The cycles of files or records."""
+    if len(several) == 1 and isinstance(several[0], ContactCycles):
+        return several[0]
+    if all(isinstance(one, str | Path) for one in several):
+        files = [one for one in several if isinstance(one, str | Path)]
+        return contact_cycles(read_contact_records(files, normal_load, columns, units), harmonics)
+    if all(isinstance(one, ContactRecord) for one in several):
+        return contact_cycles([one for one in several if isinstance(one, ContactRecord)], harmonics)
+    raise InputError("loops must be files, or records, or one set of cycles, or single loops, but are of several kinds.")
+
+
+def _loop(cycles: ContactCycles, members: Sequence[int] | Index, name: str) -> ContactLoop:
+    """The mean of some cycles as a loop."""
+    count = cycles.harmonics
+    table = synthesis(max(SAMPLES, 8 * count), count)
+    u, force, normal = (table @ values[members].mean(axis=0) for values in (cycles.displacement, cycles.force, cycles.normal))
+    return ContactLoop(u, force, normal, name, count, cycles.error / np.sqrt(len(members)))
+
+
+def _mean_loops(cycles: ContactCycles) -> tuple[ContactLoop, ...]:
+    """Cycles of like amplitude and load, averaged over neighbours to a few loops in all."""
+    amplitude = cycles.amplitude
+    kinds = _kinds(amplitude, cycles.normal[:, 0])
+    groups = [np.flatnonzero(kinds == kind) for kind in np.unique(kinds)]
+    parts = max(MEAN_LOOPS // len(groups), 1)
+    found = []
+    for group in groups:
+        for members in np.array_split(group, min(parts, group.size)):
+            first, last = cycles.numbers[members[0]], cycles.numbers[members[-1]]
+            name = f"cycle {first}" if first == last else f"cycles {first} to {last}"
+            found.append(_loop(cycles, members, f"{name}, {1e6 * amplitude[members].mean():.3g} um"))
+    return tuple(found)
+
+
+def _kinds(amplitude: Array, load: Array) -> Index:
+    """A number for each combination of levels of amplitude and load, (n,)."""
+    return _levels(amplitude) * amplitude.size + _levels(load)
+
+
+def _levels(values: Array) -> Index:
+    """The number of the level that each value belongs to, (n,); levels are apart by more than `SAME_LEVEL`."""
+    order = np.argsort(values, kind="stable")
+    found = np.zeros(values.size, dtype=np.int64)
+    found[order[1:]] = np.cumsum(values[order][1:] > SAME_LEVEL * values[order][:-1])
+    return found
+
+
+def _single_loops(cycles: ContactCycles) -> tuple[tuple[ContactLoop, ...], Index]:
+    """Each cycle as a loop, or neighbours averaged where there are very many; the number of the middle cycle of each."""
+    count = len(cycles.force)
+    groups = np.array_split(np.arange(count), min(count, MOST_CYCLES))
+    numbers = np.array([cycles.numbers[group[group.size // 2]] for group in groups], dtype=np.int64)
+    return tuple(_loop(cycles, group, f"cycle {number}") for group, number in zip(groups, numbers, strict=True)), numbers
+
+
+def _smoothed(loop: ContactLoop, harmonics: int | None) -> ContactLoop:
+    """A loop without the noise of its displacement, unless it was smoothed before; its force goes up to the same harmonic."""
+    if loop.harmonics is not None:
+        return loop
+    u, error = smoothed_motion(np.asarray(loop.displacement), harmonics)
+    force = smoothed(np.asarray(loop.force), error.size)
+    return replace(loop, displacement=u, force=force, harmonics=error.size, displacement_error=error)
+
+
+def identify_law(loops: Sequence[ContactLoop], laws: Sequence[str] = FITTED) -> ContactLaw:
+    """Old name of `contact_law`."""
+    warnings.warn("`identify_law` is now `contact_law`.", DeprecationWarning, stacklevel=2)
+    return contact_law(loops, laws=laws)

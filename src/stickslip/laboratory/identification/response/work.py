@@ -1,0 +1,278 @@
+"""Contact parameters from measured frequency responses: several tests at once, by least squares with exact derivatives."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import partial
+from hashlib import sha256
+from typing import Annotated, Any, Literal, get_args
+
+import numpy as np
+
+from stickslip.analyses.arguments import HarmonicNumbers, Rule, Samples, Seed, Share, fineness_of, made, maker
+from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.laboratory.identification.least_squares import FreeParameter
+from stickslip.laboratory.identification.response.diagnosis import notes
+from stickslip.laboratory.identification.response.enclosed import EnclosedTest
+from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
+from stickslip.laboratory.identification.response.intervals import enclosed, friction_bounds, statistics
+from stickslip.laboratory.identification.response.mistakes import POOR, amplitudes_alone
+from stickslip.laboratory.identification.response.model import FittedTest
+from stickslip.laboratory.identification.response.outliers import fitted_without
+from stickslip.laboratory.identification.response.result import ResponseIdentification, dataset_of_fit
+from stickslip.laboratory.measurement.measured_response import MeasuredResponse
+from stickslip.model.problem import Problem
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.orders import attribute
+from stickslip.solve.continuation.continuation import first_point
+from stickslip.solve.starts.space import StartSpace, refuse_forgetful, start_space
+from stickslip.support.checks import Array, InputError, among, fault, numbers, of_kind, positive, several, truth, unique
+from stickslip.support.machine import one_blas_thread
+
+Starts = Literal["virgin", "free", "bounds"]
+StartStates = Annotated[Starts, Setting(lambda name, value: among(name, value, get_args(Starts)))]
+OfValues = Annotated[Callable[..., Problem], Setting(lambda name, value: maker(value))]
+Three = tuple[float, float, float]
+
+
+def free_parameters(name: str, parameters: Any) -> dict[str, FreeParameter]:
+    """The free parameters, checked; at least one that all tests share."""
+    found = {}
+    if not isinstance(parameters, Mapping):
+        raise fault(name, "must be {name: (start, low, high)}", parameters)
+    for key, given in parameters.items():
+        if not isinstance(key, str):
+            raise fault("The name of a parameter", "must be a text", key)
+        found[key] = given if isinstance(given, FreeParameter) else _three(key, given)
+        if key in (GAIN, PHASE, "start"):
+            raise fault("The name of a parameter", f"must not be {key}, which means a variable of a test", key)
+    if not any(not free.each_test for free in found.values()):
+        raise fault(name, "must hold one that all tests have in common", list(found))
+    return found
+
+
+def _three(name: str, given: Any) -> FreeParameter:
+    """The free parameter of (start, low, high)."""
+    values = numbers(f"parameter {name!r}", given)
+    if values.shape != (3,):
+        raise fault(f"parameter {name!r}", "must be a FreeParameter or (start, low, high)", given)
+    try:
+        return FreeParameter(*values.tolist())
+    except InputError as error:
+        raise InputError(f"parameter {name!r}: {error}") from None
+
+
+def named_tests(name: str, tests: Any) -> list[MeasuredResponse]:
+    """The tests, checked and with names."""
+    found = [of_kind("A test", test, MeasuredResponse) for test in several(name, tests)]
+    if not found:
+        raise fault(name, "must hold at least one measured response", [])
+    named = [test if test.name else replace(test, name=f"test {k}") for k, test in enumerate(found, start=1)]
+    unique("Names of tests", [test.name for test in named])
+    return named
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseIdentificationWork(Settings):
+    """An identification as one case, the fit; `finished` then leaves out its tests one by one, if that is asked for."""
+
+    problem_of: OfValues
+    parameters: Annotated[Mapping[str, FreeParameter | Three], Setting(free_parameters)]
+    tests: Annotated[Sequence[MeasuredResponse], Setting(named_tests)]
+    _: KW_ONLY
+    start_states: StartStates = "virgin"
+    rule: Rule = "traction_ratio"
+    share: Share = "element"
+    start_deviation: Annotated[float, Setting(positive)] = 0.5
+    leave_one_out: Annotated[bool, Setting(truth)] = False
+    tries: Annotated[int, Setting(Whole(0))] = 8
+    seed: Seed = 0
+    evaluations: Annotated[int, Setting(Whole(1))] = 60
+    harmonics: HarmonicNumbers = 5
+    samples: Samples = 256
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        fineness_of(self.harmonics, self.samples)
+        for test in self.tests:
+            twice = sorted({*test.settings} & {*self.parameters})
+            if twice:
+                raise fault(f"The settings of {test.name}", "must not name what is free", twice)
+            problem = self._at_the_start(test)
+            if not 0 <= test.output < len(problem.outputs):
+                raise fault(f"The output of {test.name}", f"must be a number from 0 to {len(problem.outputs) - 1}", test.output)
+
+    @property
+    def free(self) -> dict[str, FreeParameter]:
+        return {name: each for name, each in self.parameters.items() if isinstance(each, FreeParameter)}
+
+    def _at_the_start(self, test: MeasuredResponse) -> Problem:
+        """The problem of a test at the start values."""
+        return made(partial(self.problem_of, **test.settings), **{name: each.start for name, each in self.free.items()})
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything that the fit depends on."""
+        digest = sha256()
+        for test in self.tests:
+            digest.update(self._at_the_start(test).fingerprint.encode())
+            for values in (test.frequency, test.amplitude, test.force, np.zeros(0) if test.phase is None else test.phase):
+                digest.update(np.asarray(values, dtype=float).tobytes())
+            digest.update(
+                repr(replace(test, frequency=(1, 2, 3), amplitude=1.0, force=1.0, phase=None, free_phase=False)).encode()
+            )
+            digest.update(repr(test.free_phase).encode())
+        return (f"identification of responses {digest.hexdigest()}, {self.identity('problem_of', 'tests')}",)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return ("fitting responses",)
+
+    def prepare(self) -> None:
+        """Nothing: there is one case, and this process computes it."""
+
+    def fit(self) -> ResponseFit:
+        """The least squares, before its first evaluation."""
+        fine = fineness_of(self.harmonics, self.samples)
+        if self.start_states == "bounds":
+            about = (self.problem_of, fine, (self.rule, self.share, self.seed))
+            return ResponseFit([EnclosedTest.of(test, *about) for test in self.tests], self.free)
+        models = [FittedTest.of(test, self.problem_of, *fine) for test in self.tests]
+        if self.start_states == "free":
+            models = [replace(model, space=self._space(model)) for model in models]
+        return ResponseFit(models, self.free, self.start_deviation)
+
+    def _space(self, model: FittedTest) -> StartSpace:
+        """The start states of a test, scaled by its first point."""
+        problem = self._at_the_start(model.test)
+        refuse_forgetful(problem)
+        balance = HarmonicBalance(problem, model.harmonics, model.samples)
+        omega = 2.0 * np.pi * float(np.asarray(model.test.frequency)[0])
+        found = first_point(balance, omega, float(np.asarray(model.test.force)[0]))
+        return start_space(balance, found.evaluation, self.rule, self.share)
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """The variables of the fit; and where tests have outliers, those without them."""
+        started = time.process_time()
+        with one_blas_thread():
+            fit = self.fit()
+            most = self.tries + self.evaluations
+            fit.evaluated = lambda count: report(min(count / most, 0.95))
+            x = fit.best(self.tries, self.seed, self.evaluations)
+            found: dict[str, Any] = {}
+            if self.start_states == "bounds":
+                x, bounds = enclosed(fit, x, self.evaluations)
+                found |= bounds
+            else:
+                x, found["least"] = friction_bounds(fit, x, self.evaluations)
+            outliers = fitted_without(fit, x, self.evaluations)
+            found |= {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
+            if max(fit.misfit(x, t) for t in range(len(fit.tests))) > POOR:
+                found |= amplitudes_alone(fit, (self.tries, self.seed, self.evaluations))
+        return {"x": x, "cpu_seconds": np.array(time.process_time() - started), **found}
+
+    def finished(
+        self, results: Sequence[Arrays], checkpoint: Checkpoint | None, workers: Workers, progress: Progress, **about: Any
+    ) -> ResponseIdentification:
+        """The result, from that of the fit."""
+        held_out: Sequence[Arrays] = ()
+        if self.leave_one_out and len(self.tests) > 1:
+            held_out = all_cases(HeldOutWork(self, np.asarray(results[0]["x"])), checkpoint, workers, progress)
+        return self.gathered(results, held_out, **about)
+
+    def gathered(
+        self,
+        results: Sequence[Arrays],
+        held_out: Sequence[Arrays] = (),
+        remarks: Sequence[str] = (),
+        factors: Mapping[str, Any] | None = None,
+    ) -> ResponseIdentification:
+        """The result of the variables that were found, and of the tests that were left out.
+
+        factors: of parameters that are factors, least and largest value of the problem that they multiply, if any, and its unit.
+        """
+        solution = results[0]
+        x = np.asarray(solution["x"])
+        with one_blas_thread():
+            fit = self.fit()
+            if "starts" in solution:
+                for model, starts in zip(fit.tests, np.asarray(solution["starts"]), strict=True):
+                    if isinstance(model, EnclosedTest):
+                        model.starts = starts
+            fit.residuals(x)
+            known = statistics(fit, x)
+            predicted = [float(one["misfit"]) for one in held_out] or [np.nan] * len(self.tests)
+            dataset = dataset_of_fit(fit, x, known, np.array(predicted), solution)
+            said = notes(self.tests, (fit, x, known), dataset, solution, remarks)
+        seconds = sum(float(one["cpu_seconds"]) for one in (*results, *held_out))
+        dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(said)}
+        dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": seconds, "factors": json.dumps(factors or {})}
+        return ResponseIdentification(dataset, self.problem_of, said)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOutWork:
+    """One case for each test: its misfit with the shared parameters of the others; what it has by itself is fitted to it.
+
+    x: the variables of the fit to all tests, from which each begins.
+    """
+
+    whole: ResponseIdentificationWork
+    x: Array
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        (name,) = self.whole.names
+        return tuple(f"{name}, without {test.name}" for test in self.whole.tests)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(f"without {test.name}" for test in self.whole.tests)
+
+    def prepare(self) -> None:
+        """Nothing: the fit has compiled all."""
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """The misfit of a test."""
+        started, x, evaluations = time.process_time(), self.x, self.whole.evaluations
+        with one_blas_thread():
+            fit = self.whole.fit()
+            rest = ResponseFit([fit.tests[k] for k in range(len(fit.tests)) if k != case], fit.free, fit.start_deviation)
+            rest.evaluated = lambda count: report(min(count / evaluations, 0.95))
+            fitted = rest.solved(x[[k for k, v in enumerate(fit.variables) if v.test != case]], evaluations=evaluations).x
+            alone = ResponseFit([fit.tests[case]], fit.free, fit.start_deviation)
+            own = [k for k, v in enumerate(fit.variables) if v.test == case]
+            start = np.concatenate([fitted[: len(fit.shared)], x[own]])
+            found = alone.misfit(alone.solved(start, fit.shared, evaluations).x, 0)
+        return {"misfit": np.array(found), "cpu_seconds": np.array(time.process_time() - started)}
+
+
+@takes(ResponseIdentificationWork)
+def identify_response(work: ResponseIdentificationWork) -> ResponseIdentification:
+    """Parameters θ of a problem that minimise Σ |ln h(θ) − ln h_measured|²/σ², h the response per force at every point.
+
+    σ is the relative error of a test; where that is one of its largest response, h takes the place of ln h.
+    problem_of(**values, **settings of the test) makes the problem. parameters: {name: FreeParameter, or (start, low, high)},
+    anything that the problem depends on. tests: measured responses at several force levels, preloads or mountings; each point
+    takes its own measured force, or its own measured response. Derivatives are exact, by the implicit function theorem.
+
+    start_states: "virgin", those of the problem; or "free": each test has start variables of its own (`rule`, `share` as for
+    `response_samples`), with a normal prior of mean 0 and start_deviation: tests that are equal by name differ in how their
+    contacts were put together; or "bounds": each measured amplitude is compared with the bounds of the response over all start
+    states. A point inside them costs nothing, one outside its distance to the nearer bound, h; phases are not used. Intervals
+    are then those of the profile: all values at which, with the others adapted, the sum of squares is at most 3.84 above the
+    least one; the values are a point inside. tries: further starts between the bounds, of which the best is taken.
+    leave_one_out: fit again without each test and compare it with what the others predict; its own variables are fitted to it.
+
+    Intervals hold 95 % with errors as large as the residuals. Where these go together along the curves, they count by the number
+    of independent ones, and from three tests on an interval is at least as wide as the tests disagree (cluster-robust errors).
+    So it holds what differs from test to test; what all tests share, such as a wrong contact law, it does not.
+    """
+    return work.finished(all_cases(work, work.checkpoint, 1, work.progress), work.checkpoint, 1, work.progress)
