@@ -13,8 +13,9 @@ from stickslip.analyses.damper_alone.cycle import CycleModel, DamperCycle, dampe
 from stickslip.laboratory.identification.contact_law.fit import force_lag
 from stickslip.laboratory.identification.contact_law.model import ContactLoop
 from stickslip.laboratory.identification.contact_law.work import contact_law
-from stickslip.laboratory.identification.identify import Identification, identify
-from stickslip.laboratory.identification.line_laws import LINE_LAWS
+from stickslip.laboratory.identification.damper.model import LINE_LAWS
+from stickslip.laboratory.identification.damper.result import Identification
+from stickslip.laboratory.identification.damper.work import identify
 from stickslip.laboratory.measurement.contact_record import ContactRecord
 from stickslip.laboratory.measurement.records import Record
 from stickslip.laboratory.measurement.rig_errors import RigErrors

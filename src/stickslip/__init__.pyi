@@ -126,7 +126,8 @@ from .laboratory.identification.contact_law.intervals import LoopErrors as LoopE
 from .laboratory.identification.contact_law.model import ContactLoop as ContactLoop
 from .laboratory.identification.contact_law.result import ContactLaw as ContactLaw
 from .laboratory.identification.contact_law.work import contact_law as contact_law, identify_law as identify_law
-from .laboratory.identification.identify import Identification as Identification, identify as identify
+from .laboratory.identification.damper.result import Identification as Identification
+from .laboratory.identification.damper.work import identify as identify
 from .laboratory.identification.response.result import ResponseIdentification as ResponseIdentification
 from .laboratory.identification.response.work import identify_response as identify_response
 from .laboratory.identification.least_squares import FreeParameter as FreeParameter

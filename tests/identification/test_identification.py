@@ -9,12 +9,12 @@ import pytest
 from scipy.optimize import least_squares
 
 from stickslip.cli import main
-from stickslip.laboratory.identification.damper_fit import UNSOLVED, MeasuringChain
-from stickslip.laboratory.identification.first_guess import plateaux_with_errors
-from stickslip.laboratory.identification.identify import IdentificationWork, identify
-from stickslip.laboratory.identification.line_laws import LINE_LAWS
-from stickslip.laboratory.identification.refits import Refits, descend, likely_gaps, refitted, slopes
-from stickslip.laboratory.identification.result_checks import lag_remarks, never_sliding
+from stickslip.laboratory.identification.damper.clues import plateaux_with_errors
+from stickslip.laboratory.identification.damper.diagnosis import lag_remarks, never_sliding
+from stickslip.laboratory.identification.damper.fit import MeasuringChain
+from stickslip.laboratory.identification.damper.intervals import Refits, likely_gaps
+from stickslip.laboratory.identification.damper.model import LINE_LAWS
+from stickslip.laboratory.identification.damper.work import IdentificationWork, identify
 from stickslip.laboratory.measurement.cycles import analysis, whole_cycles
 from stickslip.laboratory.measurement.load_removal import LoadRemoval
 from stickslip.laboratory.measurement.records import Record, write_record
@@ -176,33 +176,6 @@ def test_errors_of_refits_are_their_distances_from_the_final_fit():
     np.testing.assert_allclose(zero, [[1.0, 1.0]])
 
 
-class Line:
-    """A fit of two unknowns in place of a damper's: residuals A x − b, unsolved beyond a wall."""
-
-    A, b = np.array([[2.0, 1.0], [0.5, 3.0], [1.0, -1.0]]), np.array([0.3, -0.2, 0.1])
-    bounds, cases = (np.array([-1.0, -1.0]), np.array([1.0, 1.0])), ((),)
-
-    def __init__(self, wall=np.inf):
-        self.wall = wall
-
-    def residuals(self, x):
-        return self.A @ x - self.b if x[0] < self.wall else np.full(3, UNSOLVED)
-
-
-def test_a_descent_ends_at_the_least_squares_and_counts_what_fails():
-    closed = np.linalg.lstsq(Line.A, Line.b, rcond=None)[0]
-    np.testing.assert_allclose(slopes(Line(), np.zeros(2)), Line.A, atol=1e-12)
-    for jacobian in (Line.A, Line.A @ np.diag([1.3, 0.8])):
-        found = descend(Line(), np.zeros(2), jacobian)
-        np.testing.assert_allclose(found.theta, closed, atol=2e-3)
-        assert found.moved
-        assert found.missing == 0
-    assert descend(Line(), closed, Line.A).moved
-    blocked = descend(Line(1e-9), np.zeros(2), Line.A, 6)
-    assert not blocked.moved
-    assert (blocked.cycles, blocked.missing) == (5, 4)
-
-
 def test_gaps_of_the_refits_are_those_that_the_loops_allow(truths):
     """Contacts without gaps, and with gaps of 0.5: of gaps up to 0.6, all equally likely before, loops rule out the others."""
     friction = (0.14, 0.15, 0.25)
@@ -211,8 +184,7 @@ def test_gaps_of_the_refits_are_those_that_the_loops_allow(truths):
         cycles = {name: true_cycle(true, motion, 1200) for name, motion in MOTIONS.items()}
         work = IdentificationWork((*map(whole_cycles, records(cycles, RigErrors())),), UNKNOWN_RIG)
         coarse, theta = work.fit.steps(120), np.log([56e6, 84e6, *friction])
-        jacobian = slopes(coarse, theta)
-        gaps, weights, _ = likely_gaps(coarse, refitted(coarse, theta, jacobian).theta, jacobian)
+        gaps, weights, _ = likely_gaps(coarse, coarse.solved(theta, evaluations=20).x)
         means.append(float(gaps @ weights))
         wide.append(float(weights[gaps > 0.45].sum()))
     assert means[0] < 0.2 < 0.3 < means[1] < 0.5

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.laboratory.identification.identify import identify
+from stickslip.laboratory.identification.damper.work import identify
 from stickslip.laboratory.measurement.cycles import CycleSet, whole_cycles
 from stickslip.laboratory.measurement.rig_errors import RigErrors
 from stickslip.laboratory.measurement.synthetic import synthetic_record, true_cycle

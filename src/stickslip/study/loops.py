@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from stickslip.laboratory.identification.line_laws import LINE_LAWS
+from stickslip.laboratory.identification.damper.model import LINE_LAWS
 from stickslip.study.analyses.identification import IdentificationPlan
 from stickslip.study.read import Job
 from stickslip.support.checks import existing, fault, nearest

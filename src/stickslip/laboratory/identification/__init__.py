@@ -1,5 +1,6 @@
-"""What tests identify: contact laws from loops, contact parameters from cycles of a damper, any parameters from responses.
+"""Contact parameters and laws from what was measured, by one core of least squares (`least_squares.py`).
 
-Each fits a computed answer to a measured one by least squares and judges the fit. Imports `measurement`, `analyses` and below.
-Begin with `contact_law.py`, then `identify.py` and `identify_response.py`.
+`contact_law` fits loops of one contact, `damper` cycles of a damper rig, `response` frequency responses. Each has the same files:
+`model` (what parameters lead to), `fit`, `intervals`, `diagnosis` (what to check), `result`, and `work`, the front door. Imports
+`analyses`, `measurement` and below. Begin with `least_squares.py`.
 """

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.laboratory.identification.dataset import CERTAINTY, chain_sentences
+from stickslip.laboratory.identification.damper.result import CERTAINTY, chain_sentences
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.identification import loops_and_fit, posterior, residuals

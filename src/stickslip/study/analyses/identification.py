@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from stickslip.laboratory.identification.damper_fit import parameters
-from stickslip.laboratory.identification.identify import IdentificationWork, usual_unknowns
+from stickslip.laboratory.identification.damper.model import parameters, usual_unknowns
+from stickslip.laboratory.identification.damper.work import IdentificationWork
 from stickslip.laboratory.measurement.cycles import CycleSet, whole_cycles
 from stickslip.laboratory.measurement.load_removal import read_load_removal, zeroed
 from stickslip.laboratory.measurement.reconstruction import damper_motion

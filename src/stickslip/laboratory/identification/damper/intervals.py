@@ -1,8 +1,7 @@
 """Intervals from refits: cycles resampled, errors of the rig drawn, the misfit turned about, contacts with and without gaps.
 
-Each refit begins where the loops themselves led, in turn where they led to several minima. It follows one Jacobian, kept up by
-Broyden's updates, and then fresh ones as long as they gain anything. Refits that find no way down although they see one, and
-cycles that are missing, are counted.
+Each refit begins where the loops themselves led, in turn where they led to several minima. Refits that find no way down although
+they see one, and cycles that are missing, are counted.
 """
 
 from __future__ import annotations
@@ -12,40 +11,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.laboratory.identification.damper_fit import UNSOLVED, DamperFit
+from stickslip.laboratory.identification.damper.fit import ALIKE, COARSE, EVALUATIONS, DamperFit
 from stickslip.laboratory.measurement.cycles import CycleSet, analysis, synthesis
 from stickslip.laboratory.measurement.rig_errors import distorted
 from stickslip.support.checks import Array
 
-COARSE = 120
-"""Steps a cycle in the search, and in refits where they are enough."""
-
-COST = 1.0
-"""By how much coarser steps may raise the cost of the final fit; refits take twice as many where they do more."""
+COST = 2.0
+"""By how much coarser steps may raise the sum of squares of the final fit; refits take twice as many where they do more."""
 
 LAW_GAPS = 0.6
 """Refits of macroslip take contacts with gaps up to this: the true law is not known to be it (`DamperFit.gaps`)."""
 
 GAP_STEPS = 5
 """Gaps with which the loops themselves are fitted, to know how likely each is."""
-
-ALIKE = 2.0
-"""Costs are divided by this to weigh how likely gaps are: errors of neighbouring harmonics are alike. Minima whose costs
-differ by less are about as good."""
-
-WIDE_STEP = 5e-3
-"""Step of the logarithms for slopes: wide, since the cost has kinks where a contact begins to slip or to lift off."""
-
-EVALUATIONS = 10
-ROUNDS = 4
-GAIN = 0.03
-"""Share of the cost that a descent with fresh slopes must gain to be followed by another one."""
-
-RADIUS = 0.3
-"""Largest change of a logarithm in the first step of a refit."""
-
-STILL = 1e-3
-"""Step of the logarithms from which a refit is at its end."""
 
 LOST = 0.25
 """Share of refits that found no way down from which no interval is given."""
@@ -99,67 +77,6 @@ class Refits:
         return f"{self.lost} of {len(self.values) + self.lost} refits found no way down and are left out of the intervals."
 
 
-@dataclass(frozen=True, eq=False)
-class Descent:
-    """Where a descent ended, its cost, whether it moved or was at its end at once, and cycles computed and missing."""
-
-    theta: Array
-    cost: float
-    moved: bool
-    cycles: int
-    missing: int
-
-
-def slopes(fit: DamperFit, theta: Array) -> Array:
-    """Jacobian of the residuals by wide differences, (residuals, unknowns)."""
-    high = fit.bounds[1]
-    steps = np.where(theta + WIDE_STEP <= high, WIDE_STEP, -WIDE_STEP)
-    here = fit.residuals(theta)
-    return np.stack([(fit.residuals(theta + step) - here) / step[k] for k, step in enumerate(np.diag(steps))], axis=1)
-
-
-def descend(fit: DamperFit, start: Array, jacobian: Array, evaluations: int = EVALUATIONS) -> Descent:
-    """Least squares by Gauss-Newton steps within a radius; the Jacobian is that of the start, kept up by Broyden's updates."""
-    low, high = fit.bounds
-    J, theta, radius, missing = jacobian.copy(), start, RADIUS, 0
-    here = fit.residuals(theta)
-    cost, moved, cycles = 0.5 * float(here @ here), False, len(fit.cases)
-    for _ in range(evaluations):
-        step = np.clip(theta + np.linalg.lstsq(J, -here, rcond=1e-8)[0], low, high) - theta
-        whole = float(np.max(np.abs(step)))
-        if min(whole, radius) < STILL:
-            moved = moved or whole < STILL
-            break
-        length = min(whole, radius)
-        step *= length / whole
-        there = fit.residuals(theta + step)
-        cycles += len(fit.cases)
-        if np.max(np.abs(there)) >= UNSOLVED:
-            missing += len(fit.cases)
-            radius = 0.25 * length
-            continue
-        J += np.outer(there - here - J @ step, step) / float(step @ step)
-        reached = 0.5 * float(there @ there)
-        if reached < cost:
-            theta, here, cost, moved = theta + step, there, reached, True
-        else:
-            radius = 0.25 * length
-    return Descent(theta, cost, moved, cycles, missing)
-
-
-def refitted(fit: DamperFit, start: Array, jacobian: Array) -> Descent:
-    """A descent from the start, and again with the slopes at its end as long as that gains anything."""
-    one = descend(fit, start, jacobian)
-    for _ in range(ROUNDS):
-        again = descend(fit, one.theta, slopes(fit, one.theta))
-        cycles = one.cycles + again.cycles + (1 + start.size) * len(fit.cases)
-        gained = one.cost - again.cost
-        one = Descent(again.theta, again.cost, one.moved or again.moved, cycles, one.missing + again.missing)
-        if gained <= GAIN * one.cost:
-            break
-    return one
-
-
 def enough_steps(fit: DamperFit, theta: Array) -> DamperFit:
     """The fit with as few steps a cycle as its cost at theta allows, at most its own."""
     own, cost, count = fit.drives[0].shape[0], fit.cost(theta), COARSE
@@ -171,15 +88,14 @@ def enough_steps(fit: DamperFit, theta: Array) -> DamperFit:
 def refits(fit: DamperFit, theta: Array, minima: Array, count: int, seed: int, report: Callable[[float], object]) -> Refits:
     """Refits to perturbed data of a final fit theta; minima (count, unknowns): others that are about as good, to begin there."""
     coarse, generator = enough_steps(fit, theta), np.random.default_rng(seed)
-    jacobian = slopes(coarse, theta)
-    base = refitted(coarse, theta, jacobian).theta
+    base = coarse.solved(theta, evaluations=EVALUATIONS).x
     computed = coarse.predicted(base)
     assert computed is not None
     chain = coarse.chain(computed)
     zeros, left = coarse.zeros(computed, chain), fit.data - coarse.recorded(computed, chain)
     left[..., 0] = 0.0
-    gaps, weights, places = likely_gaps(coarse, base, jacobian)
-    found, lags, shifts, lost, cycles, missing = [], [], [], 0, 0, 0
+    gaps, weights, places = likely_gaps(coarse, base)
+    before, found, lags, shifts = tuple(coarse.tally), [], [], []
     for number in range(count):
         cases, data, drawn_lag, drawn_zeros = _perturbed(fit, generator)
         data += generator.normal(size=(*left.shape[:2], 1)) * left
@@ -187,22 +103,20 @@ def refits(fit: DamperFit, theta: Array, minima: Array, count: int, seed: int, r
         start = np.array([np.interp(gap, places[0], values) for values in places[1].T])
         start = np.clip(start + minima[number % len(minima)] - theta, *fit.bounds)
         drawn = replace(coarse.with_cases(cases, data), gaps=gap)
-        one = refitted(drawn, start, jacobian)
-        cycles, missing = cycles + one.cycles, missing + one.missing
-        computed = drawn.predicted(one.theta) if one.moved else None
+        one = drawn.solved(start, evaluations=EVALUATIONS)
+        computed = drawn.predicted(one.x) if one.moved else None
         if computed is not None:
             again = drawn.chain(computed)
-            found.append(one.theta - base + theta)
+            found.append(one.x - base + theta)
             lags.append(again.lag - drawn_lag - chain.lag)
             shifts.append(drawn.zeros(computed, again) - drawn_zeros - zeros)
-        else:
-            lost += 1
         report((number + 1) / count)
     values = np.array(found).reshape(-1, theta.size)
-    return Refits(values, lost, cycles, missing, np.array(lags), np.array(shifts).reshape(-1, *zeros.shape))
+    cycles, missing = np.subtract(coarse.tally, before).tolist()
+    return Refits(values, count - len(found), cycles, missing, np.array(lags), np.array(shifts).reshape(-1, *zeros.shape))
 
 
-def likely_gaps(fit: DamperFit, base: Array, jacobian: Array) -> tuple[Array, Array, tuple[Array, Array]]:
+def likely_gaps(fit: DamperFit, base: Array) -> tuple[Array, Array, tuple[Array, Array]]:
     """Gaps of the contacts and how likely each is by the loops themselves; some gaps and the unknowns fitted with them.
 
     A law other than macroslip stays as it is."""
@@ -210,8 +124,8 @@ def likely_gaps(fit: DamperFit, base: Array, jacobian: Array) -> tuple[Array, Ar
         return np.zeros(1), np.ones(1), (np.zeros(1), base[None])
     some, places, costs = np.linspace(0.0, LAW_GAPS, GAP_STEPS), [base], [fit.cost(base)]
     for gap in some[1:]:
-        one = refitted(replace(fit, gaps=float(gap)), places[-1], jacobian)
-        places.append(one.theta)
+        one = replace(fit, gaps=float(gap)).solved(places[-1], evaluations=EVALUATIONS)
+        places.append(one.x)
         costs.append(one.cost)
     gaps = np.linspace(0.0, LAW_GAPS, 12 * GAP_STEPS + 1)
     cost = np.interp(gaps, some, costs)

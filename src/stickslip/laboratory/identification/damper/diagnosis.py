@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from stickslip.analyses.damper_alone.cycle_dataset import slip_work
-from stickslip.laboratory.identification.damper_fit import DamperFit
-from stickslip.laboratory.identification.dataset import CERTAINTY, misfits
+from stickslip.laboratory.identification.damper.fit import DamperFit
+from stickslip.laboratory.identification.damper.result import CERTAINTY, misfits
 from stickslip.laboratory.measurement.cycles import CycleSet, synthesis, whole_cycles
 from stickslip.laboratory.measurement.records import Record
 from stickslip.laboratory.measurement.rig_errors import RigErrors

@@ -1,4 +1,4 @@
-"""Misfit between a damper model and measured cycles, which an identification minimises.
+"""Least squares between a damper model and measured cycles: misfit, search of the whole range, error on loops held out.
 
 The computed cycle is smoothed to the harmonics of the measured one. Gains of the channels are unknown, with a prior, the same in
 all cases; so is the lag of the forces behind the motions, and so are the zeros of the cells, one a case; lasers have no zero. All
@@ -7,19 +7,23 @@ are solved for inside the misfit.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
+from scipy.optimize import Bounds, differential_evolution
 
-from stickslip.laboratory.identification.line_laws import LINE_LAWS, microslip
+from stickslip.laboratory.identification.damper.clues import Clues
+from stickslip.laboratory.identification.damper.model import BOUNDS, LINE_LAWS, PARTS, Parameter, microslip
+from stickslip.laboratory.identification.least_squares import LeastSquares, Solution
 from stickslip.laboratory.measurement.cycles import CycleSet, analysis, delayed, synthesis
 from stickslip.laboratory.measurement.rig_errors import SIGNALS, RigErrors
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.solve.platforms.relaxation import Elements, elements_of, relaxed_cycle
-from stickslip.support.checks import Array, InputError, fault
+from stickslip.support.checks import Array, InputError
 
-PARTS = ("kt", "kn", "mu")
 FLOOR = {"force": 0.12, "rotation": 8e-6, "damper": 0.06e-6}
 """Standard deviation of one harmonic's amplitude that no model of a rig is held to: N, rad, m."""
 
@@ -35,54 +39,34 @@ NOISE = 2.2
 UNSOLVED = 1e3
 """Residual where no steady cycle was found."""
 
-
-@dataclass(frozen=True)
-class Parameter:
-    """An unknown: its name (kt, kn or mu, then _ and how the names of its lines begin: mu_L1, mu_L, kt), and its bounds."""
-
-    name: str
-    low: float
-    high: float
-
-    @property
-    def part(self) -> str:
-        """kt, kn or mu."""
-        return self.name.split("_")[0]
-
-    def lines(self, names: Sequence[str]) -> list[int]:
-        """Which lines of contact it belongs to."""
-        start = self.name.partition("_")[2]
-        return [i for i, name in enumerate(names) if name.startswith(start)]
-
-
-BOUNDS = {"kt": (2e6, 1e9), "kn": (2e6, 2e9), "mu": (0.02, 1.2), "gaps": (0.02, 2.0)}
-"""Range in which an unknown is looked for, N/m and 1, unless given."""
-
-
-def parameters(names: Sequence[str], rig: BetweenPlatforms, bounds: Mapping[str, tuple[float, float]]) -> tuple[Parameter, ...]:
-    """The unknowns by name, checked."""
-    lines, found = [point.name for point in rig.points], []
-    for name in names:
-        part = name.split("_")[0]
-        if part not in PARTS:
-            raise fault("unknown", "must begin with kt, kn or mu", name)
-        low, high = bounds.get(name, BOUNDS[part])
-        if not 0.0 < low < high:
-            raise fault(f"Bounds of {name}", "must be positive and ascending", (low, high))
-        one = Parameter(name, low, high)
-        if not one.lines(lines):
-            raise fault("unknown", f"must name lines of contact among {', '.join(lines)}", name)
-        found.append(one)
-    if not found or len({p.name for p in found}) < len(found):
-        raise fault("unknown", "must be at least one, each once", list(names))
-    return tuple(found)
-
-
 LAG_ROUNDS, SAME_LAG = 8, 1e-8
 """Newton's steps for the lag, and the change [s] at which they end."""
 
 MOST_LAG = 0.08
 """Share of the shortest period within which the lag is looked for."""
+
+COARSE = 120
+"""Steps a cycle in the search, and in refits where they are enough."""
+
+WIDE, NARROW = 5e-3, 5e-4
+"""Steps of the logarithms for derivatives: wide in the search, since the cost has kinks where a contact begins to slip or to lift
+off, and narrow at its end. Near lift-off there are many, and narrow ones alone lead to the next best."""
+
+EVALUATIONS = 20
+"""Of a search from one start, at most."""
+
+STARTS = 4
+"""Members of the population from which least squares begin, until the smallest sum of squares is found twice."""
+
+AGAIN, NEXT_TO_NOTHING = 0.02, 0.1
+"""Relative and absolute difference of sums of squares from which they count as one."""
+
+ALIKE = 4.0
+"""Sums of squares are divided by this to weigh how likely gaps are: errors of neighbouring harmonics are alike. Minima whose sums
+differ by less are about as good."""
+
+FIRST_GAPS = 0.3
+"""Where the search of a microslip law begins."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,10 +78,11 @@ class MeasuringChain:
 
 
 @dataclass(frozen=True, eq=False)
-class DamperFit:
+class DamperFit(LeastSquares):
     """Measured cases, the model of each, and the unknowns. Data (cases, channels, 2H+1) are kept apart from the model, so
-    that resampled ones can be put in their place. law: of every line (`line_laws.py`). gaps: above 0, every contact is three
-    parallel elements with gaps so wide: what a microslip law in place of macroslip changes."""
+    that resampled ones can be put in their place. law: of every line. gaps: above 0, every contact is three
+    parallel elements with gaps so wide: what a microslip law in place of macroslip changes. tally: cycles that were computed with
+    this fit and its copies, and those of them that never became steady."""
 
     cases: tuple[CycleSet, ...]
     elements: Elements
@@ -111,6 +96,10 @@ class DamperFit:
     errors: RigErrors
     law: str = "macroslip"
     gaps: float = 0.0
+    step: float = WIDE
+    tally: list[int] = field(default_factory=lambda: [0, 0])
+
+    stops = MappingProxyType({"x_scale": 0.1, "ftol": 1e-3, "xtol": 1e-4})
 
     @classmethod
     def of(
@@ -226,6 +215,11 @@ class DamperFit:
                 break
         return MeasuringChain(gains, lag)
 
+    def lag_at(self, theta: Array) -> float:
+        """The lag [s] that fits best with given contacts."""
+        computed = self.predicted(theta)
+        return 0.0 if computed is None else self.chain(computed).lag
+
     @property
     def _omega(self) -> Array:
         """Angular frequency of every case, (cases, 1) [rad/s]."""
@@ -242,16 +236,14 @@ class DamperFit:
         """Weighted differences (cases × channels × (2H+1) + channels + 1,): measured less computed with the best gains and lag;
         gains; lag."""
         computed = self.predicted(theta)
+        self.tally[0] += len(self.cases)
         if computed is None:
+            self.tally[1] += len(self.cases)
             return np.full(self.data.size + len(self.channels) + 1, UNSOLVED)
         chain = self.chain(computed)
         left = (self.data - self.recorded(computed, chain)) / self.spread
         scale = np.array([max(self.errors.gain(name), 1e-9) for name in self.channels])
         return np.concatenate([left.ravel(), chain.gains / scale, [chain.lag / (self.errors.lag or 1.0)]])
-
-    def cost(self, theta: Array) -> float:
-        """Half the sum of squared residuals."""
-        return 0.5 * float(np.sum(self.residuals(theta) ** 2))
 
     def misfit(self, theta: Array, chain: MeasuringChain) -> float:
         """Root mean square of the weighted differences (cases, channels, 2H+1) with given gains and lag: 1 where errors explain
@@ -261,6 +253,10 @@ class DamperFit:
             return UNSOLVED
         left = (self.data - self.recorded(computed, chain)) / self.spread
         return float(np.sqrt(np.mean(left[np.isfinite(self.spread)] ** 2)))
+
+    def polished(self, start: Array, evaluations: int = 30, exactly: float = 1e-6) -> Array:
+        """The least squares near a start, by derivatives over narrow steps."""
+        return replace(self, step=NARROW).solved(start, evaluations=evaluations, xtol=exactly, ftol=1e-7).x
 
 
 def _by_angle(harmonics: Array) -> Array:
@@ -287,3 +283,70 @@ def _seen(mean: Array, error: Array) -> Array:
     lost = power <= NOISE**2 * (error[1::2] ** 2 + error[2::2] ** 2)
     found[1::2][lost] = found[2::2][lost] = 0.0
     return found
+
+
+def population(fit: DamperFit, found: Clues, size: int, generations: int, seed: int, report: Callable[[float], object]) -> Array:
+    """A population over the whole range, the best first, (members, unknowns); the clues are among its first members."""
+    low, high = fit.bounds
+    first = np.clip(np.log([found.guess(p.name, np.sqrt(p.low * p.high)) for p in fit.unknowns]), low, high)
+    seen = 0
+
+    def height(theta: Array) -> float:
+        return float(np.log1p(0.5 * fit.cost(theta)))
+
+    def generation_done(*_: Any, **__: Any) -> None:
+        nonlocal seen
+        seen += 1
+        report(seen / generations)
+
+    result = differential_evolution(
+        height,
+        Bounds(low, high),
+        x0=first,
+        popsize=size,
+        maxiter=generations,
+        tol=1e-3,
+        init="sobol",
+        polish=False,
+        rng=seed,
+        callback=generation_done,
+    )
+    return np.asarray(result.population[np.argsort(result.population_energies)])
+
+
+def fitted(fit: DamperFit, starts: Array) -> tuple[Array, Array]:
+    """The least sum of squares that is reached from several starts, (starts, unknowns); and all minima (count, unknowns) that are
+    about as good."""
+
+    def twice(found: Sequence[Solution]) -> bool:
+        least = min(one.cost for one in found)
+        return sum(one.cost <= (1.0 + AGAIN) * least + NEXT_TO_NOTHING for one in found) > 1
+
+    reached = fit.solutions(starts[:STARTS], twice, evaluations=EVALUATIONS)
+    best = reached[0].x
+    if fit.predicted(best) is None:
+        raise InputError(
+            "No steady cycle was found for any contact parameters. Check columns, units and timing of the records, and the "
+            "geometry and the pull of the damper."
+        )
+    others = [one.x for one in reached if one.cost <= reached[0].cost + ALIKE]
+    return min((best, fit.polished(best)), key=fit.cost), np.array(others)
+
+
+def fitted_with_law(fit: DamperFit, macroslip: Array) -> Array:
+    """Logarithms of the unknowns of the law of a fit, from those of macroslip."""
+    if fit.law == "macroslip":
+        return macroslip
+    start = np.concatenate([macroslip, np.full(len(fit.unknowns) - macroslip.size, np.log(FIRST_GAPS))])
+    return fit.polished(fit.steps(COARSE).polished(start), 8)
+
+
+def held_out(fit: DamperFit, theta: Array) -> float:
+    """Error of each case with unknowns and gains fitted to the others, root mean square in standard deviations."""
+    coarse, numbers, squares = fit.steps(COARSE), range(len(fit.cases)), []
+    for left in numbers:
+        others = coarse.only([i for i in numbers if i != left])
+        found = others.polished(theta, 8, 1e-4)
+        computed = others.predicted(found)
+        squares.append(UNSOLVED**2 if computed is None else coarse.only([left]).misfit(found, others.chain(computed)) ** 2)
+    return float(np.sqrt(np.mean(squares)))

@@ -1,0 +1,207 @@
+"""What an identification of a damper is given as: the result, its dataset and sentences, and parameters over the cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.laboratory.identification.damper.clues import Clues
+from stickslip.laboratory.identification.damper.fit import COARSE, EVALUATIONS, DamperFit
+from stickslip.laboratory.measurement.cycles import synthesis
+from stickslip.laboratory.measurement.reconstruction import reconstruct
+from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.results.result import Result
+from stickslip.support.checks import Array, between, fault
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAMPLES = 400
+"""Samples of a cycle in the result."""
+
+SLIPS = {"right_rolling": "rolling dr", "right_translation": "translation ds", "right_slip": "slip ds - dr"}
+"""Motions at the right contact (`reconstruction.UNITS`), and what they are called."""
+
+SLIP_DRAWS = 60
+"""Draws of the errors of the rig for those of these motions."""
+
+CERTAINTY = 1.96
+"""Standard deviations of a 95 % interval."""
+
+FEWEST = 2
+"""Cycles of a group: their scatter shows which harmonics of the motion are noise."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(Result):
+    """values {name: SI}, intervals {name: (low, high)} at 95 %, correlation of the logarithms (unknowns, unknowns); the law they
+    belong to, and the error of every law on loops held out, in standard deviations; what the start stages found (`clues`),
+    relative misfit of each case and channel in `dataset`, warnings.
+
+    Intervals are NaN where the refits that they rest on failed; a warning then has the reason. `held_out` is empty where only one
+    law was asked for, since no loop was held out. `dataset` has the lag of the forces and the zeros of the cells as well, with
+    their standard deviations (`lag`, `lag_error`, `zero`, `zero_error`)."""
+
+    values: dict[str, float]
+    intervals: dict[str, tuple[float, float]]
+    correlation: Array
+    clues: Clues
+    warnings: tuple[str, ...]
+    fit: DamperFit
+    replicates: Array
+    dataset: xr.Dataset
+    law: str = "macroslip"
+    held_out: Mapping[str, float] = field(default_factory=dict)
+
+    def over_cycles(self, points: int = 5) -> xr.Dataset:
+        """The parameters in so many consecutive parts of the records, {name: (point,)}, SI, fitted again from those of all
+        cycles: how friction develops in a test. Their scatter is that of the cycles; errors of gains are common to all parts.
+        """
+        return over_cycles(self.fit, np.log([self.values[p.name] for p in self.fit.unknowns]), points)
+
+    def __str__(self) -> str:
+        rows = []
+        for name, value in self.values.items():
+            low, high = self.intervals[name]
+            factor, unit = (1.0, "") if name.startswith(("mu", "gaps")) else (1e-6, " N/µm")
+            known = f"{low * factor:.4g} to {high * factor:.4g}{unit}" if np.isfinite(low) else "no interval"
+            rows.append(f"{name:<6} {value * factor:.4g}{unit}  ({known})")
+        rows += (
+            [f"law    {self.law}, of {', '.join(f'{law} {error:.3g}' for law, error in self.held_out.items())}"]
+            if self.held_out
+            else []
+        )
+        rows += [*chain_sentences(self.dataset), *(f"Warning: {warning}" for warning in self.warnings)]
+        return "\n".join(rows)
+
+
+def _about(dims: Any, values: Any, units: str, words: str) -> tuple[Any, ...]:
+    return dims, values, {"units": units, "long_name": words}
+
+
+def identification_dataset(
+    fit: DamperFit, theta: Array, intervals: Mapping[str, tuple[float, float]], replicates: Array, errors: tuple[float, Array]
+) -> xr.Dataset:
+    """The result as a dataset: everything that figures and report need. errors: standard deviations of the lag [s] and of the
+    zeros (cases, forces) [N]."""
+    import xarray as xr
+
+    computed = fit.predicted(theta)
+    assert computed is not None
+    table, chain = synthesis(SAMPLES, (fit.data.shape[2] - 1) // 2), fit.chain(computed)
+    shown = fit.recorded(computed, chain)
+    shift = fit.data[..., 0] - shown[..., 0]
+    zero_errors = np.full_like(shift, np.nan)
+    zero_errors[:, fit.forces] = errors[1]
+    platform = [
+        [case.cycle(f"platform_{a}", SAMPLES) if case.has(f"platform_{a}") else np.zeros(SAMPLES) for a in "xy"]
+        for case in fit.cases
+    ]
+    of_parameters, loop, place = "parameter_units", ("case", "channel", "sample"), ("case", "channel")
+    bounds = np.array([intervals[p.name] for p in fit.unknowns])
+    variables = {
+        "value": _about("parameter", np.exp(theta), of_parameters, "identified value"),
+        "interval": _about(("parameter", "end"), bounds, of_parameters, "95 % interval"),
+        "replicates": _about(("replicate", "parameter"), np.exp(replicates), of_parameters, "values of refits"),
+        "measured": _about(loop, fit.data @ table.T, "N, rad, m", "measured cycle"),
+        "fitted": _about(loop, shown @ table.T, "N, rad, m", "computed cycle, with the gains found"),
+        "platform_motion": _about(("case", "axis", "sample"), np.array(platform), "m", "motion of the left platform"),
+        "zero": _about(place, shift, "N, rad, m", "measured less fitted mean"),
+        "zero_error": _about(place, zero_errors, "N", "standard deviation of the zero of a cell"),
+        "lag": _about((), chain.lag, "s", "lag of the forces behind the motions"),
+        "lag_error": _about((), errors[0], "s", "standard deviation of the lag"),
+        "gain": _about(("channel",), chain.gains, "1", "gain error of the channel"),
+        "misfit": _about(place, misfits(fit, computed), "1", "misfit, relative"),
+    }
+    units = ["1" if p.part in ("mu", "gaps") else "N/m" for p in fit.unknowns]
+    coordinates = {
+        "parameter": _about("parameter", [p.name for p in fit.unknowns], "1", "unknown"),
+        "parameter_units": _about("parameter", units, "1", "units of the unknown"),
+        "case": _about("case", [case.name for case in fit.cases], "1", "measured loop"),
+        "channel": _about("channel", list(fit.channels), "1", "signal"),
+        "axis": _about("axis", ["x", "y"], "1", "direction of the platform"),
+        "end": _about("end", ["low", "high"], "1", "end of the interval"),
+    }
+    about = {"title": "Contact parameters", "analysis": "identification", "law": fit.law}
+    return xr.Dataset(variables, coordinates, about | {"lag_fitted": int(bool(fit.errors.lag))})
+
+
+def with_slip(dataset: xr.Dataset, fit: DamperFit, rig: BetweenPlatforms, kn: float) -> xr.Dataset:
+    """The dataset with the motions at the right contact that the lasers measured, and their standard deviations; as it is where
+    rotation and damper_y were not measured or several lines touch at the right. kn: of the right line, as identified [N/m]."""
+    lag = float(dataset["lag"])
+    cases = [case.without_lag(lag) for case in fit.cases]
+    found = [reconstruct(case, rig, fit.errors, kn=kn, samples=SAMPLES, draws=SLIP_DRAWS) for case in cases]
+    if not all(name in one for one in found for name in SLIPS):
+        return dataset
+    place, units = ("case", "motion", "sample"), {"units": "m"}
+    motion = [[one[name].values for name in SLIPS] for one in found]
+    error = [[one[f"{name}_error"].values for name in SLIPS] for one in found]
+    return dataset.assign(
+        right_motion=(place, np.array(motion), units | {"long_name": "measured motion at the right contact, less its mean"}),
+        right_motion_error=(place, np.array(error), units | {"long_name": "standard deviation of that motion"}),
+    ).assign_coords(motion=("motion", list(SLIPS.values()), {"units": "1", "long_name": "which motion"}))
+
+
+def misfits(fit: DamperFit, computed: Array) -> Array:
+    """(cases, channels): rms of measured less computed, relative to the rms of the varying part of the measured signal."""
+    left = fit.data - fit.recorded(computed, fit.chain(computed))
+    return np.asarray(np.sqrt(np.sum(left[..., 1:] ** 2, axis=2) / np.sum(fit.data[..., 1:] ** 2, axis=2)))
+
+
+def chain_sentences(dataset: xr.Dataset) -> list[str]:
+    """The lag of the forces, where it was fitted, and the zeros of the cells that were left in the loops, with 95 % intervals."""
+    lag, error = 1e3 * float(dataset["lag"]), 1e3 * float(dataset["lag_error"])
+    seen, rows = 1e3 * float(dataset.attrs["lag_seen"]), []
+    if dataset.attrs["lag_fitted"]:
+        rows.append(f"lag    {_with_interval(lag, error, ' ms')}, the forces behind the motions where positive")
+    elif np.isfinite(seen):
+        rows.append(f"lag    not fitted; the apparent lag, {seen:.2f} ms, is too small to distinguish from gradual slip")
+    for case in dataset["case"].values:
+        one = dataset.sel(case=case)
+        cells = [str(name) for name in one["channel"].values if str(name).startswith("force")]
+        zeros = [(name, float(one["zero"].sel(channel=name)), float(one["zero_error"].sel(channel=name))) for name in cells]
+        rows.append(f"zeros  {case}: " + ", ".join(f"{name} {_with_interval(value, e, ' N')}" for name, value, e in zeros))
+    return rows
+
+
+def _with_interval(value: float, error: float, unit: str) -> str:
+    """A value with its 95 % interval, to the digits that its error leaves."""
+    if not np.isfinite(error):
+        return f"{value:.3g}{unit} (no interval)"
+    digits = int(np.clip(1 - np.floor(np.log10(max(error, 1e-9))), 0, 6))
+    low, high = value - CERTAINTY * error, value + CERTAINTY * error
+    return f"{value:.{digits}f}{unit} ({low:.{digits}f} to {high:.{digits}f}{unit})"
+
+
+def over_cycles(fit: DamperFit, theta: Array, points: int) -> xr.Dataset:
+    """Parameters (point, parameter) of a fit to consecutive groups of cycles, from those of all cycles, theta (logarithms).
+
+    Group k holds the kth part of the cycles of every record. NaN where no steady cycle was found.
+    """
+    import xarray as xr
+
+    fewest = min(len(case.harmonics) for case in fit.cases)
+    between("points", points, 2)
+    if fewest < FEWEST * points:
+        rule = f"must be at most {fewest // FEWEST}, for groups of at least {FEWEST} cycles"
+        raise fault("points", rule, points, "Record more cycles, or ask for fewer points.")
+    found, numbers = np.full((points, theta.size), np.nan), np.empty((points, 2))
+    parts = [np.array_split(np.arange(len(case.harmonics)), points) for case in fit.cases]
+    for k in range(points):
+        cases = [replace(case, harmonics=case.harmonics[part[k]]) for case, part in zip(fit.cases, parts, strict=True)]
+        own = fit.with_cases(cases, np.stack([[case.channel(name) for name in fit.channels] for case in cases])).steps(COARSE)
+        numbers[k] = parts[0][k][0] + 1, parts[0][k][-1] + 1
+        end = own.solved(theta, evaluations=EVALUATIONS).x
+        if own.predicted(end) is not None:
+            found[k] = np.exp(end)
+    units = {"kt": "N/m", "kn": "N/m"}
+    variables = {
+        p.name: ("point", found[:, i], {"units": units.get(p.part, "1"), "long_name": f"{p.name} of a group of cycles"})
+        for i, p in enumerate(fit.unknowns)
+    }
+    about = {"units": "1", "long_name": "first and last cycle of the group, of the first record"}
+    return xr.Dataset({**variables, "cycles": (("point", "end"), numbers, about)}, attrs={"title": "Parameters over the cycles"})
