@@ -15,8 +15,7 @@ from stickslip.show.plots.bound_cycles import contact_forces, force_ratios, loop
 from stickslip.show.plots.cycles import Cycles, sample_cycles
 from stickslip.show.plots.force_plane import paths_in
 from stickslip.show.plots.response_bounds import loss_factors, start_states
-from stickslip.show.plots.response_percentiles import response_percentiles
-from stickslip.show.plots.response_samples import response_cloud
+from stickslip.show.plots.response_samples import response_cloud, response_percentiles
 from stickslip.show.report.bounds import bounds_table
 from stickslip.show.report.percentiles import percentiles_table
 from stickslip.support.checks import InputError

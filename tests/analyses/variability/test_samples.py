@@ -11,7 +11,7 @@ from stickslip.analyses.variability.percentiles import percentiles
 from stickslip.analyses.variability.samples import SamplesWork, response_samples
 from stickslip.analyses.variability.start_draws import draw, named_law
 from stickslip.model.rigs import three_mass_wedge
-from stickslip.show.plots.response_percentiles import response_percentiles
+from stickslip.show.plots.response_samples import response_percentiles
 from stickslip.solve.starts.states import explored_space
 from stickslip.support.checks import InputError
 from stickslip.support.units import hertz

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analyses.motion import STATES, FaceMotion, PeriodOfMotion, Wheel, frames_of, largest_loops
+from stickslip.analyses.motion import STATES, PeriodOfMotion, Wheel, frames_of, largest_loops
 from stickslip.results.shown_units import in_system
 from stickslip.results.view import unit_in
+from stickslip.show.plots.chart import polygons
 from stickslip.show.plots.interactive import BASE, escaped
 from stickslip.show.plots.look import colour, house_style, plain
 from stickslip.show.plots.moving_picture import MovingPicture, magnification, played
@@ -129,14 +130,19 @@ class Animation(MovingPicture):
 
     def _section(self) -> list[Polyline]:
         motion, m = self.motion, self.magnification
-        found = [_platform(face, m, HATCH * self._extent) for face in motion.faces]
+        drawn = []
+        for face in motion.faces:
+            # A platform is a band behind its face.
+            front = face.ends + m * face.motion
+            corners = np.concatenate([front, (front + HATCH * self._extent * face.into)[:, ::-1]], axis=1)
+            drawn.append(Polyline("section", 1e3 * _closed(corners[..., 0]), 1e3 * _closed(corners[..., 1]), "pale", filled=True))
         for body in motion.bodies:
             angle = m * body.motion[:, 2:]
             arm = body.corners - body.centre
             # Rotations are drawn as rotations: the arms of small ones, magnified, would stretch the section.
             x = body.centre[0] + m * body.motion[:, :1] + np.cos(angle) * arm[:, 0] - np.sin(angle) * arm[:, 1]
             y = body.centre[1] + m * body.motion[:, 1:2] + np.sin(angle) * arm[:, 0] + np.cos(angle) * arm[:, 1]
-            found.append(Polyline("section", 1e3 * _closed(x), 1e3 * _closed(y), "grey", filled=True))
+            drawn.append(Polyline("section", 1e3 * _closed(x), 1e3 * _closed(y), "grey", filled=True))
         if motion.points:
             # One trace holds all arrows: a trace for each would cost more than everything else with hundreds of contacts.
             force = np.stack([point.force for point in motion.points], axis=1)
@@ -145,13 +151,13 @@ class Animation(MovingPicture):
             tip = foot + DRAWN_FORCE * self._extent / (largest or 1.0) * force
             x, y = _arrows(foot, tip, 0.035 * self._extent)
             newtons, unit = self._force_unit
-            found.append(Polyline("section", 1e3 * x, 1e3 * y, "ink", f"force, largest {largest / newtons:.3g} {unit}"))
-        for state, words in enumerate(STATES):
+            drawn.append(Polyline("section", 1e3 * x, 1e3 * y, "ink", f"force, largest {largest / newtons:.3g} {unit}"))
+        for state, label in enumerate(STATES):
             places = [np.where((p.state == state)[:, None], p.place + m * p.motion, np.nan) for p in motion.points]
             if places and (state != 2 or any(np.any(p.state == state) for p in motion.points)):
                 x, y = np.stack(places, axis=1).transpose(2, 0, 1)
-                found.append(Polyline("section", 1e3 * x, 1e3 * y, COLOURS[state], words, marker=11.0))
-        return found
+                drawn.append(Polyline("section", 1e3 * x, 1e3 * y, COLOURS[state], label, marker=11.0))
+        return drawn
 
     def _loops(self) -> list[Polyline]:
         """The largest loops, each with its dot."""
@@ -300,8 +306,11 @@ class Animation(MovingPicture):
 
         def show(frame: int) -> Sequence[Any]:
             for part, artist in zip(self.parts, drawn, strict=True):
-                if part.moves:
-                    _moved(artist, *part.at(frame))
+                x, y = part.at(frame)
+                if part.moves and part.filled:
+                    artist.set_verts(polygons(x, y))
+                elif part.moves:
+                    artist.set_data(x, y)
             cursor.set_xdata([frame / self.frames] * 2)
             return [*drawn, cursor]
 
@@ -315,7 +324,7 @@ class Animation(MovingPicture):
         names, states = self.strips
         for state in np.unique(states):
             cells = _cells(states, int(state))
-            axes.add_collection(PolyCollection(_pieces(*cells.at(0)), facecolor=colour(cells.colour)))
+            axes.add_collection(PolyCollection(polygons(*cells.at(0)), facecolor=colour(cells.colour)))
         axes.set(xlim=(0.0, 1.0), ylim=(len(names) - 0.5, -0.5))
         axes.set(xlabel="share of the period", yticks=range(len(names)) if len(names) <= 6 else [])
         if len(names) <= 6:
@@ -331,13 +340,6 @@ def _length(value: float, system: UnitSystem | None) -> str:
 
 def _closed(values: Array) -> Array:
     return np.asarray(np.concatenate([values, values[:, :1]], axis=1))
-
-
-def _platform(face: FaceMotion, magnification: float, thick: float) -> Polyline:
-    """A platform as a band behind its face."""
-    front = face.ends + magnification * face.motion
-    corners = np.concatenate([front, (front + thick * face.into)[:, ::-1]], axis=1)
-    return Polyline("section", 1e3 * _closed(corners[..., 0]), 1e3 * _closed(corners[..., 1]), "pale", filled=True)
 
 
 def _arrows(foot: Array, tip: Array, head: float) -> tuple[Array, Array]:
@@ -403,36 +405,15 @@ def _cells(states: Array, state: int) -> Polyline:
 
 def _artist(axes: Axes, part: Polyline) -> Any:
     """What matplotlib draws of a part, in the first frame."""
-    x, y = part.at(0)
-    look: dict[str, Any]
-    if part.filled:
-        from matplotlib.collections import PolyCollection
+    from matplotlib.collections import PolyCollection
 
-        look = {
-            "facecolor": colour(part.colour),
-            "edgecolor": colour("text"),
-            "linewidth": 0.6,
-            "label": plain(part.label) or None,
-        }
-        artist = PolyCollection(_pieces(x, y), **look)
-        axes.add_collection(artist)
-        return artist
-    look = {"color": colour(part.colour), "linewidth": part.width, "label": plain(part.label) or None}
+    x, y = part.at(0)
+    label = plain(part.label) or None
+    if part.filled:
+        shade, edge = colour(part.colour), colour("text")
+        return axes.add_collection(PolyCollection(polygons(x, y), facecolor=shade, edgecolor=edge, linewidth=0.6, label=label))
+    look: dict[str, Any] = {"color": colour(part.colour), "linewidth": part.width, "label": label}
     if part.marker:
         look |= {"linestyle": "", "marker": "o", "markersize": 0.6 * part.marker, "markeredgecolor": colour("ink")}
     (line,) = axes.plot(x, y, **look)
     return line
-
-
-def _moved(artist: Any, x: Array, y: Array) -> None:
-    if hasattr(artist, "set_data"):
-        artist.set_data(x, y)
-    else:
-        artist.set_verts(_pieces(x, y))
-
-
-def _pieces(x: Array, y: Array) -> list[Array]:
-    """Polygons between the gaps."""
-    corners = np.column_stack([x, y])
-    pieces = np.split(corners, np.flatnonzero(np.isnan(x)))
-    return [known for piece in pieces if len(known := piece[np.isfinite(piece).all(axis=1)])]

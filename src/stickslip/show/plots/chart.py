@@ -215,6 +215,13 @@ def band(x: ArrayLike, low: ArrayLike, high: ArrayLike, style: Style, label: str
     return Area(np.concatenate([[], *across]), np.concatenate([[], *up]), style, label)
 
 
+def polygons(x: ArrayLike, y: ArrayLike) -> list[Array]:
+    """Corners (k, 2) of each polygon of a filled layer, which gaps separate."""
+    corners = np.column_stack([np.asarray(x, dtype=float), np.asarray(y, dtype=float)])
+    pieces = np.split(corners, np.flatnonzero(np.isnan(corners[:, 0])))
+    return [known for piece in pieces if (known := piece[np.isfinite(piece).all(axis=1)]).size]
+
+
 def closed(values: ArrayLike) -> Array:
     """A period with its first value at the end."""
     values = np.asarray(values, dtype=float)

@@ -147,16 +147,18 @@ def _to_own_size(values: Array) -> Array:
 
 
 def _states_of(dataset: xr.Dataset, case: int, rows: list[ContactRow], height: float) -> Panel:
+    """The panel of one force level: a row of cells for each contact, NaN where a point did not converge."""
     hertz, title = frequencies(dataset, case), level_text(dataset, case)
     if not hertz.size or not rows:
         return Panel(HERTZ, Axis("", limits=(0.0, 1.0)), [*STATES], f"{title}: no points", height)
-    shares = np.stack([_shares(dataset, case, row) for row in rows])
+    states = [along_curve(dataset, f"share_{state}", case) for state in ("stick", "slip", "open")]
+    shares = np.stack([np.stack([share[:, row.contact, row.direction] for share in states], axis=-1) for row in rows])
     folded, descending = is_folded(dataset, case), hertz[0] > hertz[-1]
     if descending and not folded:
         hertz, shares = hertz[::-1], shares[:, ::-1]
     names = {float(k): row.label for k, row in enumerate(rows)}
     words = [
-        [f"{row.label}, {f:.2f} Hz: {_words(share)}" for f, share in zip(hertz, along, strict=True)]
+        [f"{row.label}, {f:.2f} Hz: {_state_text(share)}" for f, share in zip(hertz, along, strict=True)]
         for row, along in zip(rows, shares, strict=True)
     ]
     x = HERTZ
@@ -169,12 +171,7 @@ def _states_of(dataset: xr.Dataset, case: int, rows: list[ContactRow], height: f
     return Panel(x, Axis("", names=names, upside_down=True), [cells, *STATES], title, height)
 
 
-def _shares(dataset: xr.Dataset, case: int, row: ContactRow) -> Array:
-    """Shares of stick, slip and open of one contact along the curve, (point, 3), NaN where the point did not converge."""
-    names = ("share_stick", "share_slip", "share_open")
-    return np.stack([along_curve(dataset, name, case)[:, row.contact, row.direction] for name in names], axis=-1)
-
-
-def _words(shares: Array) -> str:
+def _state_text(shares: Array) -> str:
+    """ "60 % stick, 40 % slip"."""
     states = zip(shares, ("stick", "slip", "open"), strict=True)
     return ", ".join(f"{100.0 * share:.0f} % {state}" for share, state in states if share > 0.005) or "not converged"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.results.view import shown_unit, size_text
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, spans
-from stickslip.show.plots.look import EMPHASIS, Style, entries, level
+from stickslip.show.plots.look import EMPHASIS, Style, level_lines
 from stickslip.show.plots.response_curves import HERTZ
 from stickslip.support.checks import Array
 from stickslip.support.outcome import Outcome
@@ -26,9 +26,19 @@ LOSS = Axis("loss factor")
 def controlled_response(dataset: xr.Dataset) -> Chart:
     """Force level and phase against frequency, one curve a held amplitude; rings mark where force and displacement are at 90°."""
     force, phase = _force_axis(dataset, "force_level"), Axis("phase", "°")
-    looks = case_looks(dataset)
-    top = [layer for case, look in enumerate(looks) for layer in _force(dataset, case, look)]
-    bottom = [Line(*_along(dataset, "phase", case), **look) for case, look in enumerate(looks)]
+    units = dataset["held_amplitude"].attrs["units"]
+    labels = [size_text(float(value), units, dataset) for value in dataset["held_amplitude"].values]
+    top: list[Layer] = []
+    bottom: list[Layer] = []
+    for case, look in enumerate(level_lines(labels)):
+        hertz, degrees = _along(dataset, "phase", case)
+        hover = {"phase in °": degrees, "loss factor": _along(dataset, "loss_factor", case)[1]}
+        top.append(Line(*_along(dataset, "force_level", case), **look, hover=hover))
+        if dataset.sizes["resonance"]:
+            ring = replace(look["style"], dash="none", marker="ring", size=5.0)
+            at, lowest = (dataset[f"resonance_{name}"].values[case] for name in ("frequency", "force_level"))
+            top.append(Line(at, lowest, ring, look["label"], {"": [AT_90] * at.size}, listed=False))
+        bottom.append(Line(hertz, degrees, **look))
     panels = [Panel(HERTZ, force, top, height=3.2), Panel(HERTZ, phase, bottom, height=1.9)]
     return Chart(_title(dataset), panels, shared_x=True)
 
@@ -52,14 +62,6 @@ def phase_resonance(dataset: xr.Dataset) -> Chart:
     return _over_amplitude(dataset, "amplitude", "force_level", dataset["amplitude"].values, values)
 
 
-def case_looks(dataset: xr.Dataset) -> list[dict[str, Any]]:
-    """Style, label and whether a legend lists it, of each held amplitude."""
-    count, units = dataset.sizes["case"], dataset["held_amplitude"].attrs["units"]
-    labels = [size_text(float(value), units, dataset) for value in dataset["held_amplitude"].values]
-    listed = entries(labels)
-    return [{"style": level(k, count), "label": label, "listed": label in listed} for k, label in enumerate(labels)]
-
-
 def _title(dataset: xr.Dataset) -> str:
     return f"{dataset.attrs.get('title', '')}: {dataset.attrs['quantity']} of {dataset.attrs['output_held']} held".removeprefix(
         ": "
@@ -77,18 +79,6 @@ def _along(dataset: xr.Dataset, name: str, case: int) -> tuple[Array, Array]:
     """Frequency and a variable along the points of a case that were solved."""
     at = dataset["outcome"].values[case] == Outcome.CONVERGED
     return dataset["frequency"].values[case][at], dataset[name].values[case][at]
-
-
-def _force(dataset: xr.Dataset, case: int, look: dict[str, Any]) -> list[Layer]:
-    """The force of one case, and its phase resonances."""
-    x, y = _along(dataset, "force_level", case)
-    hover = {"phase in °": _along(dataset, "phase", case)[1], "loss factor": _along(dataset, "loss_factor", case)[1]}
-    layers: list[Layer] = [Line(x, y, **look, hover=hover)]
-    if dataset.sizes["resonance"]:
-        ring = replace(look["style"], dash="none", marker="ring", size=5.0)
-        f, force = (dataset[f"resonance_{name}"].values[case] for name in ("frequency", "force_level"))
-        layers.append(Line(f, force, ring, look["label"], {"": [AT_90] * f.size}, listed=False))
-    return layers
 
 
 def _over_amplitude(dataset: xr.Dataset, name: str, force: str, amplitude: Array, values: list[Array]) -> Chart:

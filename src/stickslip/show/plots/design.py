@@ -10,7 +10,6 @@ import numpy as np
 from stickslip.results.view import Length, shown_unit
 from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule, Shades
 from stickslip.show.plots.look import CROSS, MOST_PANELS, PAGE, Style, spoken
-from stickslip.support.checks import Array
 from stickslip.support.renderers import FIGURES
 
 if TYPE_CHECKING:
@@ -28,7 +27,14 @@ def design_space(dataset: xr.Dataset) -> Chart:
     height = min(3.2, (PAGE - below - 0.7) / len(pairs))
     panels = [_panel(dataset, i, j, names, height) for i, j in pairs]
     if np.any(dataset["allowed"].values == 1):
-        panels.append(_bars(dataset, names, below))
+        slopes, rows = dataset["sensitivity"].values, np.arange(len(names), dtype=float)
+        layers: list[Layer] = [
+            Bars(rows + beside, slopes[:, side], Style(shade), label, width=0.36, horizontal=True)
+            for side, shade, beside, label in ((0, "slip", 0.2, "1 % less"), (1, "stick", -0.2, "1 % more"))
+        ]
+        layers.append(Rule(0.0, Style("grey", width=0.8)))
+        variables = Axis("", names={float(row): spoken(name) for row, name in enumerate(names)})
+        panels.append(Panel(Axis("change of the worst-case peak", "%"), variables, layers, height=below))
     return Chart(str(dataset.attrs["title"]), panels)
 
 
@@ -54,30 +60,16 @@ def _panel(dataset: xr.Dataset, i: int, j: int, names: list[str], height: float)
     if not allowed.all():
         layers.append(Line(value[~allowed, i], other[~allowed], CROSS, "breaks a constraint"))
     if allowed.any():
-        high = float(np.quantile(size[allowed], 0.9))
-        layers.append(Shades(value[allowed, i], other[allowed], size[allowed], peak, high, "meets the constraints"))
-        layers += _best(dataset, i, j)
+        bright = float(np.quantile(size[allowed], 0.9))
+        layers.append(Shades(value[allowed, i], other[allowed], size[allowed], peak, bright, "meets the constraints"))
+        # The best design, and the ranges of one variable alone in which its peak stays within 5 %.
+        best, low, high = (dataset[name].values for name in ("optimum", "near_low", "near_high"))
+        level = float(best[j] if i != j else size[int(dataset["optimum_design"])])
+        within = "one alone within 5 %" if i != j else "within 5 %"
+        layers.append(Line([low[i], high[i]], [level, level], ALONE, within))
+        if i != j:
+            layers.append(Line([best[i], best[i]], [low[j], high[j]], ALONE, within))
+        layers.append(Line([best[i]], [level], Style("ink", "none", marker="star", size=10.0), "best"))
     if given := int(dataset.attrs.get("known", 0)):
         layers.append(Line(value[:given, i], other[:given], Style("ink", "none", marker="square", size=8.0), "known design"))
     return Panel(Axis(spoken(names[i])), Axis(spoken(names[j])) if i != j else peak, layers, height=height)
-
-
-def _best(dataset: xr.Dataset, i: int, j: int) -> list[Layer]:
-    """The best design, and the ranges in which its peak stays within 5 %."""
-    best, low, high = (dataset[name].values for name in ("optimum", "near_low", "near_high"))
-    height = best[j] if i != j else float(dataset["worst_peak"][int(dataset["optimum_design"])]) / _unit(dataset).metres
-    across = Line([low[i], high[i]], [height, height], ALONE, "one alone within 5 %" if i != j else "within 5 %")
-    upright = [Line([best[i], best[i]], [low[j], high[j]], ALONE, "one alone within 5 %")] if i != j else []
-    return [across, *upright, Line([best[i]], [height], Style("ink", "none", marker="star", size=10.0), "best")]
-
-
-def _bars(dataset: xr.Dataset, names: list[str], height: float) -> Panel:
-    slopes: Array = dataset["sensitivity"].values
-    places = np.arange(len(names), dtype=float)
-    layers: list[Layer] = [
-        Bars(places + place, slopes[:, side], Style(shade), words, width=0.36, horizontal=True)
-        for side, shade, place, words in ((0, "slip", 0.2, "1 % less"), (1, "stick", -0.2, "1 % more"))
-    ]
-    layers.append(Rule(0.0, Style("grey", width=0.8)))
-    axis = Axis("", names={float(place): spoken(name) for place, name in enumerate(names)})
-    return Panel(Axis("change of the worst-case peak", "%"), axis, layers, height=height)

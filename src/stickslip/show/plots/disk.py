@@ -1,4 +1,4 @@
-"""Figures of a bladed disk: mode shape, dampers, nodal diameters, Campbell diagram, mean normal loads."""
+"""Figures of a bladed disk: mode shape, dampers, nodal diameters, Campbell diagram, damping of waves, mean normal loads."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def damper_ring(dataset: xr.Dataset) -> Figure:
     from stickslip.show.plots.notebook import NotebookFigure
 
     chosen = representatives(dataset, MOST_RINGS)
-    dataset, levels, sectors = chosen.dataset, chosen.dataset.sizes["case"], int(dataset.attrs["sectors"])
+    dataset, levels = chosen.dataset, chosen.dataset.sizes["case"]
     columns = min(levels, 4)
     with house_style():
         figure = NotebookFigure(figsize=(max(2.6 * columns + 0.4, 7.0), 2.9 * -(-levels // columns) + 0.4), layout="constrained")
@@ -101,7 +101,7 @@ def damper_ring(dataset: xr.Dataset) -> Figure:
         for case, axes in enumerate(panels):
             axes.set_axis_off()
             if case < levels and dataset["amplitude"][case].notnull().any():
-                _ring(axes, _shares(dataset, case), sectors)
+                _ring(axes, dataset, case)
                 axes.set_title(level_text(dataset, case))
         handles = [Wedge((0.0, 0.0), 1.0, 0.0, 90.0, facecolor=c, edgecolor=GREY) for c in (STICK, SLIP, OPEN)]
         figure.legend(handles, ["stick", "slip", "open"], loc="outside lower center", ncols=3)
@@ -109,30 +109,23 @@ def damper_ring(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def _shares(dataset: xr.Dataset, case: int) -> Array:
-    """Shares of stick, slip and open of each damper's contacts (dampers, contacts of one, 3), tangential directions averaged."""
+def _ring(axes: Axes, dataset: xr.Dataset, case: int) -> None:
+    """Each damper a sector of the ring, its contacts one outside another, in the mixed colours of their states."""
+    from matplotlib.patches import Wedge
+
     point = int(dataset["amplitude"].isel(case=case, output=0).argmax("point"))
     here = dataset.isel(case=case, point=point)
     shares = [here[f"share_{name}"].sel(direction=["t1", "t2"]).mean("direction").values for name in ("stick", "slip", "open")]
-    sectors = int(dataset.attrs["sectors"])
-    rows = np.stack(shares, axis=-1)
-    whole = all(re.match(r"\d+ ", str(name)) for name in dataset["contact"].values) and len(rows) % sectors == 0
-    return rows.reshape(sectors, -1, 3) if whole else np.broadcast_to(rows, (sectors, *rows.shape))
-
-
-def _ring(axes: Axes, shares: Array, sectors: int) -> None:
-    """Each damper a sector of the ring, its contacts one outside another."""
-    from matplotlib.patches import Wedge
-
-    contacts = shares.shape[1]
-    width = 0.45 / contacts
-    for j in range(sectors):
+    sectors, of_contacts = int(dataset.attrs["sectors"]), np.stack(shares, axis=-1)
+    # Contacts of a whole disk are numbered by sector; those of a tuned one stand for all sectors.
+    whole = all(re.match(r"\d+ ", str(name)) for name in dataset["contact"].values) and len(of_contacts) % sectors == 0
+    of_dampers = of_contacts.reshape(sectors, -1, 3) if whole else np.broadcast_to(of_contacts, (sectors, *of_contacts.shape))
+    width = 0.45 / of_dampers.shape[1]
+    for j, damper in enumerate(of_dampers):
         ends = np.degrees(2.0 * np.pi / sectors * np.array([j + 0.06, j + 0.94]))
-        for c in range(contacts):
-            colour = state_colour(*shares[j, c])
-            axes.add_patch(
-                Wedge((0.0, 0.0), 1.0 - c * width, *ends, width=0.96 * width, facecolor=colour, edgecolor=GREY, lw=0.2)
-            )
+        for c, states in enumerate(damper):
+            shade, outer = state_colour(*states), 1.0 - c * width
+            axes.add_patch(Wedge((0.0, 0.0), outer, *ends, width=0.96 * width, facecolor=shade, edgecolor=GREY, lw=0.2))
     axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.05), aspect="equal")
 
 
@@ -170,6 +163,29 @@ def campbell(dataset: xr.Dataset, orders: tuple[int, ...] | None = None) -> Char
         layers.append(Line([60.0 * met / k], [met], replace(style, dash="none", marker="circle", size=5.0), label, listed=False))
     axes = Axis("speed", "rev/min", limits=(0.0, speed)), Axis("frequency", "Hz", limits=(0.0, highest))
     return Chart("Campbell diagram, first family", [Panel(*axes, layers, height=3.9)])
+
+
+def wave_damping(dataset: xr.Dataset) -> Chart:
+    """The damping of travelling waves of the disk of a forced response: the first family of modes, contacts stuck."""
+    names = {f"wave_{name}": name for name in ("damping_ratio", "aerodynamic_damping", "frequency", "frequency_shift")}
+    waves = dataset[list(names)].rename({"wave": "nodal_diameter", **names})
+    return over_nodal_diameter(waves.assign_attrs(title="Damping of travelling waves", mode=1, contacts="stuck"))
+
+
+@FIGURES.of("DampingByNodalDiameter")
+def over_nodal_diameter(dataset: xr.Dataset) -> Chart:
+    """Aerodynamic damping ratio, the S curve, and dotted that with the damping of the structure, over the nodal diameter."""
+    x = dataset["nodal_diameter"].values
+    hover = {"frequency in Hz": dataset["frequency"].values, "frequency shift in %": 100.0 * dataset["frequency_shift"].values}
+    aerodynamic = contact(0, marker="circle", size=4.0)
+    whole = contact(1, dash="dot", marker="circle", size=3.0)
+    layers: list[Layer] = [
+        Line(x, 100.0 * dataset["aerodynamic_damping"].values, aerodynamic, "aerodynamic", hover),
+        Line(x, 100.0 * dataset["damping_ratio"].values, whole, "with that of the structure", hover),
+        Rule(0.0, Style("grey", width=0.9), along="y"),
+    ]
+    panel = Panel(Axis("nodal diameter"), Axis("damping ratio", "%"), layers)
+    return Chart(str(dataset.attrs["title"]), [panel], note=f"mode {dataset.attrs['mode']}, contacts {dataset.attrs['contacts']}")
 
 
 def mean_normal_load(dataset: xr.Dataset, reference: float | None = None) -> Chart:

@@ -24,9 +24,29 @@ MOST_BARS = 9
 @FIGURES.of("ForcedResponse", "dissipation")
 def dissipation(dataset: xr.Dataset) -> Chart:
     """Energy of all contacts per period against frequency, and the share of each contact at the highest peak."""
+    energies = [np.sum(dissipated(dataset, case), axis=1) for case in range(dataset.sizes["case"])]
+    joules, unit = energy_unit(float(np.max(np.nan_to_num(np.concatenate(energies)), initial=0.0)))
+    lines = [
+        Line(frequencies(dataset, case), np.where(energy > 0.0, energy / joules, np.nan), **line)
+        for case, (energy, line) in enumerate(zip(energies, case_lines(dataset), strict=True))
+    ]
+    axis = Axis("energy per period", unit, log=bool(np.nansum(dataset.dissipated.values) > 0.0))
+
     chosen = representatives(dataset, MOST_BARS)
+    names, energy, total = shares_at_peak(chosen.dataset, len(CONTACTS))
+    percent = np.nan_to_num(100.0 * energy / np.where(total > 0.0, total, np.nan)[:, None])
+    rows, before = np.arange(total.size), np.cumsum(percent, axis=1) - percent
+    bars = []
+    for k, name in enumerate(names):
+        style, hover = contact(-1 if name.endswith(" others") else k), {"energy per period in J": energy[:, k]}
+        bars.append(Bars(rows, percent[:, k], style, name, base=before[:, k], horizontal=True, hover=hover))
+    sizes = [energy_text(value, chosen.dataset) if np.isfinite(value) else "not converged" for value in total]
+    cases = {float(case): f"{level_text(chosen.dataset, case)}, {size}" for case, size in enumerate(sizes)}
+    axes = Axis("share of the contacts", "%", limits=(0.0, 100.0)), Axis("", names=cases, upside_down=True)
+
+    panels = [Panel(HERTZ, axis, lines, "All contacts", 3.4), Panel(*axes, bars, "At the highest peak", 3.4)]
     note = f"shares: {chosen.words}" if chosen.words else ""
-    return Chart("Energy dissipated in contacts", [_along(dataset), _shares(chosen.dataset)], columns=2, note=note)
+    return Chart("Energy dissipated in contacts", panels, columns=2, note=note)
 
 
 @FIGURES.of("ForcedResponse", "loss_factor")
@@ -37,29 +57,3 @@ def loss_factor(dataset: xr.Dataset) -> Chart:
         for case, line in enumerate(case_lines(dataset))
     ]
     return Chart("Loss factor", [Panel(HERTZ, from_zero(Axis("loss factor")), lines, height=3.4)])
-
-
-def _along(dataset: xr.Dataset) -> Panel:
-    energies = [np.sum(dissipated(dataset, case), axis=1) for case in range(dataset.sizes["case"])]
-    joules, unit = energy_unit(float(np.max(np.nan_to_num(np.concatenate(energies)), initial=0.0)))
-    lines = [
-        Line(frequencies(dataset, case), np.where(energy > 0.0, energy / joules, np.nan), **line)
-        for case, (energy, line) in enumerate(zip(energies, case_lines(dataset), strict=True))
-    ]
-    axis = Axis("energy per period", unit, log=bool(np.nansum(dataset.dissipated.values) > 0.0))
-    return Panel(HERTZ, axis, lines, "All contacts", 3.4)
-
-
-def _shares(dataset: xr.Dataset) -> Panel:
-    names, energy, total = shares_at_peak(dataset, len(CONTACTS))
-    percent = np.nan_to_num(100.0 * energy / np.where(total > 0.0, total, np.nan)[:, None])
-    places, before = np.arange(total.size), np.cumsum(percent, axis=1) - percent
-    layers = []
-    for k, name in enumerate(names):
-        style = contact(-1 if name.endswith(" others") else k)
-        hover = {"energy per period in J": energy[:, k]}
-        layers.append(Bars(places, percent[:, k], style, name, base=before[:, k], horizontal=True, hover=hover))
-    words = [energy_text(value, dataset) if np.isfinite(value) else "not converged" for value in total]
-    cases = {float(case): f"{level_text(dataset, case)}, {size}" for case, size in enumerate(words)}
-    axes = Axis("share of the contacts", "%", limits=(0.0, 100.0)), Axis("", names=cases, upside_down=True)
-    return Panel(*axes, layers, "At the highest peak", 3.4)

@@ -22,8 +22,7 @@ from stickslip.show.plots.files import Figures, write_figures
 from stickslip.show.plots.haigh import haigh_diagram
 from stickslip.show.plots.response_bounds import loss_factors, response_bounds
 from stickslip.show.plots.response_curves import peaks_over_force, response_curves
-from stickslip.show.plots.response_percentiles import response_percentiles
-from stickslip.show.plots.response_samples import response_cloud
+from stickslip.show.plots.response_samples import response_cloud, response_percentiles
 from stickslip.show.plots.stress import stress_curves
 
 if TYPE_CHECKING:
@@ -54,40 +53,28 @@ FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {
 }
 """Name of the file: function that draws it."""
 
-BOUNDS_FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {
-    "bounds": lambda dataset: response_bounds(detached(dataset)),
-    "bounds_loss_factor": lambda dataset: loss_factors(detached(dataset)),
-    "bounds_contact_forces": lambda dataset: contact_forces(detached(dataset)),
-    "bounds_force_ratios": lambda dataset: force_ratios(detached(dataset)),
-    "bounds_loops": lambda dataset: loops(detached(dataset)),
-}
-"""The same for results that hold bounds."""
-
-DISK_FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {"dampers": damper_ring, "mean_normal_load": mean_normal_load}
-TUNED_DISK_FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {"nodal_diameters": nodal_diameter_diagram, "campbell": campbell}
-"""The same for disks, and for disks with one sector for all."""
-
-SAMPLES_FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {"samples": response_cloud}
-PERCENTILES_FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {"percentiles": response_percentiles}
-"""The same for samples, and for samples at common frequencies."""
-
 
 def figures_of(dataset: xr.Dataset) -> Figures:
     """The figures that a result has."""
-    figures = FIGURES | (_bounds_figures(dataset) if has_bounds(dataset) else {})
-    figures |= DISK_FIGURES if has_disk(dataset) and dataset.sizes["contact"] else {}
-    figures |= TUNED_DISK_FIGURES if "disk_frequency" in dataset.variables else {}
+    figures = dict(FIGURES)
+    if has_bounds(dataset):
+        figures |= {
+            "bounds": lambda whole: response_bounds(detached(whole)),
+            "bounds_loss_factor": lambda whole: loss_factors(detached(whole)),
+            "bounds_contact_forces": lambda whole: contact_forces(detached(whole)),
+        }
+        # The ratio of friction to normal force needs a normal force that is known.
+        if bound_cycles(detached(dataset)).contacts:
+            figures["bounds_force_ratios"] = lambda whole: force_ratios(detached(whole))
+        figures["bounds_loops"] = lambda whole: loops(detached(whole))
+    if has_disk(dataset) and dataset.sizes["contact"]:
+        figures |= {"dampers": damper_ring, "mean_normal_load": mean_normal_load}
+    figures |= {"nodal_diameters": nodal_diameter_diagram, "campbell": campbell} if "disk_frequency" in dataset.variables else {}
     figures |= {"disk_mode": disk_mode} if "disk_shape" in dataset.variables else {}
     figures |= {"stress": stress_curves} if has_stress(dataset) else {}
     figures |= {"haigh": haigh_diagram} if has_fatigue(dataset) else {}
-    figures |= SAMPLES_FIGURES if "start_variable" in dataset.variables else {}
-    return figures | (PERCENTILES_FIGURES if has_percentiles(dataset) else {})
-
-
-def _bounds_figures(dataset: xr.Dataset) -> dict[str, Callable[[Any], Chart | Figure]]:
-    """Those of bounds; the ratio of friction to normal force only where a normal force is known."""
-    without = () if bound_cycles(detached(dataset)).contacts else ("bounds_force_ratios",)
-    return {name: draw for name, draw in BOUNDS_FIGURES.items() if name not in without}
+    figures |= {"samples": response_cloud} if "start_variable" in dataset.variables else {}
+    return figures | ({"percentiles": response_percentiles} if has_percentiles(dataset) else {})
 
 
 def save_figures(dataset: xr.Dataset, directory: str | Path, formats: tuple[str, ...] = ("png", "svg")) -> list[Path]:

@@ -31,7 +31,8 @@ def loops_and_fit(dataset: xr.Dataset) -> Chart:
     all_cases, channels = dataset["case"].values, [str(channel) for channel in dataset["channel"].values]
     cases, panels = all_cases[spread(len(all_cases), MOST_PANELS)], []
     for case in cases:
-        motion = closed(1e6 * _motion(dataset.sel(case=case)))
+        moves = dataset.sel(case=case)["platform_motion"].values
+        motion = closed(1e6 * moves[int(np.argmax(np.ptp(moves, axis=1)))])
         for channel in channels:
             one = dataset.sel(case=case, channel=channel)
             words, unit, factor = CHANNELS[channel]
@@ -90,11 +91,6 @@ def _pair(dataset: xr.Dataset, across: str, up: str) -> Panel:
         corners = [low, high, high, low], [ends[0], ends[0], ends[1], ends[1]]
         layers.insert(0, Area(*corners, contact(0, opacity=0.14), "95 % interval"))
     return Panel(_axis(dataset, across), axis, layers, height=1.6)
-
-
-def _motion(one: xr.Dataset) -> Array:
-    moves = one["platform_motion"].values
-    return np.asarray(moves[int(np.argmax(np.ptp(moves, axis=1)))])
 
 
 def _scaled(dataset: xr.Dataset, name: str, values: Array) -> Array:

@@ -41,14 +41,13 @@ SYMBOLS = {
     "square": "square-open",
     "star": "star",
 }
-GRID, TEXT = "@grid", "@text"
 BASE = {
     "paper_bgcolor": "rgba(0,0,0,0)",
     "plot_bgcolor": "rgba(0,0,0,0)",
     "hovermode": "closest",
     "barmode": "overlay",
     "hoverlabel": {"namelength": 40},
-    "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "@grey", "activecolor": TEXT},
+    "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "@grey", "activecolor": "@text"},
 }
 """What all charts have in common."""
 
@@ -57,17 +56,19 @@ def plotly_figure(chart: Chart, dark: bool = False) -> Any:
     """A figure of plotly that stands alone: `.show()` or `.write_html(path)`."""
     from plotly.graph_objects import Figure
 
-    found = description(chart)
+    described = description(chart)
     titled = {"title": {"text": "<br>".join(filter(None, (f"<b>{escaped(chart.title)}</b>", escaped(chart.note)))), "x": 0.01}}
     background = {"paper_bgcolor": "@paper", "plot_bgcolor": "@paper"}
-    layout = found["wide"] | titled | background
+    layout = described["wide"] | titled | background
     layout = layout | {"margin": layout["margin"] | {"t": layout["margin"]["t"] + 46}, "height": layout["height"] + 46}
-    return Figure(resolved({"data": found["data"], "layout": layout}, dark))
+    return Figure(resolved({"data": described["data"], "layout": layout}, dark))
 
 
 def description(chart: Chart) -> dict[str, Any]:
     """Traces, and layouts for a wide and a narrow screen, with colours by name and numbers as arrays."""
-    traces, shapes, unlisted = [], [], {label: id(layer) for label, layer in chart.entries.items()}
+    traces: list[dict[str, Any]] = []
+    shapes: list[dict[str, Any]] = []
+    unlisted = {label: id(layer) for label, layer in chart.entries.items()}
     for k, panel in enumerate(chart.panels):
         for layer in panel.layers:
             label = "" if isinstance(layer, Cells) else layer.label
@@ -80,12 +81,13 @@ def description(chart: Chart) -> dict[str, Any]:
                 shapes.append(_rule(layer, k) | entry)
             else:
                 traces.append(_trace(layer, panel) | _on(k) | entry)
+    narrow_columns = 1 if len(chart.panels) <= MOST_BELOW_EACH_OTHER else chart.columns
     return {
         "title": chart.title,
         "note": chart.note,
         "data": traces,
         "wide": _layout(chart, chart.columns, narrow=False) | {"shapes": shapes},
-        "narrow": _layout(chart, _narrow_columns(chart), narrow=True) | {"shapes": shapes},
+        "narrow": _layout(chart, narrow_columns, narrow=True) | {"shapes": shapes},
     }
 
 
@@ -127,24 +129,23 @@ def _on(k: int) -> dict[str, str]:
 
 
 def _trace(layer: Line | Area | Bars | Cells | Shades | Key, panel: Panel) -> dict[str, Any]:
+    """A layer as a trace, but for its axes and its entry in the legend."""
     look: dict[str, Any]
+    marker: dict[str, Any]
     match layer:
         case Line():
             x, y = _floats(layer.x), _floats(layer.y)
             mode = "+".join(["lines"] * (layer.style.dash != "none") + ["markers"] * bool(layer.style.marker))
             look = {"type": "scatter", "mode": mode or "none", "line": _stroke(layer.style)}
-            look |= {"marker": _marker(layer.style)} if layer.style.marker else {}
+            if layer.style.marker:
+                symbol, shade = SYMBOLS[layer.style.marker], f"@{layer.style.colour}"
+                look["marker"] = {"symbol": symbol, "size": 1.6 * layer.style.size, "color": shade}
             look |= {"opacity": layer.style.opacity} if layer.style.opacity < 1.0 else {}
             return {"x": x, "y": y, **look, **_hover(layer.hover, panel, x, y, layer.label)}
         case Area():
-            fill = {
-                "type": "scatter",
-                "mode": "lines",
-                "fill": "toself",
-                "fillcolor": f"@{layer.style.colour}",
-                "hoverinfo": "skip",
-            }
-            return {"x": _floats(layer.x), "y": _floats(layer.y), **fill, "line": {"width": 0}, "opacity": layer.style.opacity}
+            look = {"type": "scatter", "mode": "lines", "fill": "toself", "fillcolor": f"@{layer.style.colour}"}
+            look |= {"hoverinfo": "skip", "line": {"width": 0}, "opacity": layer.style.opacity}
+            return {"x": _floats(layer.x), "y": _floats(layer.y), **look}
         case Bars():
             at, size, base = np.broadcast_arrays(_floats(layer.at), _floats(layer.size), _floats(layer.base))
             x, y = (size, at) if layer.horizontal else (at, size)
@@ -152,58 +153,19 @@ def _trace(layer: Line | Area | Bars | Cells | Shades | Key, panel: Panel) -> di
             look |= {"marker": {"color": f"@{layer.style.colour}"}, "opacity": layer.style.opacity}
             return {"x": x, "y": y, **look, **_hover(layer.hover, panel, x, y, layer.label)}
         case Cells():
-            palette, index = _palette(layer)
-            last = max(len(palette) - 1, 1)
-            scale = [[i / last, shade] for i, shade in enumerate(palette or ["#000000"])]
-            scale = scale if len(scale) > 1 else [[0.0, scale[0][1]], [1.0, scale[0][1]]]
-            rows = layer.first + np.arange(len(index) + 1) - 0.5
-            look = {"type": "heatmap", "zmin": 0, "zmax": last, "colorscale": scale, "showscale": False, "hoverongaps": False}
-            words = [[escaped(word) for word in row] for row in layer.words]
-            return {
-                "x": _floats(layer.edges),
-                "y": rows,
-                "z": index,
-                **look,
-                "text": words,
-                "hovertemplate": "%{text}<extra></extra>",
-            }
+            return _cells(layer)
         case Shades():
             x, y = _floats(layer.x), _floats(layer.y)
-            look = {
-                "color": _floats(layer.value),
-                "colorscale": "Viridis",
-                "cmin": float(np.min(layer.value)),
-                "cmax": layer.high,
-                "size": 9,
-            }
-            look |= {
-                "line": {"width": 0.5, "color": "@paper"},
-                "colorbar": {
-                    "title": {"text": "<br>".join(map(escaped, wrapped(layer.scale.label, 24)))},
-                    "orientation": "h",
-                    "y": 1.0,
-                    "yanchor": "bottom",
-                    "thickness": 12,
-                },
-            }
-            hover = {layer.scale.label: layer.value, **layer.hover}
-            return {
-                "type": "scatter",
-                "mode": "markers",
-                "x": x,
-                "y": y,
-                "marker": look,
-                **_hover(hover, panel, x, y, layer.label),
-            }
+            title = {"text": "<br>".join(map(escaped, wrapped(layer.scale.label, 24)))}
+            bar = {"title": title, "orientation": "h", "y": 1.0, "yanchor": "bottom", "thickness": 12}
+            marker = {"color": _floats(layer.value), "colorscale": "Viridis", "cmin": float(np.min(layer.value))}
+            marker |= {"cmax": layer.high, "size": 9, "line": {"width": 0.5, "color": "@paper"}, "colorbar": bar}
+            hover = _hover({layer.scale.label: layer.value, **layer.hover}, panel, x, y, layer.label)
+            return {"type": "scatter", "mode": "markers", "x": x, "y": y, "marker": marker, **hover}
         case Key():
             marker = {"symbol": "square", "size": 12, "color": f"@{layer.style.colour}", "opacity": layer.style.opacity}
-            return {
-                "type": "scatter",
-                "mode": "markers",
-                "x": [None],
-                "y": [None],
-                "marker": marker | {"line": {"width": 0.5, "color": "@grey"}},
-            }
+            marker |= {"line": {"width": 0.5, "color": "@grey"}}
+            return {"type": "scatter", "mode": "markers", "x": [None], "y": [None], "marker": marker}
         case _:
             assert_never(layer)
 
@@ -215,10 +177,6 @@ def _floats(values: ArrayLike) -> np.ndarray[Any, Any]:
 def _stroke(style: Style) -> dict[str, Any]:
     dash = {"dash": style.dash} if style.dash not in ("solid", "none") else {}
     return {"color": f"@{style.colour}", "width": 1.25 * style.width, **dash}
-
-
-def _marker(style: Style) -> dict[str, Any]:
-    return {"symbol": SYMBOLS[style.marker], "size": 1.6 * style.size, "color": f"@{style.colour}"}
 
 
 def _hover(columns: Mapping[str, ArrayLike], panel: Panel, x: Any, y: Any, label: str) -> dict[str, Any]:
@@ -245,15 +203,19 @@ def _worded(quantity: str, value: str, unit: str) -> str:
     return " ".join(filter(None, (escaped(quantity), value, escaped(unit))))
 
 
-def _palette(layer: Cells) -> tuple[list[str], list[list[int | None]]]:
-    """Different colours of the cells, and the place of each cell's among them."""
+def _cells(layer: Cells) -> dict[str, Any]:
+    """Cells as a heat map of the places of their colours among the different ones, since plotly colours only by a number."""
     values = np.clip(np.round(255.0 * layer.colours), 0.0, 255.0)
     codes = values @ np.array([65536.0, 256.0, 1.0]) if values.size else np.zeros(values.shape[:2])
     different = np.unique(codes[np.isfinite(codes)])
-    places = np.searchsorted(different, np.nan_to_num(codes))
-    known = np.isfinite(codes)
+    places, known = np.searchsorted(different, np.nan_to_num(codes)), np.isfinite(codes)
     index = [[int(p) if k else None for p, k in zip(row, there, strict=True)] for row, there in zip(places, known, strict=True)]
-    return [f"#{int(code):06x}" for code in different], index
+    palette, last = [f"#{int(code):06x}" for code in different] or ["#000000"], max(different.size - 1, 1)
+    scale: list[list[Any]] = [[i / last, shade] for i, shade in enumerate(palette)]
+    scale = scale if len(scale) > 1 else [[0.0, palette[0]], [1.0, palette[0]]]
+    look = {"type": "heatmap", "zmin": 0, "zmax": last, "colorscale": scale, "showscale": False, "hoverongaps": False}
+    text = {"text": [[escaped(word) for word in row] for row in layer.words], "hovertemplate": "%{text}<extra></extra>"}
+    return {"x": _floats(layer.edges), "y": layer.first + np.arange(len(index) + 1) - 0.5, "z": index, **look, **text}
 
 
 def _rule(rule: Rule, k: int) -> dict[str, Any]:
@@ -262,10 +224,6 @@ def _rule(rule: Rule, k: int) -> dict[str, Any]:
     ends = {f"{across}0": rule.at, f"{across}1": rule.at, f"{along}0": 0.0, f"{along}1": 1.0}
     refs = {f"{across}ref": on[f"{across}axis"], f"{along}ref": f"{on[f'{along}axis']} domain"}
     return {"type": "line", **ends, **refs, "line": _stroke(rule.style), "opacity": rule.style.opacity, "layer": "below"}
-
-
-def _narrow_columns(chart: Chart) -> int:
-    return 1 if len(chart.panels) <= MOST_BELOW_EACH_OTHER else chart.columns
 
 
 def _layout(chart: Chart, columns: int, narrow: bool) -> dict[str, Any]:
@@ -280,7 +238,7 @@ def _layout(chart: Chart, columns: int, narrow: bool) -> dict[str, Any]:
     layout: dict[str, Any] = BASE | {
         "height": inner + titles[0] + below[-1] + 22 * entries,
         "margin": {"l": 58 if narrow else 66, "r": 12, "t": titles[0], "b": below[-1] + 22 * entries},
-        "font": {"color": TEXT, "family": "system-ui, sans-serif", "size": 12 if narrow else 13},
+        "font": {"color": "@text", "family": "system-ui, sans-serif", "size": 12 if narrow else 13},
         "showlegend": bool(chart.entries),
         "legend": _legend(chart, narrow),
         "annotations": [],
@@ -328,49 +286,45 @@ def _columns(chart: Chart, rows: list[Sequence[int]], columns: int, pixels: floa
 
 def _axis(axis: Axis, pixels: float, panel: Panel) -> dict[str, Any]:
     title = "<br>".join(escaped(line) for line in wrapped(axis.label, int(pixels / CHARACTER)))
-    found: dict[str, Any] = {
+    look: dict[str, Any] = {
         "title": {"text": title, "standoff": 8, "font": {"size": 13}},
         "automargin": True,
         "exponentformat": "none",
-        "gridcolor": GRID,
-        "zerolinecolor": GRID,
+        "gridcolor": "@grid",
+        "zerolinecolor": "@grid",
     }
-    found |= {"linecolor": "@grey", "tickcolor": "@grey", "showline": True, "ticks": "outside"}
+    look |= {"linecolor": "@grey", "tickcolor": "@grey", "showline": True, "ticks": "outside"}
     if any(isinstance(layer, Cells) for layer in panel.layers):
-        found |= {"showgrid": False, "zeroline": False}
+        look |= {"showgrid": False, "zeroline": False}
     if pixels < SMALL:
-        found |= {"nticks": 4}
+        look |= {"nticks": 4}
     if axis.log:
         # Full numbers ("0.2", "0.5", "1") in place of plotly's single digits between powers, however far one zooms in. With more
         # ticks it writes all digits of a decade, one upon the other.
-        found |= {"type": "log", "tickformat": "~g", "nticks": 3 if _decades(axis, panel) < 1.24 else 4}
+        look |= {"type": "log", "tickformat": "~g", "nticks": 3 if _decades(axis, panel) < 1.24 else 4}
     ends = [float(end) if end is not None and np.isfinite(end) else None for end in axis.limits]
     if ends == [0.0, None]:
-        found |= {"rangemode": "tozero"}
+        look |= {"rangemode": "tozero"}
     elif ends != [None, None] and ends[0] != ends[1]:
-        found |= {"range": [end if end is None or not axis.log else float(np.log10(end)) for end in ends]}
-        found |= {} if None not in ends else {"autorange": "max" if ends[1] is None else "min"}
+        look |= {"range": [end if end is None or not axis.log else float(np.log10(end)) for end in ends]}
+        look |= {} if None not in ends else {"autorange": "max" if ends[1] is None else "min"}
     if axis.upside_down:
-        found |= {"range": found["range"][::-1]} if "range" in found else {"autorange": "reversed"}
+        look |= {"range": look["range"][::-1]} if "range" in look else {"autorange": "reversed"}
     if axis.names:
         size = 12 if len(axis.names) <= 12 else 9
         names = ["<br>".join(escaped(line) for line in wrapped(name, LONGEST_NAME)) for name in axis.names.values()]
-        found |= {"tickvals": [*axis.names], "ticktext": names, "tickfont": {"size": size}}
-    return found
+        look |= {"tickvals": [*axis.names], "ticktext": names, "tickfont": {"size": size}}
+    return look
 
 
 def _decades(axis: Axis, panel: Panel) -> float:
     """What a logarithmic axis spans, in powers of ten."""
     lines = [layer for layer in panel.layers if isinstance(layer, Line | Shades)]
     values = np.concatenate([[], *(_floats(line.x if axis is panel.x else line.y) for line in lines)])
-    low, high = (given if given else end for given, end in zip(axis.limits, _extent(values), strict=True))
-    return float(np.log10(high / low))
-
-
-def _extent(values: Any) -> tuple[float, float]:
-    """The least and the largest of the positive numbers; 1 without any."""
     positive = values[np.isfinite(values) & (values > 0.0)]
-    return (float(positive.min()), float(positive.max())) if positive.size else (1.0, 1.0)
+    ends = (float(positive.min()), float(positive.max())) if positive.size else (1.0, 1.0)
+    low, high = (given if given else end for given, end in zip(axis.limits, ends, strict=True))
+    return float(np.log10(high / low))
 
 
 def _headline(title: str, left: float, top: float, pixels: float) -> dict[str, Any]:

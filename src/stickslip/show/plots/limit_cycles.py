@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.results.view import unit_for
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel
-from stickslip.show.plots.look import entries, level
+from stickslip.show.plots.look import level_lines
 from stickslip.show.plots.response_curves import HERTZ
 from stickslip.support.checks import Array
 from stickslip.support.renderers import FIGURES
@@ -39,11 +39,13 @@ def _over(dataset: xr.Dataset, curve: Array, roots: Array, axis: Axis) -> Chart:
     layers: list[Layer] = []
     x = -100.0 * dataset["curve_damping"].values
     stable = dataset["curve_stable"].values
+    modes = [f"mode {int(number)}" for number in dataset["mode_number"].values]
+    hover = {"frequency in Hz": dataset["curve_frequency"].values, "energy in J": dataset["curve_energy"].values}
     for style, other, listed in (({}, 0.0, True), ({"dash": "dash"}, 1.0, False)):
-        for case, look in enumerate(_looks(dataset, **style)):
-            shown = np.where(stable[case] == other, np.nan, curve[case])
-            layers.append(Line(x[case], shown, hover=_hover(dataset, case), **look | {"listed": look["listed"] and listed}))
-    for case, look in enumerate(_looks(dataset, marker="circle", dash="none")):
+        for case, look in enumerate(level_lines(modes, **style)):
+            shown, known = np.where(stable[case] == other, np.nan, curve[case]), {key: hover[key][case] for key in hover}
+            layers.append(Line(x[case], shown, hover=known, **look | {"listed": look["listed"] and listed}))
+    for case, look in enumerate(level_lines(modes, marker="circle", dash="none")):
         values = roots[case]
         ratios = np.broadcast_to(100.0 * dataset["aerodynamic_damping"].values[:, None], values.shape)
         there = np.isfinite(values)
@@ -51,16 +53,3 @@ def _over(dataset: xr.Dataset, curve: Array, roots: Array, axis: Axis) -> Chart:
             layers.append(Line(ratios[there], values[there], **look | {"listed": False}))
     note = "dashed: unstable"
     return Chart(str(dataset.attrs["title"]), [Panel(AERODYNAMIC, axis, layers)], note=note)
-
-
-def _hover(dataset: xr.Dataset, case: int) -> dict[str, Any]:
-    return {"frequency in Hz": dataset["curve_frequency"].values[case], "energy in J": dataset["curve_energy"].values[case]}
-
-
-def _looks(dataset: xr.Dataset, **style: Any) -> list[dict[str, Any]]:
-    """Style, label and whether a legend lists it, of the line of each mode."""
-    names = [f"mode {int(number)}" for number in dataset["mode_number"].values]
-    listed = entries(names)
-    return [
-        {"style": level(case, len(names), **style), "label": name, "listed": name in listed} for case, name in enumerate(names)
-    ]

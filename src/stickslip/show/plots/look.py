@@ -139,8 +139,10 @@ def house_style() -> Iterator[None]:
 
 def level_colours(count: int, dark: bool = False) -> list[str]:
     """`count` colours from cool to warm, their lightness in one order too, for a light or a dark background."""
-    anchors = _LEVELS_ON_DARK if dark else _LEVELS_ON_LIGHT
-    return [_hex(colour) for colour in _between(anchors, np.linspace(0.0, 1.0, max(count, 2))[:count])]
+    anchors = np.array([rgb(anchor) for anchor in (_LEVELS_ON_DARK if dark else _LEVELS_ON_LIGHT)])
+    at = np.linspace(0.0, 1.0, max(count, 2))[:count] * (len(anchors) - 1)
+    mixed = np.stack([np.interp(at, np.arange(len(anchors)), anchors[:, channel]) for channel in range(3)], axis=-1)
+    return ["#" + "".join(f"{round(255 * channel):02x}" for channel in shade) for shade in np.clip(mixed, 0.0, 1.0)]
 
 
 def state_colour(stick: ArrayLike, slip: ArrayLike, open_: ArrayLike) -> Array:
@@ -159,6 +161,12 @@ def entries(labels: Sequence[str]) -> list[str]:
     """Of labels, some of them equal, those that a legend shows."""
     different = list(dict.fromkeys(labels))
     return [different[place] for place in spread(len(different), MOST_ENTRIES)]
+
+
+def level_lines(labels: Sequence[str], **more: Any) -> list[dict[str, Any]]:
+    """Style, label and whether a legend lists it, of the lines of cases in an order, one for each label."""
+    listed = entries(labels)
+    return [{"style": level(k, len(labels), **more), "label": label, "listed": label in listed} for k, label in enumerate(labels)]
 
 
 def headed(figure: Figure, text: str, words: str = "") -> None:
@@ -183,13 +191,3 @@ def plain(name: str) -> str:
 def rgb(colour: str) -> Array:
     """Red, green and blue, 0 to 1, of a hexadecimal colour."""
     return np.array([int(colour[start : start + 2], 16) for start in (1, 3, 5)]) / 255.0
-
-
-def _between(anchors: Sequence[str], positions: Array) -> Array:
-    colours = np.array([rgb(anchor) for anchor in anchors])
-    at = positions * (len(anchors) - 1)
-    return np.stack([np.interp(at, np.arange(len(anchors)), colours[:, channel]) for channel in range(3)], axis=-1)
-
-
-def _hex(colour: Array) -> str:
-    return "#" + "".join(f"{round(255 * channel):02x}" for channel in np.clip(colour, 0.0, 1.0))

@@ -65,20 +65,17 @@ def amplification(dataset: xr.Dataset) -> Chart:
     middle, width = 0.5 * (edges[1:] + edges[:-1]), float(edges[1] - edges[0])
     layers: list[Layer] = [Bars(middle, density, Style("stick", opacity=0.5), "samples", width=width)]
     if ratio.size >= FITTED_FROM and np.ptp(ratio) > 0.0:
-        layers.append(_fit(ratio))
+        from scipy.stats import genextreme
+
+        constants = genextreme.fit(ratio)
+        x = np.linspace(ratio.min() - 0.1 * np.ptp(ratio), ratio.max() + 0.1 * np.ptp(ratio), 200)
+        label = f"extreme-value fit, shape {-constants[0]:+.2f}"  # SciPy's sign of the shape is the opposite of the usual one
+        layers.append(Line(x, genextreme.pdf(x, *constants), Style("ink"), label))
     for percent, style in ((50, Style("grey", "dot", 1.1)), (95, Style("grey", "dash", 1.1))):
         value = float(np.percentile(ratio, percent))
         layers.append(Rule(value, style, f"{percent} %: {value:.3f}"))
     axes = Axis("amplification, highest blade over tuned disk"), Axis("probability density")
     return Chart(f"Amplification: {dataset.attrs['title']}", [Panel(*axes, layers, height=3.3)])
-
-
-def _fit(ratio: Array) -> Line:
-    from scipy.stats import genextreme
-
-    constants = genextreme.fit(ratio)
-    x = np.linspace(ratio.min() - 0.1 * np.ptp(ratio), ratio.max() + 0.1 * np.ptp(ratio), 200)
-    return Line(x, genextreme.pdf(x, *constants), Style("ink"), f"extreme-value fit, shape {-constants[0]:+.2f}")
 
 
 @FIGURES.of("MistunedPopulation", "worst_blade")

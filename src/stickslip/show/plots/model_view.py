@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.contact.point import Contact, Direction
+from stickslip.model.contact.point import Contact
 from stickslip.model.loads import BaseMotion, Output
 from stickslip.model.problem import Problem
 from stickslip.model.structure.cyclic import CyclicStructure
@@ -154,10 +154,18 @@ class ModelView:
     def to_plotly(self, dark: bool = False) -> Any:
         """As a plotly figure that can be turned."""
         from plotly.graph_objects import Figure as Interactive
+        from plotly.graph_objects import Scatter3d
 
         paper, ink = colour("paper", dark), colour("text", dark)
-        figure = Interactive([*(_cloud(points, dark) for points in self.points), *self._shafts(dark)])
-        return figure.update_layout(
+        clouds = []
+        for points in self.points:
+            x, y, z = points.places.T
+            marker = {"size": SIZES[points.kind], "color": colour(points.role, dark), "line": {"width": 0}}
+            marker["opacity"] = FAINT if points.kind == "mesh" else 1.0
+            texts = list(map(_escaped, points.texts)) or None
+            hover = {"text": texts, "hoverinfo": "text" if points.texts else "skip"}
+            clouds.append(Scatter3d(x=x, y=y, z=z, mode="markers", name=_escaped(points.label), marker=marker, **hover))
+        return Interactive([*clouds, *self._shafts(dark)]).update_layout(
             title={"text": _escaped(self.title)},
             paper_bgcolor=paper,
             font={"color": ink},
@@ -185,18 +193,6 @@ class ModelView:
                 x=x, y=y, z=z, u=u, v=v, w=w, sizemode="raw", anchor="tip", showscale=False, showlegend=False,
                 colorscale=[[0.0, shade], [1.0, shade]], text=list(map(_escaped, arrows.texts)), hoverinfo="text", **entry,
             )  # fmt: skip
-
-
-def _cloud(points: Points, dark: bool) -> Any:
-    from plotly.graph_objects import Scatter3d
-
-    x, y, z = points.places.T
-    marker = {"size": SIZES[points.kind], "color": colour(points.role, dark), "line": {"width": 0}}
-    marker["opacity"] = FAINT if points.kind == "mesh" else 1.0
-    return Scatter3d(
-        x=x, y=y, z=z, mode="markers", name=_escaped(points.label), marker=marker,
-        text=list(map(_escaped, points.texts)) or None, hoverinfo="text" if points.texts else "skip",
-    )  # fmt: skip
 
 
 def _escaped(text: str) -> str:
@@ -266,19 +262,15 @@ def _contact_arrows(structure: Structure, contact: Contact) -> dict[str, tuple[A
         own = {dof: c for dof, c in named[name].items() if dof.rpartition(".")[0] not in bodies}
         placed = _placed(structure, own)
         if not placed:
-            point = _point_of_body(structure, contact.directions)
-            placed = [(foot if point is None else point, along) for foot, along in _placed(structure, named[name])]
+            placed = _placed(structure, named[name])
+            body = next((node for node in structure.nodes if node in bodies), None)
+            if body is not None:
+                # The point of the rigid body that moves by these directions, not its mass centre.
+                point = np.asarray(structure.nodes[body] + arm_of(contact.directions, body))
+                placed = [(point, along) for _, along in placed]
         if placed:
             found[name] = placed[0]
     return found
-
-
-def _point_of_body(structure: Structure, directions: Sequence[Direction]) -> Array | None:
-    """The point of a rigid body that moves by these directions."""
-    node = next((name for name in _bodies(dof for d in directions for dof in d) if name in structure.nodes), None)
-    if node is None:
-        return None
-    return np.asarray(structure.nodes[node] + arm_of(directions, node))
 
 
 def _forces(problem: Problem, system: UnitSystem | None) -> Iterator[Arrows]:

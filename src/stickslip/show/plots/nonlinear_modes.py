@@ -9,7 +9,7 @@ import numpy as np
 from stickslip.results.representative import spread
 from stickslip.results.view import energy_unit, length_unit
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, from_zero
-from stickslip.show.plots.look import CONTACTS, MOST_ENTRIES, MOST_PANELS, STUCK, contact, entries, level
+from stickslip.show.plots.look import CONTACTS, MOST_ENTRIES, MOST_PANELS, STUCK, contact, level_lines
 from stickslip.show.plots.response_curves import HERTZ
 from stickslip.support.checks import Array
 from stickslip.support.renderers import FIGURES
@@ -87,23 +87,17 @@ def contact_states(dataset: xr.Dataset) -> Chart:
     panels = []
     for case in spread(dataset.sizes["case"], MOST_PANELS):
         x = dataset["amplitude"].values[case, :, 0] / unit.metres
-        title = _name(dataset, case) if dataset.sizes["case"] > 1 else ""
-        panels.append(
-            Panel(across, Axis("share of the period", "%", limits=(0.0, 100.0)), _states(dataset, case, x, chosen), title)
-        )
+        layers: list[Layer] = []
+        for k, c in enumerate(chosen):
+            name = str(dataset["contact"].values[c])
+            slip, opened = (_largest(dataset[f"share_{state}"].values[case, :, c]) for state in ("slip", "open"))
+            layers.append(Line(x, 100.0 * slip, contact(k), name))
+            if np.nanmax(opened, initial=0.0) > 0.0:
+                layers.append(Line(x, 100.0 * opened, contact(k, dash="dash"), f"{name}, open"))
+        title = f"mode {int(dataset['mode_number'].values[case])}" if dataset.sizes["case"] > 1 else ""
+        panels.append(Panel(across, Axis("share of the period", "%", limits=(0.0, 100.0)), layers, title))
     note = f"{chosen.size} of {energy.size} contacts, those that dissipate most" if chosen.size < energy.size else ""
     return Chart("What contacts do", panels, note=note)
-
-
-def _states(dataset: xr.Dataset, case: int, x: Array, chosen: Any) -> list[Layer]:
-    layers: list[Layer] = []
-    for k, c in enumerate(chosen):
-        name = str(dataset["contact"].values[c])
-        slip, opened = (_largest(dataset[f"share_{state}"].values[case, :, c]) for state in ("slip", "open"))
-        layers.append(Line(x, 100.0 * slip, contact(k), name))
-        if np.nanmax(opened, initial=0.0) > 0.0:
-            layers.append(Line(x, 100.0 * opened, contact(k, dash="dash"), f"{name}, open"))
-    return layers
 
 
 def _largest(shares: Array) -> Array:
@@ -126,18 +120,9 @@ def _over(dataset: xr.Dataset, x: Array, across: Axis) -> Chart:
     return Chart(str(dataset.attrs["title"]), panels, shared_x=True)
 
 
-def _name(dataset: xr.Dataset, case: int) -> str:
-    return f"mode {int(dataset['mode_number'].values[case])}"
-
-
 def _looks(dataset: xr.Dataset, **style: Any) -> list[dict[str, Any]]:
-    """Style, label and whether a legend lists it, of the line of each mode."""
-    count = dataset.sizes["case"]
-    names = [_name(dataset, case) for case in range(count)]
-    listed = entries(names)
-    return [
-        {"style": level(case, count, **style), "label": names[case], "listed": names[case] in listed} for case in range(count)
-    ]
+    """The lines of all modes."""
+    return level_lines([f"mode {int(number)}" for number in dataset["mode_number"].values], **style)
 
 
 def _any(dataset: xr.Dataset, name: str) -> bool:

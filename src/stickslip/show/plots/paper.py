@@ -14,7 +14,22 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from stickslip.show.plots.chart import Area, Axis, Bars, Cells, Chart, Key, Layer, Line, Panel, Rule, Shades, labelled, wrapped
+from stickslip.show.plots.chart import (
+    Area,
+    Axis,
+    Bars,
+    Cells,
+    Chart,
+    Key,
+    Layer,
+    Line,
+    Panel,
+    Rule,
+    Shades,
+    labelled,
+    polygons,
+    wrapped,
+)
 from stickslip.show.plots.look import PAGE, WIDTH, Style, colour, headed, house_style, plain
 from stickslip.show.plots.notebook import NotebookFigure
 
@@ -31,8 +46,9 @@ LONGEST_NAMES = 12
 def drawn(chart: Chart) -> Figure:
     """The figure of a chart."""
     with house_style():
-        figure = NotebookFigure(figsize=_size(chart), layout="constrained")
         heights = [max(panel.height for panel in row) for row in chart.rows]
+        size = min(max(WIDTH, 3.3 * chart.columns + 2.0), PAGE), min(0.7 + sum(heights), PAGE)
+        figure = NotebookFigure(figsize=size, layout="constrained")
         grid = figure.add_gridspec(len(chart.rows), chart.columns, height_ratios=heights)
         upper: list[Axes] = []
         for place, panel in enumerate(chart.panels):
@@ -46,15 +62,11 @@ def drawn(chart: Chart) -> Figure:
             named_x, named_y = labelled(chart.panels, chart.columns, place)
             axes.xaxis.label.set_visible(named_x and not joined)
             axes.yaxis.label.set_visible(named_y)
-        _legend(figure, chart)
+        if handles := [_handle(layer, label) for label, layer in chart.entries.items()]:
+            title = chart.legend_title or None
+            figure.legend(handles=handles, loc="outside right upper", title=title, title_fontsize=8.5)
         headed(figure, chart.title, chart.note)
     return figure
-
-
-def _size(chart: Chart) -> tuple[float, float]:
-    """Width and height in inches."""
-    heights = sum(max(panel.height for panel in row) for row in chart.rows)
-    return min(max(WIDTH, 3.3 * chart.columns + 2.0), PAGE), min(0.7 + heights, PAGE)
 
 
 def _panel(axes: Axes, panel: Panel, width: float) -> None:
@@ -90,7 +102,12 @@ def _axis(axes: Axes, stated: Axis, across: bool) -> None:
     if (low is not None or high is not None) and (low != high):
         limits(low, high)
     if log:
-        _numbered(axis)
+        low, high = axis.get_view_interval()
+        # Plain numbers at 1, 2 and 5 have room over not more than three decades.
+        if high <= 1e3 * low:
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if high > 4.0 * low else LogLocator(subs=range(1, 10)))
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_minor_formatter(NullFormatter())
     if stated.names:
         size = 8 if len(stated.names) <= LONGEST_NAMES else 5
         turned = across and sum(map(len, stated.names.values())) > 60
@@ -100,22 +117,12 @@ def _axis(axes: Axes, stated: Axis, across: bool) -> None:
         axis.set_inverted(True)
 
 
-def _numbered(axis: MatplotlibAxis) -> None:
-    """A logarithmic axis with plain numbers at 1, 2 and 5, where these have room: over not more than three decades."""
-    low, high = axis.get_view_interval()
-    if high > 1e3 * low:
-        return
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if high > 4.0 * low else LogLocator(subs=range(1, 10)))
-    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
 def _layer(axes: Axes, layer: Layer) -> None:
     match layer:
         case Line():
             axes.plot(np.asarray(layer.x, dtype=float), np.asarray(layer.y, dtype=float), **_line(layer.style, layer.label))
         case Area():
-            axes.add_collection(PolyCollection(_polygons(layer), label=plain(layer.label), **_filled(layer.style)))
+            axes.add_collection(PolyCollection(polygons(layer.x, layer.y), label=plain(layer.label), **_filled(layer.style)))
             axes.autoscale_view()
         case Bars():
             sizes, look = np.nan_to_num(np.asarray(layer.size, dtype=float)), _filled(layer.style) | {"label": plain(layer.label)}
@@ -159,20 +166,6 @@ def _line(style: Style, label: str) -> dict[str, Any]:
 
 def _filled(style: Style) -> dict[str, Any]:
     return {"facecolor": colour(style.colour), "alpha": style.opacity, "linewidth": 0.0}
-
-
-def _polygons(layer: Area) -> list[np.ndarray]:
-    corners = np.column_stack([np.asarray(layer.x, dtype=float), np.asarray(layer.y, dtype=float)])
-    pieces = np.split(corners, np.flatnonzero(np.isnan(corners[:, 0])))
-    return [known for piece in pieces if (known := piece[np.isfinite(piece).all(axis=1)]).size]
-
-
-def _legend(figure: Figure, chart: Chart) -> None:
-    """One legend for all panels, to their right."""
-    handles = [_handle(layer, label) for label, layer in chart.entries.items()]
-    if handles:
-        title = chart.legend_title or None
-        figure.legend(handles=handles, loc="outside right upper", title=title, title_fontsize=8.5)
 
 
 def _handle(layer: Layer, label: str) -> Line2D | Patch:

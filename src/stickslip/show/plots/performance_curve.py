@@ -21,13 +21,12 @@ from stickslip.show.plots.look import (
     Style,
     colour,
     contact,
-    entries,
-    level,
+    level_lines,
     rgb,
 )
 from stickslip.show.plots.response_curves import HERTZ, LINEAR
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.support.checks import Array, Index
+from stickslip.support.checks import Array
 from stickslip.support.renderers import FIGURES
 
 if TYPE_CHECKING:
@@ -47,18 +46,24 @@ def performance_curves(dataset: xr.Dataset, quantity: str = "normalised_amplitud
     """
     cases = range(dataset.sizes["case"])
     across = replace(FORCE_RATIO, quantity="μ F_C/F_E") if collapsed else FORCE_RATIO
-    x = [_abscissa(dataset, case, collapsed) for case in cases]
     sizes, scale = _sizes(dataset, quantity)
-    top = [layer for case in cases for layer in _curve(dataset, case, quantity, x[case], scale)]
+    top: list[Layer] = []
+    bottom: list[Layer] = []
+    regions: list[Layer] = []
+    for case, look in enumerate(level_lines([_name(dataset, case) for case in cases])):
+        friction = float(dataset["friction"].values[case])
+        x = dataset["force_ratio"].values * (friction if collapsed and not np.isnan(friction) else 1.0)
+        top += _curve(dataset, case, quantity, x, scale, look)
+        bottom.append(Line(x, dataset["frequency"].values[case], **look))
+        regions.append(_regions(dataset, case, x))
     limits = [Rule(float(dataset[f"{key}_frequency"].values[0]), style, words, "y") for key, (words, style) in LINEAR.items()]
-    bottom = [Line(x[case], dataset["frequency"].values[case], **_look(dataset, case)) for case in cases]
     height = min(0.35 + 0.2 * len(cases), 2.0)
     names = Axis("", names={float(case): _name(dataset, case) for case in spread(len(cases), MOST_ENTRIES)}, upside_down=True)
     keys = [Key(region, Style(region)) for region in REGIONS]
     panels = [
         Panel(across, sizes, top, height=2.9),
         Panel(across, HERTZ, [*bottom, *limits], height=1.9),
-        Panel(across, names, [*(_regions(dataset, case, x[case]) for case in cases), *keys], height=height),
+        Panel(across, names, [*regions, *keys], height=height),
     ]
     return Chart(str(dataset.attrs["title"]), panels, shared_x=True)
 
@@ -68,8 +73,21 @@ def dissipation(dataset: xr.Dataset) -> Chart:
     cases = spread(dataset.sizes["case"], MOST_PANELS)
     energy = np.nan_to_num(dataset["dissipated"].values)
     order = np.asarray(np.argsort(-energy.sum(axis=(0, 1)), kind="stable"), dtype=np.int64)
-    axis = Axis("share of the dissipation", "%", limits=(0.0, 100.0))
-    panels = [Panel(FORCE_RATIO, axis, _shares(dataset, energy[case], order), _name(dataset, case)) for case in cases]
+    shown, rest = order[: len(CONTACTS) - 1], order[len(CONTACTS) - 1 :]  # contacts that have no colour left are one
+    names = [str(dataset["contact"].values[c]) for c in shown] + (["others"] if rest.size else [])
+    axis, x, panels = Axis("share of the dissipation", "%", limits=(0.0, 100.0)), dataset["force_ratio"].values, []
+    for case in cases:
+        total = energy[case].sum(axis=1, keepdims=True)
+        known = total > 1e-9 * total.max(initial=0.0)
+        shares = 100.0 * np.divide(energy[case], total, out=np.zeros_like(energy[case]), where=known)
+        parts = [*shares[:, shown].T, *([shares[:, rest].sum(axis=1)] if rest.size else [])]
+        layers: list[Layer] = []
+        below = np.zeros(len(shares))
+        for k, (name, part) in enumerate(zip(names, parts, strict=True)):
+            above, edge = below + part, contact(k, width=0.5)
+            layers += [band(x, below, above, contact(k), name), Line(x, above, edge, name, {"share in %": part}, listed=False)]
+            below = above
+        panels.append(Panel(FORCE_RATIO, axis, layers, _name(dataset, case)))
     return Chart("Which contact dissipates", panels, shared_x=True)
 
 
@@ -111,21 +129,9 @@ def _name(dataset: xr.Dataset, case: int) -> str:
     return "as built" if np.isnan(mu) else f"μ = {mu:g}"
 
 
-def _look(dataset: xr.Dataset, case: int) -> dict[str, Any]:
-    """Style, label and whether a legend lists it, of the curve of a case."""
-    count = dataset.sizes["case"]
-    listed = _name(dataset, case) in entries([_name(dataset, other) for other in range(count)])
-    return {"style": level(case, count), "label": _name(dataset, case), "listed": listed}
-
-
-def _abscissa(dataset: xr.Dataset, case: int, collapsed: bool) -> Array:
-    factor = float(dataset["friction"].values[case]) if collapsed else 1.0
-    return np.asarray(dataset["force_ratio"].values * (1.0 if np.isnan(factor) else factor))
-
-
-def _curve(dataset: xr.Dataset, case: int, quantity: str, x: Array, scale: float) -> list[Layer]:
+def _curve(dataset: xr.Dataset, case: int, quantity: str, x: Array, scale: float, look: dict[str, Any]) -> list[Layer]:
     """The peaks of one case, those on isolas, where another peak becomes the highest, and the optimum."""
-    look, one = _look(dataset, case), dataset.isel(case=case)
+    one = dataset.isel(case=case)
     height, style = scale * one[quantity].values, look["style"]
     hover = {"frequency in Hz": one["frequency"].values, "loss factor": one["loss_factor"].values}
     layers: list[Layer] = [
@@ -152,26 +158,8 @@ def _region(number: float) -> str:
 
 def _regions(dataset: xr.Dataset, case: int, x: Array) -> Cells:
     """The region of every point as a coloured bar."""
-    found = dataset["region"].values[case]
+    regions = dataset["region"].values[case]
     edges = np.concatenate([x[:1], edges_between(x, log=True)[1:-1], x[-1:]])
-    colours = np.array([rgb(colour(_region(value))) if np.isfinite(value) else np.full(3, np.nan) for value in found])
-    words = [f"{_name(dataset, case)}, F_C/F_E {ratio:.4g}: {_region(value)}" for ratio, value in zip(x, found, strict=True)]
+    colours = np.array([rgb(colour(_region(value))) if np.isfinite(value) else np.full(3, np.nan) for value in regions])
+    words = [f"{_name(dataset, case)}, F_C/F_E {ratio:.4g}: {_region(value)}" for ratio, value in zip(x, regions, strict=True)]
     return Cells(edges, colours[None], [words], float(case))
-
-
-def _shares(dataset: xr.Dataset, energy: Array, order: Index) -> list[Layer]:
-    """Contacts in the given order, those that have no colour left as one."""
-    total = energy.sum(axis=1, keepdims=True)
-    shares = 100.0 * np.divide(energy, total, out=np.zeros_like(energy), where=total > 1e-9 * total.max(initial=0.0))
-    shown, rest = order[: len(CONTACTS) - 1], order[len(CONTACTS) - 1 :]
-    parts = [*shares[:, shown].T, *([shares[:, rest].sum(axis=1)] if rest.size else [])]
-    names = [str(dataset["contact"].values[c]) for c in shown] + (["others"] if rest.size else [])
-    layers: list[Layer] = []
-    x, below = dataset["force_ratio"].values, np.zeros(len(shares))
-    for k, (name, part) in enumerate(zip(names, parts, strict=True)):
-        layers += [
-            band(x, below, below + part, contact(k), name),
-            Line(x, below + part, contact(k, width=0.5), name, {"share in %": part}, listed=False),
-        ]
-        below = below + part
-    return layers

@@ -25,8 +25,18 @@ def response_bounds(dataset: xr.Dataset) -> Chart:
     if dataset.attrs["objective"] == "peak":
         return peak_ranges(dataset)
     cases, note = shown_levels(np.arange(dataset.sizes["case"]))
-    sizes = from_zero(Axis(size_label(dataset), bound_unit(dataset).name))
-    panels = [Panel(HERTZ, sizes, _band(dataset, case), force_text(dataset, case)) for case in cases.tolist()]
+    hertz, unit = dataset["frequency"].values, bound_unit(dataset)
+    sizes, panels = from_zero(Axis(size_label(dataset), unit.name)), []
+    for case in cases.tolist():
+        low, high = dataset["amplitude"].values[case] / unit.metres
+        cloud, loss = dataset["sampled_amplitude"].values[case] / unit.metres, dataset["loss_factor"].values[case]
+        layers: list[Layer] = [
+            band(hertz, low, high, BETWEEN, "between the bounds"),
+            Line(np.broadcast_to(hertz, cloud.shape).ravel(), cloud.ravel(), SAMPLED, "sampled start states"),
+            Line(hertz, low, LOWER, "lower bound", {"loss factor": loss[0]}),
+            Line(hertz, high, UPPER, "upper bound", {"loss factor": loss[1]}),
+        ]
+        panels.append(Panel(HERTZ, sizes, layers, force_text(dataset, case)))
     title = f"Bounds by {dataset.attrs['objective'].replace('_', ' ')}: {dataset.attrs['title']}"
     return Chart(title, panels, note=note, shared_x=True)
 
@@ -34,19 +44,6 @@ def response_bounds(dataset: xr.Dataset) -> Chart:
 def bound_unit(dataset: xr.Dataset) -> Length:
     """The unit to draw sizes in."""
     return shown_unit(dataset["amplitude"].attrs["units"], float(np.nanmax(dataset["amplitude"].values, initial=0.0)))
-
-
-def _band(dataset: xr.Dataset, case: int) -> list[Layer]:
-    hertz, unit = dataset["frequency"].values, bound_unit(dataset).metres
-    low, high = dataset["amplitude"].values[case] / unit
-    cloud = dataset["sampled_amplitude"].values[case] / unit
-    loss = dataset["loss_factor"].values[case]
-    return [
-        band(hertz, low, high, BETWEEN, "between the bounds"),
-        Line(np.broadcast_to(hertz, cloud.shape).ravel(), cloud.ravel(), SAMPLED, "sampled start states"),
-        Line(hertz, low, LOWER, "lower bound", {"loss factor": loss[0]}),
-        Line(hertz, high, UPPER, "upper bound", {"loss factor": loss[1]}),
-    ]
 
 
 def peak_ranges(dataset: xr.Dataset) -> Chart:
@@ -91,6 +88,8 @@ def start_states(dataset: xr.Dataset, case: int = 0) -> Chart:
     """The start variables that make the bounds, against frequency: blue −1, white 0, red 1."""
     hertz, variables = dataset["frequency"].values, dataset["start_variable"].values[case]
     rows = variables.shape[-1]
+    keys = Key("−1", Style("contact 0")), Key("1", Style("contact 5"))
+    ends = [rgb(colour(key.style.colour)) for key in keys]
     panels = []
     for bound, word in enumerate(("lower", "upper")):
         values = variables[bound].T
@@ -98,18 +97,9 @@ def start_states(dataset: xr.Dataset, case: int = 0) -> Chart:
             [f"start variable {k + 1}, {f:.2f} Hz: {value:.3g}" for f, value in zip(hertz, along, strict=True)]
             for k, along in enumerate(values)
         ]
-        cells = Cells(edges_between(hertz), _diverging(values), words)
+        # Mixtures of white, at zero, with the colour of the nearer end.
+        mixed = 1.0 + np.abs(values)[..., None] * (np.where(values[..., None] < 0.0, *ends) - 1.0)
+        cells = Cells(edges_between(hertz), mixed, words)
         axis = Axis("start variable", limits=(-0.5, rows - 0.5), upside_down=True)
-        panels.append(Panel(HERTZ, axis, [cells, *DIVERGING], f"{word} bound", 1.9))
+        panels.append(Panel(HERTZ, axis, [cells, *keys], f"{word} bound", 1.9))
     return Chart(f"Start states of the bounds, {force_text(dataset, case)}", panels, shared_x=True)
-
-
-DIVERGING = (Key("−1", Style("contact 0")), Key("1", Style("contact 5")))
-"""The ends of start variables; zero is white."""
-
-
-def _diverging(values: np.ndarray) -> np.ndarray:
-    """Values from −1 to 1 as mixtures of two colours with white, (..., 3)."""
-    ends = np.array([rgb(colour(key.style.colour)) for key in DIVERGING])
-    towards = np.where(np.asarray(values)[..., None] < 0.0, ends[0], ends[1])
-    return np.asarray(1.0 + np.abs(values)[..., None] * (towards - 1.0))

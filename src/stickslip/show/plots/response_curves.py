@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -67,21 +67,19 @@ def response_curves(
     derived, per_force = quantity_named(quantity or own.name, per_force)
     measure, lines = Measure(derived, own.kind), case_lines(dataset)
     scales = [_scale(dataset, case, per_force, derived) for case in range(len(lines))]
-    curves = [
-        part
-        for case, line in enumerate(lines)
-        for part in _by_stability(dataset, case, _curve(dataset, case, index, scales[case], measure, line))
-    ]
+    curves = [part for case, line in enumerate(lines) for part in _curve(dataset, case, index, scales[case], measure, line)]
     firsts = [cases[0] for cases in levels_of(dataset)][: 1 if per_force else None]
     known = has_linear_curves(dataset)
     linear = [Line([np.nan], [np.nan], style, words) for words, style in LINEAR.values()] if known else []
     for case in firsts if known else ():
         linear += _linear(dataset, case, index, scales[case], measure, "grey" if per_force else lines[case]["style"].colour)
     axis = response_axis(dataset, per_force, measure)
-    axis = replace(axis, log=log and _has_heights(curves), limits=_limits(curves, log))
+    limits = height_limits(curves, log)
+    axis = replace(axis, log=log and limits[0] is not None, limits=limits)
     layers = [*linear, *curves, *_peaks(dataset, index, scales, measure, lines), *_failed(dataset, axis)]
     title, name = str(dataset.attrs.get("title", "")), str(dataset.output.values[index])
-    hertz = replace(HERTZ, limits=_band(dataset))
+    computed = dataset.frequency.values[dataset.outcome.values != Outcome.EMPTY]
+    hertz = replace(HERTZ, limits=(float(computed.min()), float(computed.max())) if computed.size else (None, None))
     return Chart(f"{title}: {name}" if title else name, [Panel(hertz, axis, layers, height=4.1)])
 
 
@@ -180,23 +178,20 @@ def _scale(dataset: xr.Dataset, case: int, per_force: bool, quantity: Quantity, 
     return 1.0 / quantity_unit(length or length_unit(dataset), quantity).metres / (level if per_force else 1.0)
 
 
-def _curve(dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, line: dict[str, Any]) -> Line:
+def _curve(dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, line: dict[str, Any]) -> Iterator[Line]:
+    """One curve, its unstable parts dashed where their stability is known."""
     size = scale * along_curve_as(dataset, measure, case, output)
     few = {"marker": "circle", "size": 3.0} if np.count_nonzero(np.isfinite(size)) < 12 else {}
     hover = {"phase in °": phase(dataset, case, output, measure.order), "loss factor": along_curve(dataset, "loss_factor", case)}
     hover |= {"dissipated per period in J": np.sum(along_curve(dataset, "dissipated", case), axis=1)}
-    return Line(frequencies(dataset, case), size, **{**line, "style": replace(line["style"], **few)}, hover=hover)
-
-
-def _by_stability(dataset: xr.Dataset, case: int, curve: Line) -> Iterator[Line]:
-    """The curve, its unstable parts dashed where their stability is known."""
+    curve = Line(frequencies(dataset, case), size, **{**line, "style": replace(line["style"], **few)}, hover=hover)
     unstable = unstable_steps(dataset, case) if has_stability(dataset) else np.zeros(0, dtype=bool)
     if not unstable.any():
         yield curve
         return
-    stable, other = split(np.asarray(curve.y, dtype=float), unstable)
-    yield replace(curve, y=stable)
-    yield replace(curve, y=other, style=replace(curve.style, dash="dash"), listed=False)
+    stable_part, unstable_part = split(size, unstable)
+    yield replace(curve, y=stable_part)
+    yield replace(curve, y=unstable_part, style=replace(curve.style, dash="dash"), listed=False)
 
 
 def _peaks(
@@ -229,17 +224,7 @@ def _linear(dataset: xr.Dataset, case: int, output: int, scale: float, measure: 
         yield Line(dataset.linear_frequency.values, size, style, words, listed=False)
 
 
-def _band(dataset: xr.Dataset) -> tuple[float | None, float | None]:
-    """The band that was computed."""
-    computed = dataset.frequency.values[dataset.outcome.values != 0]
-    return (float(computed.min()), float(computed.max())) if computed.size else (None, None)
-
-
-def _has_heights(curves: list[Line]) -> bool:
-    return _limits(curves, log=True)[0] is not None
-
-
-def _limits(curves: list[Line], log: bool) -> tuple[float | None, float | None]:
+def height_limits(curves: Sequence[Line], log: bool) -> tuple[float | None, float | None]:
     """From zero on a linear axis, from a little below the lowest curve on a logarithmic one; linear curves may go out of it."""
     heights = np.concatenate([np.asarray(curve.y, dtype=float) for curve in curves])
     heights = heights[np.isfinite(heights) & (heights > 0.0)]

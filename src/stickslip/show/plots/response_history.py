@@ -9,8 +9,7 @@ import numpy as np
 from stickslip.show.plots.bound_cycles import MOST_ROWS, PERIOD
 from stickslip.show.plots.chart import Axis, Chart, Line, Panel
 from stickslip.show.plots.cycles import run_cycles
-from stickslip.show.plots.look import entries
-from stickslip.show.plots.look import level as level_style
+from stickslip.show.plots.look import level_lines
 from stickslip.support.checks import Index, fault
 from stickslip.support.renderers import FIGURES
 
@@ -25,25 +24,15 @@ def before_and_after(dataset: xr.Dataset, level: float | None = None, summed: bo
     level: the one repeated level at which the mean forces change most, unless given; summed: over the points of a surface.
     """
     runs = repeated_runs(dataset, level)
-    found = run_cycles(dataset, runs, summed)
-    change = np.ptp(found.force.mean(axis=-1), axis=0)
+    cycles = run_cycles(dataset, runs, summed)
+    change = np.ptp(cycles.force.mean(axis=-1), axis=0)
     rows = sorted(np.argsort(-change, kind="stable")[:MOST_ROWS].tolist())
     hertz = dataset["largest_frequency"].values[runs, 0]
     names = [f"run {run + 1}, {at:.1f} Hz" for run, at in zip(runs, hertz, strict=True)]
-    listed = entries(names)
-    panels = [
-        Panel(
-            PERIOD,
-            Axis("contact force", "N"),
-            [
-                Line(found.phase, found.force[k, row], level_style(k, runs.size), name, listed=name in listed)
-                for k, name in enumerate(names)
-            ],
-            found.rows[row],
-            1.7,
-        )
-        for row in rows
-    ]
+    panels = []
+    for row in rows:
+        lines = [Line(cycles.phase, cycles.force[k, row], **look) for k, look in enumerate(level_lines(names))]
+        panels.append(Panel(PERIOD, Axis("contact force", "N"), lines, cycles.rows[row], 1.7))
     level = float(dataset["force_level"].values[runs[0]])
     return Chart(f"One force, {level:g}, before and after others: {dataset.attrs['title']}", panels, columns=2)
 

@@ -22,20 +22,18 @@ def tornado(dataset: xr.Dataset) -> Chart:
     other, since both may lie on the same side; total indices beside the names."""
     measure = measure_in(dataset)
     peak = "peak amplitude" if measure == DISPLACEMENT_AMPLITUDE else f"peak {measure.symbol}"
-    panels = [_panel(dataset, q, words) for q, words in enumerate((peak, "peak frequency"))]
+    panels = []
+    for q, quantity in enumerate((peak, "peak frequency")):
+        middle, total = float(dataset["middle"].values[q]), dataset["total"].values[:, q]
+        ends = [100.0 * (dataset[key].values[:, q] / middle - 1.0) for key in ("low_end", "high_end")]
+        order = np.argsort(np.max(np.abs(ends), axis=0))
+        names = [f"{spoken(str(dataset['parameter'].values[k]))}, {total[k]:.2f}" for k in order]
+        rows, hover = np.arange(len(names), dtype=float), {"total index": total[order]}
+        layers: list[Layer] = [
+            Bars(rows + beside, values[order], contact(k), label, width=0.32, horizontal=True, hover=hover)
+            for k, (values, label, beside) in enumerate(zip(ends, ("low end", "high end"), (0.16, -0.16), strict=True))
+        ]
+        layers.append(Rule(0.0, Style("grey", width=0.8)))
+        axes = Axis(f"change of the {quantity}", "%"), Axis("", names={float(row): name for row, name in enumerate(names)})
+        panels.append(Panel(*axes, layers, quantity.capitalize(), 0.6 + 0.4 * len(names)))
     return Chart("Effect of each parameter, with its total index", panels, columns=2)
-
-
-def _panel(dataset: xr.Dataset, q: int, words: str) -> Panel:
-    middle, total = float(dataset["middle"].values[q]), dataset["total"].values[:, q]
-    ends = [100.0 * (dataset[key].values[:, q] / middle - 1.0) for key in ("low_end", "high_end")]
-    order = np.argsort(np.max(np.abs(ends), axis=0))
-    names = [f"{spoken(str(dataset['parameter'].values[k]))}, {total[k]:.2f}" for k in order]
-    places = np.arange(len(names), dtype=float)
-    layers: list[Layer] = [
-        Bars(places + beside, values[order], contact(k), label, width=0.32, horizontal=True, hover={"total index": total[order]})
-        for k, (values, label, beside) in enumerate(zip(ends, ("low end", "high end"), (0.16, -0.16), strict=True))
-    ]
-    layers.append(Rule(0.0, Style("grey", width=0.8)))
-    axis = Axis("", names={float(place): name for place, name in enumerate(names)})
-    return Panel(Axis(f"change of the {words}", "%"), axis, layers, words.capitalize(), 0.6 + 0.4 * len(names))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.results.shown_units import in_system, system_of
-from stickslip.show.plots.chart import Area, Axis, Bars, Cells, Chart, Layer, Line, Panel, Rule, Shades
+from stickslip.show.plots.chart import Area, Axis, Bars, Cells, Chart, Layer, Line, Rule, Shades
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import UnitSystem
 
@@ -20,7 +20,14 @@ if TYPE_CHECKING:
 
 def shown_chart(chart: Chart, system: UnitSystem | None) -> Chart:
     """The chart with every length, force, mass, stress and energy in the units of a system; as it is without one."""
-    return chart if system is None else replace(chart, panels=[_panel(panel, system) for panel in chart.panels])
+    if system is None:
+        return chart
+    panels = []
+    for panel in chart.panels:
+        across, x = _axis(panel.x, system)
+        up, y = _axis(panel.y, system)
+        panels.append(replace(panel, x=x, y=y, layers=[_layer(layer, across, up, system) for layer in panel.layers]))
+    return replace(chart, panels=panels)
 
 
 @FIGURES.of("Result", "in the units of the study")
@@ -29,12 +36,6 @@ def shown_of(drawn: Chart | Figure, result: Any) -> Chart | Figure:
     if not isinstance(drawn, Chart) or not hasattr(result, "dataset"):
         return drawn
     return shown_chart(drawn, system_of(result.dataset))
-
-
-def _panel(panel: Panel, system: UnitSystem) -> Panel:
-    across, x = _axis(panel.x, system)
-    up, y = _axis(panel.y, system)
-    return replace(panel, x=x, y=y, layers=[_layer(layer, across, up, system) for layer in panel.layers])
 
 
 def _axis(axis: Axis, system: UnitSystem) -> tuple[float, Axis]:
@@ -66,12 +67,12 @@ def _layer(layer: Layer, x: float, y: float, system: UnitSystem) -> Layer:
 
 def _hover(hover: Mapping[str, ArrayLike], system: UnitSystem) -> dict[str, ArrayLike]:
     """What else is known of each point, by names such as "energy in J"; texts stay."""
-    found: dict[str, ArrayLike] = {}
+    shown: dict[str, ArrayLike] = {}
     for name, values in hover.items():
-        words, within, unit = name.rpartition(" in ")
-        factor, own = in_system(unit, system) if within else (1.0, unit)
-        found[f"{words}{within}{own}"] = values if factor == 1.0 else _times(values, factor)
-    return found
+        quantity, within, unit = name.rpartition(" in ")
+        factor, shown_unit = in_system(unit, system) if within else (1.0, unit)
+        shown[f"{quantity}{within}{shown_unit}"] = values if factor == 1.0 else _times(values, factor)
+    return shown
 
 
 def _times(values: ArrayLike, factor: float) -> ArrayLike:

@@ -11,8 +11,8 @@ import numpy as np
 from stickslip.results.stability import UNSTABLE, split
 from stickslip.results.view import Length, level_text, unit_for
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, spans
-from stickslip.show.plots.look import FREE, STUCK, Style, contact, entries, level
-from stickslip.show.plots.response_curves import HERTZ
+from stickslip.show.plots.look import Style, contact, level_lines
+from stickslip.show.plots.response_curves import HERTZ, LINEAR, height_limits
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import FIGURES
 
@@ -27,7 +27,10 @@ def over_speed(dataset: xr.Dataset, output: int = 0, log: bool = True) -> Chart:
     """Amplitude of an output over the speed; grey: linear, without contacts (dotted) and all stuck (dashed), at the first level;
     dots: highest peaks; dashed: unstable; of several engine orders the envelope as a wide pale line."""
     unit = unit_for(float(np.nanmax(dataset["amplitude"].values[..., output], initial=0.0)))
-    looks = _looks(dataset)
+    orders = dataset["engine_order"].values.tolist()
+    curves = [(e, case) for e in range(len(orders)) for case in range(dataset.sizes["case"])]
+    labels = [f"engine order {orders[e]}, {level_text(dataset, case)}" for e, case in curves]
+    looks = dict(zip(curves, level_lines(labels), strict=True))
     layers: list[Layer] = []
     if dataset.sizes["engine_order"] > 1:
         for case in range(dataset.sizes["case"]):
@@ -35,12 +38,15 @@ def over_speed(dataset: xr.Dataset, output: int = 0, log: bool = True) -> Chart:
             style = Style("grey", width=5.0, opacity=0.25)
             layers.append(Line(dataset["envelope_speed"].values, values, style, "envelope", listed=case == 0))
     for e in range(dataset.sizes["engine_order"]):
-        layers += _linear(dataset, e, output, unit)
+        at = f", {level_text(dataset, 0)}" if dataset.sizes["case"] > 1 else ""
+        for name, (words, style) in LINEAR.items():
+            values = dataset[f"{name}_amplitude"].values[e, 0, :, output] / unit.metres
+            look = replace(style, colour="grey", opacity=0.6)
+            layers.append(Line(dataset["linear_speed"].values[e], values, look, f"{words}{at}", listed=e == 0))
         for case in range(dataset.sizes["case"]):
             layers += _curve(dataset, (e, case), output, unit, looks[e, case])
-    heights = np.concatenate([np.ravel(layer.y) for layer in layers if isinstance(layer, Line) and layer.style.colour != "grey"])
-    heights = heights[np.isfinite(heights) & (heights > 0.0)]
-    limits = (0.7 * float(heights.min()), 1.6 * float(heights.max())) if log and heights.size else (None, None)
+    nonlinear = [layer for layer in layers if isinstance(layer, Line) and layer.style.colour != "grey"]
+    limits = height_limits(nonlinear, log) if log else (None, None)
     axis = Axis(f"amplitude of {dataset['output'].values[output]}", unit.name, log=log, limits=limits)
     return Chart(
         str(dataset.attrs["title"]), [Panel(SPEED, axis, layers, height=4.1)], note="frequency = engine order × speed/60"
@@ -70,26 +76,6 @@ def peaks_over_speed(dataset: xr.Dataset, output: int = 0) -> Chart:
     axis = Axis(f"amplitude of {dataset['output'].values[output]}", unit.name, log=spans(values[np.isfinite(values)], 8.0))
     title = f"{dataset.attrs['title']}: highest peaks"
     return Chart(title, [Panel(SPEED, axis, sizes, height=2.6), Panel(SPEED, HERTZ, hertz, height=2.6)], shared_x=True)
-
-
-def _looks(dataset: xr.Dataset) -> dict[tuple[int, int], dict[str, Any]]:
-    """Style, label and whether a legend lists it, of each engine order and force level."""
-    orders, cases = dataset["engine_order"].values.tolist(), range(dataset.sizes["case"])
-    labels = {(e, c): f"engine order {order}, {level_text(dataset, c)}" for e, order in enumerate(orders) for c in cases}
-    listed = entries(list(labels.values()))
-    count = len(labels)
-    return {
-        place: {"style": level(k, count), "label": label, "listed": label in listed}
-        for k, (place, label) in enumerate(labels.items())
-    }
-
-
-def _linear(dataset: xr.Dataset, e: int, output: int, unit: Length) -> Iterator[Layer]:
-    at = f", {level_text(dataset, 0)}" if dataset.sizes["case"] > 1 else ""
-    for name, words, style in (("free", "no contacts", FREE), ("stuck", "contacts stuck", STUCK)):
-        values = dataset[f"{name}_amplitude"].values[e, 0, :, output] / unit.metres
-        look = replace(style, colour="grey", opacity=0.6)
-        yield Line(dataset["linear_speed"].values[e], values, look, f"{words}{at}", listed=e == 0)
 
 
 def _curve(dataset: xr.Dataset, place: tuple[int, int], output: int, unit: Length, look: dict[str, Any]) -> Iterator[Layer]:

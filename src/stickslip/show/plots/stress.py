@@ -26,22 +26,20 @@ def stress_curves(dataset: xr.Dataset) -> Chart:
     """Largest von Mises stress over the period against Hz at each place; dots mark the largest of each curve."""
     if "stress_von_mises" not in dataset:
         raise InputError("The figure of stress must have stress along the curves. Draw `response.with_stress(recovery)`.")
-    names = [str(place) for place in dataset["place"].values]
+    names = [str(name) for name in dataset["place"].values]
     places = most_stressed(dataset)
     note = f"{len(places)} of {len(names)} places, the most stressed" if len(places) < len(names) else ""
-    panels = [Panel(HERTZ, Axis("von Mises stress", "MPa", log=True), _at(dataset, k), names[k], 2.3) for k in places]
+    panels = []
+    for place in places:
+        layers: list[Layer] = []
+        for case, line in enumerate(case_lines(dataset)):
+            hertz, stress = frequencies(dataset, case), along_curve(dataset, "stress_von_mises", case)[:, place] / MPa
+            layers.append(Line(hertz, stress, **line))
+            if np.any(np.isfinite(stress)):
+                top, dot = int(np.nanargmax(stress)), replace(line["style"], dash="none", marker="circle")
+                layers.append(Line(hertz[[top]], stress[[top]], dot, line["label"], {"": ["largest"]}, listed=False))
+        panels.append(Panel(HERTZ, Axis("von Mises stress", "MPa", log=True), layers, names[place], 2.3))
     return Chart(f"Stress: {dataset.attrs['title']}", panels, note=note, shared_x=True)
-
-
-def _at(dataset: xr.Dataset, place: int) -> list[Layer]:
-    layers: list[Layer] = []
-    for case, line in enumerate(case_lines(dataset)):
-        hertz, stress = frequencies(dataset, case), along_curve(dataset, "stress_von_mises", case)[:, place] / MPa
-        layers.append(Line(hertz, stress, **line))
-        if np.any(np.isfinite(stress)):
-            top, dot = int(np.nanargmax(stress)), replace(line["style"], dash="none", marker="circle")
-            layers.append(Line(hertz[[top]], stress[[top]], dot, line["label"], {"": ["largest"]}, listed=False))
-    return layers
 
 
 def most_stressed(dataset: xr.Dataset) -> list[int]:

@@ -21,8 +21,18 @@ HEIGHT = 2.9
 @FIGURES.of("TimeResponse")
 def last_period(dataset: xr.Dataset) -> Chart:
     """Displacement of the outputs against time, and contact force against displacement."""
-    rows = widest_loops(dataset)
-    panels = [_outputs(dataset), *([_loops(dataset, rows)] if rows else [])]
+    names, milliseconds = [str(name) for name in dataset["output"].values], 1e3 * dataset["time"].values
+    motions = [
+        Line(milliseconds, 1e6 * dataset["displacement"].values[k], level(k, len(names)), name) for k, name in enumerate(names)
+    ]
+    panels = [Panel(Axis("time", "ms"), Axis("displacement", "µm"), motions, "Outputs", HEIGHT)]
+    loops = []
+    for k, (at, direction) in enumerate(widest_loops(dataset)):
+        motion, force = (dataset[f"{name}_history"].values[at, direction] for name in ("motion", "force"))
+        label = f"{dataset['contact'].values[at]}, {dataset['direction'].values[direction]}"
+        loops.append(Line(1e6 * closed(motion), closed(force), contact(k), label))
+    if loops:
+        panels.append(Panel(Axis("contact displacement", "µm"), Axis("contact force", "N"), loops, "Contacts", HEIGHT))
     where = f"{dataset.attrs['frequency']:.5g} Hz, force level {dataset.attrs['force_level']:g}"
     title = f"{dataset.attrs['title']} at {where}: last of {int(dataset['periods'])} periods"
     title += "" if dataset.attrs["outcome"] == "periodic" else f", {dataset.attrs['outcome'].replace('_', ' ')}"
@@ -36,20 +46,3 @@ def widest_loops(dataset: xr.Dataset) -> list[tuple[int, int]]:
     area = np.abs(np.nan_to_num(np.sum(force * np.roll(motion, -1, axis=-1) - np.roll(force, -1, axis=-1) * motion, axis=-1)))
     ranked = sorted(np.ndindex(size.shape), key=lambda place: (-area[place], -size[place]))
     return sorted(place for place in ranked[:MOST_LOOPS] if size[place] > 0.0)
-
-
-def _outputs(dataset: xr.Dataset) -> Panel:
-    names, milliseconds = [str(name) for name in dataset["output"].values], 1e3 * dataset["time"].values
-    lines = [
-        Line(milliseconds, 1e6 * dataset["displacement"].values[k], level(k, len(names)), name) for k, name in enumerate(names)
-    ]
-    return Panel(Axis("time", "ms"), Axis("displacement", "µm"), lines, "Outputs", HEIGHT)
-
-
-def _loops(dataset: xr.Dataset, rows: list[tuple[int, int]]) -> Panel:
-    lines = []
-    for k, (at, direction) in enumerate(rows):
-        motion, force = (dataset[f"{name}_history"].values[at, direction] for name in ("motion", "force"))
-        label = f"{dataset['contact'].values[at]}, {dataset['direction'].values[direction]}"
-        lines.append(Line(1e6 * closed(motion), closed(force), contact(k), label))
-    return Panel(Axis("contact displacement", "µm"), Axis("contact force", "N"), lines, "Contacts", HEIGHT)

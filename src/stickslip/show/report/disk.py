@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from stickslip.analyses.nodal_diameters import has_disk
-from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
-from stickslip.show.plots.nodal_damping import wave_damping
+from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, wave_damping
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.markup import section, text
 from stickslip.show.report.pictures import picture
