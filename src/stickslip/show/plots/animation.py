@@ -129,6 +129,7 @@ class Animation(MovingPicture):
         return tuple(name for name in ("section", "wheel", "loops") if any(part.panel == name for part in self.parts))
 
     def _section(self) -> list[Polyline]:
+        """Platforms, dampers, forces and contacts in the plane of the section, displacements magnified."""
         motion, m = self.motion, self.magnification
         drawn = []
         for face in motion.faces:

@@ -16,26 +16,24 @@ if TYPE_CHECKING:
 NEAREST = 8
 """Engine orders named in the interference diagram: those with the smallest margins."""
 
-LOOKS = {"free": {"dash": "dot"}, "stuck": {}, "nonlinear": {"dash": "dash"}}
-
 
 @FIGURES.of("Campbell")
 def over_speed(dataset: xr.Dataset) -> Chart:
     """Free (dotted), stuck (solid) and nonlinear resonance (dashed) over the speed, engine-order lines, dots where they cross."""
     speeds, orders = dataset["speed"].values, dataset["engine_order"].values
     layers: list[Layer] = []
-    for s, (state, dash) in enumerate(LOOKS.items()):
+    for s, (state, dash) in enumerate({"free": "dot", "stuck": "solid", "nonlinear": "dash"}.items()):
         curves = dataset["frequency"].sel(state=state).values
         shown = np.unique(curves, axis=0) if np.isfinite(curves).all() else curves[np.isfinite(curves).any(axis=1)]
-        layers += [Line(speeds, curve, contact(s, **dash), state, listed=k == 0) for k, curve in enumerate(shown)]
+        layers += [Line(speeds, curve, contact(s, dash=dash), state, listed=k == 0) for k, curve in enumerate(shown)]
     for o, order in enumerate(orders.tolist()):
         style = level(o, orders.size, width=1.0)
         layers.append(Line(speeds, order * speeds / 60.0, style, f"engine order {order}"))
-        one = dataset.isel(engine_order=o)
-        met = np.isfinite(one["crossing_speed"].values)
+        crossings = dataset.isel(engine_order=o)
+        met = np.isfinite(crossings["crossing_speed"].values)
         if met.any():
             dots = level(o, orders.size, marker="circle", dash="none")
-            x, y = one["crossing_speed"].values[met], one["crossing_frequency"].values[met]
+            x, y = crossings["crossing_speed"].values[met], crossings["crossing_frequency"].values[met]
             layers.append(Line(x, y, dots, f"engine order {order}", listed=False))
     if "operating_speed" in dataset.attrs:
         layers.append(Rule(float(dataset.attrs["operating_speed"]), Style("grey", "dash", 1.0), "operating speed"))

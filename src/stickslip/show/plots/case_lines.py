@@ -21,7 +21,8 @@ def case_lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
     styles: dict[int, Style] = {}
     labels: dict[int, str] = {}
     for place, cases in enumerate(groups):
-        middle = median(dataset, cases)
+        starts = representative_starts(dataset, cases)
+        middle = starts[len(starts) // 2]  # the start state whose highest peak is the median one
         for case in cases:
             thin = is_cloud(dataset) and case != middle
             styles[case] = level(place, len(groups), **({"width": THIN, "opacity": 0.45} if thin else {}))
@@ -31,9 +32,3 @@ def case_lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
                 labels[case] = f"{force_text(dataset, case)}, {f'{len(cases)} start states' if thin else 'median'}"
     listed = entries([labels[case] for case in range(len(labels))])
     return [{"style": styles[case], "label": labels[case], "listed": labels[case] in listed} for case in range(len(labels))]
-
-
-def median(dataset: xr.Dataset, cases: list[int]) -> int:
-    """The start state whose highest peak is the median one."""
-    found = representative_starts(dataset, cases)
-    return found[len(found) // 2]

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AT_90 = "force and displacement at 90°"
-LOSS = Axis("loss factor")
 
 
 @FIGURES.of("ControlledResponse")
@@ -86,7 +85,7 @@ def _over_amplitude(dataset: xr.Dataset, name: str, force: str, amplitude: Array
     units = dataset[name].attrs["units"]
     shown = shown_unit(units, float(np.max(amplitude, initial=0.0)))
     across = Axis(f"amplitude of the {dataset.attrs['quantity']}", shown.name, log=spans(amplitude, 8.0))
-    axes = HERTZ, replace(_force_axis(dataset, force), log=spans(values[1], 8.0)), LOSS
+    axes = HERTZ, replace(_force_axis(dataset, force), log=spans(values[1], 8.0)), Axis("loss factor")
     style: Style = replace(EMPHASIS, marker="circle")
     panels = [
         Panel(across, axis, [Line(amplitude / shown.metres, value, style)], height=1.9)

@@ -18,7 +18,6 @@ from stickslip.support.units import um
 if TYPE_CHECKING:
     import xarray as xr
 
-STATES = {0: "stick", 1: "slip", -1: "slip", 2: "open"}
 CYCLE = Axis("share of the cycle", limits=(0.0, 1.0))
 PARTS: dict[str, tuple[str, Dash]] = {
     "elastic_motion": ("elastic motion", "dot"),
@@ -33,12 +32,13 @@ HEIGHT = 2.7
 def damper_cycle(dataset: xr.Dataset) -> Chart:
     """Everything that one cycle of a damper between two platforms shows."""
     energy, rotation = float(dataset.loop_energy) * 1e6, float(dataset.rotation) * 1e3
-    words = f"{dataset.attrs['title']}: {energy:.4g} µJ a cycle, rotation {rotation:.3g} mrad, {dataset.attrs['outcome']}"
+    title = f"{dataset.attrs['title']}: {energy:.4g} µJ a cycle, rotation {rotation:.3g} mrad, {dataset.attrs['outcome']}"
     panels = [draw(dataset) for draw in (_hysteresis, _forces, _ratios, _motion, _plane, _timeline)]
-    return Chart(words.replace("_", " "), panels, columns=2)
+    return Chart(title.replace("_", " "), panels, columns=2)
 
 
 def _hysteresis(dataset: xr.Dataset) -> Panel:
+    """Force between the platforms against their relative motion, in both directions."""
     layers = []
     for axis, name in enumerate(("horizontal", "vertical")):
         motion, force = (dataset[key].values[:, axis] for key in ("platform_motion", "force_on_right"))
@@ -63,6 +63,7 @@ def _forces(dataset: xr.Dataset) -> Panel:
 
 
 def _ratios(dataset: xr.Dataset) -> Panel:
+    """T/N of each contact within its limits ±μ."""
     layers: list[Layer] = []
     for k, name, mu in _contacts(dataset):
         layers.append(Line(dataset.phase.values, dataset.force_ratio.values[:, k], contact(k), name))
@@ -71,6 +72,7 @@ def _ratios(dataset: xr.Dataset) -> Panel:
 
 
 def _motion(dataset: xr.Dataset) -> Panel:
+    """The parts of the motion of each contact along its platform, about their means."""
     layers: list[Layer] = [Line([np.nan], [np.nan], Style("grey", dash), words) for words, dash in PARTS.values()]
     for k, name, _ in _contacts(dataset):
         for part, (words, dash) in PARTS.items():
@@ -96,16 +98,18 @@ def _plane(dataset: xr.Dataset) -> Panel:
 
 
 def _timeline(dataset: xr.Dataset) -> Panel:
+    """When each contact sticks, slips and is open."""
     phase, names = dataset.phase.values, [str(name) for name in dataset.contact.values]
-    states = [[STATES[int(state)] for state in dataset.state.values[:, row]] for row in range(len(names))]
+    colour_of = {0: "stick", 1: "slip", -1: "slip", 2: "open"}  # slip has the sign of its direction
+    states = [[colour_of[int(state)] for state in dataset.state.values[:, row]] for row in range(len(names))]
     colours = np.array([[rgb(colour(state)) for state in along] for along in states])
-    words = [
+    texts = [
         [f"{name}, {share:.3f} of the cycle: {state}" for share, state in zip(phase, along, strict=True)]
         for name, along in zip(names, states, strict=True)
     ]
     axis = Axis("", names={float(row): name for row, name in enumerate(names)}, upside_down=True)
     keys = [Key(state, Style(state)) for state in ("stick", "slip", "open")]
-    return Panel(CYCLE, axis, [Cells(np.append(phase, 1.0), colours, words), *keys], "States", HEIGHT)
+    return Panel(CYCLE, axis, [Cells(np.append(phase, 1.0), colours, texts), *keys], "States", HEIGHT)
 
 
 def _contacts(dataset: xr.Dataset) -> Iterator[tuple[int, str, float]]:

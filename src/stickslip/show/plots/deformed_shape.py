@@ -30,10 +30,6 @@ FRAMES = 24
 """Pictures of a period."""
 DRAWN = 0.1
 """The largest displacement in a drawing, relative to the extent of the bodies."""
-RIM = 0.01
-"""What the axes leave round it, relative to their longest, so that a flat body has room too."""
-AT_REST = 0.12
-"""Opacity of the bodies at rest."""
 HEIGHT, PHONE_HEIGHT = 620, 560
 
 
@@ -101,7 +97,7 @@ class DeformedShape(MovingPicture):
         """Ends of the axes, (2, 3) [m], that hold every frame."""
         reach, points = np.abs(self._turned), self.motion.points
         low, high = np.min(points - reach, axis=0), np.max(points + reach, axis=0)
-        rim = RIM * float((high - low).max())
+        rim = 0.01 * float((high - low).max())  # a flat body needs room too
         return np.array([low - rim, high + rim])
 
     def description(self) -> dict[str, Any]:
@@ -124,12 +120,12 @@ class DeformedShape(MovingPicture):
             "flatshading": True,
             "lighting": {"ambient": 0.75, "diffuse": 0.5, "specular": 0.05},
         }
-        pale = {"color": "@grey", "opacity": AT_REST, "showscale": False, **rest}
-        found = {"title": self.title, "note": self.note, "data": [mesh | at(0) | colours, mesh | pale]}
-        found["frames"] = [
+        at_rest = {"color": "@grey", "opacity": 0.12, "showscale": False, **rest}
+        described = {"title": self.title, "note": self.note, "data": [mesh | at(0) | colours, mesh | at_rest]}
+        described["frames"] = [
             {"name": str(frame), "data": [{"type": "mesh3d", **at(frame)}], "traces": [0]} for frame in range(FRAMES)
         ]
-        return found | {name: self._layout(name == "narrow") for name in ("wide", "narrow")}
+        return described | {name: self._layout(name == "narrow") for name in ("wide", "narrow")}
 
     def _layout(self, narrow: bool) -> dict[str, Any]:
         metre, length = in_system("m", self.motion.system)

@@ -19,8 +19,6 @@ from stickslip.support.renderers import FIGURES
 if TYPE_CHECKING:
     import xarray as xr
 
-LIMIT = Style("grey", "dash", 1.4)
-
 FAR = 10.0
 """Margin above which all stresses would lie on the axis of a linear scale."""
 
@@ -32,7 +30,7 @@ def haigh_diagram(dataset: xr.Dataset) -> Chart:
         raise InputError("A Haigh diagram must have a fatigue limit. Draw `response.with_stress().with_fatigue(limit)`.")
     limit = f"fatigue limit, {dataset.attrs['fatigue_criterion']}"
     drawn, sizes = dataset["haigh_mean"].values / MPa, dataset["haigh_limit"].values / MPa
-    layers: list[Layer] = [Line(drawn, np.where(sizes > 0.0, sizes, np.nan), LIMIT, limit)]
+    layers: list[Layer] = [Line(drawn, np.where(sizes > 0.0, sizes, np.nan), Style("grey", "dash", 1.4), limit)]
     found = list(margins(dataset))
     for case, line in enumerate(case_lines(dataset)):
         here = [margin for margin in found if margin.case == case]

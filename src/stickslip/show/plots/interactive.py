@@ -219,6 +219,7 @@ def _cells(layer: Cells) -> dict[str, Any]:
 
 
 def _rule(rule: Rule, k: int) -> dict[str, Any]:
+    """A line across the whole of panel k, which no trace can be."""
     across, along = ("x", "y") if rule.along == "x" else ("y", "x")
     on = _on(k)
     ends = {f"{across}0": rule.at, f"{across}1": rule.at, f"{along}0": 0.0, f"{along}1": 1.0}

@@ -16,8 +16,6 @@ from stickslip.support.renderers import FIGURES
 if TYPE_CHECKING:
     import xarray as xr
 
-AERODYNAMIC = Axis("aerodynamic damping ratio", "%")
-
 
 @FIGURES.of("LimitCycles")
 def over_damping(dataset: xr.Dataset, output: int = 0) -> Chart:
@@ -51,5 +49,5 @@ def _over(dataset: xr.Dataset, curve: Array, roots: Array, axis: Axis) -> Chart:
         there = np.isfinite(values)
         if there.any():
             layers.append(Line(ratios[there], values[there], **look | {"listed": False}))
-    note = "dashed: unstable"
-    return Chart(str(dataset.attrs["title"]), [Panel(AERODYNAMIC, axis, layers)], note=note)
+    panel = Panel(Axis("aerodynamic damping ratio", "%"), axis, layers)
+    return Chart(str(dataset.attrs["title"]), [panel], note="dashed: unstable")

@@ -25,7 +25,6 @@ CONTACTS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#
 """Okabe and Ito's colours without yellow; the last one for what is grouped as "others"."""
 _CONTACTS_ON_DARK = ("#4ba3e3", "#e9ad2b", "#2bbf94", "#df9cc2", "#8accf5", "#f58a4b", "#c6a15f", "#a3a9b0")
 GREY = "#6b7078"
-FAILED = "#c1272d"
 _NAMED = {
     "ink": ("#000000", "#e6e9ec"),
     "paper": ("#ffffff", "#15181c"),
@@ -33,7 +32,7 @@ _NAMED = {
     "pale": ("#c9cdd2", "#59626d"),
     "text": ("#1b1f24", "#e6e9ec"),
     "grid": ("#d6dbe0", "#3a424b"),
-    "failed": (FAILED, "#ff8a80"),
+    "failed": ("#c1272d", "#ff8a80"),
     "stick": (STICK, STICK),
     "slip": (SLIP, SLIP),
     "open": (OPEN, OPEN),
@@ -175,12 +174,10 @@ def headed(figure: Figure, text: str, words: str = "") -> None:
     figure.suptitle(plain("\n".join(lines)), x=0.01, ha="left", fontweight="bold", fontsize=10.5)
 
 
-SPOKEN = {"mu": "friction coefficient", "kt": "tangential stiffness", "kn": "normal stiffness"}
-
-
 def spoken(name: str) -> str:
     """A variable or parameter of a study in words."""
-    return SPOKEN.get(name, name.replace("_", " "))
+    symbols = {"mu": "friction coefficient", "kt": "tangential stiffness", "kn": "normal stiffness"}
+    return symbols.get(name, name.replace("_", " "))
 
 
 def plain(name: str) -> str:

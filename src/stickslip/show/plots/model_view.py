@@ -38,18 +38,6 @@ MOST_POINTS = 8000
 FAINT = 0.5
 """Opacity of the mesh, before which the rest stands."""
 
-LARGE = 1.7
-"""Longest side of the drawing in units of plotly, which places its camera 2.2 of them away."""
-
-DIAGONAL = 1.95
-"""The largest diagonal of the drawing in these units, so that a wheel too lies inside the picture."""
-
-EYE = 1.25
-"""Where the camera of plotly stands along each axis."""
-
-THINNEST = 0.02
-"""Thickness of the drawing of a flat model over its longest side."""
-
 AXES = "xyz"
 SIZES = {"mesh": 2.5, "node": 3.0, "output": 6.0, "body": 6.0}
 """Diameter of points in pixels, by what they are."""
@@ -75,18 +63,20 @@ def in_space(axes: Any, sides: Array, unit: str) -> None:
 def scene(sides: Array, unit: str, paper: str) -> dict[str, Any]:
     """Axes and camera of plotly for a box of these sides (3,) in a unit of length, the longest upright; paper: the colour behind
     it."""
-    found = {f"{axis}axis": {"title": {"text": f"{axis} in {unit}"}, "backgroundcolor": paper} for axis in AXES}
+    axes = {f"{axis}axis": {"title": {"text": f"{axis} in {unit}"}, "backgroundcolor": paper} for axis in AXES}
     up = {axis: float(place == np.argmax(sides)) for place, axis in enumerate(AXES)}
     # Stated in full, as plotly.js compares it with its own, to see whether the reader has turned it.
     camera = {
         "projection": {"type": "orthographic"},
         "up": up,
         "center": dict.fromkeys(AXES, 0.0),
-        "eye": dict.fromkeys(AXES, EYE),
+        "eye": dict.fromkeys(AXES, 1.25),
     }
-    shown = np.maximum(sides / (sides.max() or 1.0), THINNEST)
-    shown *= min(LARGE, DIAGONAL / float(np.linalg.norm(shown)))
-    return found | {"aspectmode": "manual", "aspectratio": dict(zip(AXES, shown.tolist(), strict=True)), "camera": camera}
+    # In units of plotly, whose camera stands 2.2 of them away: the longest side and the diagonal, as of a wheel, lie inside the
+    # picture. A flat model keeps some thickness.
+    shown = np.maximum(sides / (sides.max() or 1.0), 0.02)
+    shown *= min(1.7, 1.95 / float(np.linalg.norm(shown)))
+    return axes | {"aspectmode": "manual", "aspectratio": dict(zip(AXES, shown.tolist(), strict=True)), "camera": camera}
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,6 +203,7 @@ def model_view(problem: Problem, system: UnitSystem | None = None) -> ModelView:
 
 
 def _points(problem: Problem) -> Iterator[Points]:
+    """The mesh, of a disk with both neighbours, nodes, bodies and outputs."""
     structure = problem.structure
     mesh = structure.mesh_points
     if mesh.shape[0]:
@@ -242,13 +233,13 @@ def _frames(problem: Problem) -> Iterator[Arrows]:
         surface = each.name.rpartition(" ")[0] or each.name
         for name, (foot, along) in _contact_arrows(problem.structure, each).items():
             groups.setdefault(surface, []).append((f"{each.name}, {name}: {each.law}", name, foot, along))
-    for number, (surface, found) in enumerate(groups.items()):
-        for name, words in (("n", "closing motion"), ("t1", "t1")):
-            rows = [row for row in found if row[1] == name]
+    for number, (surface, arrows) in enumerate(groups.items()):
+        for name, direction in (("n", "closing motion"), ("t1", "t1")):
+            rows = [row for row in arrows if row[1] == name]
             if rows:
                 feet, along = (np.array([row[k] for row in rows]) for k in (2, 3))
                 role = f"contact {(number if name == 'n' else number + 4) % len(CONTACTS)}"
-                yield Arrows(f"{surface}, {words}", role, feet, along, [row[0] for row in rows])
+                yield Arrows(f"{surface}, {direction}", role, feet, along, [row[0] for row in rows])
 
 
 def _contact_arrows(structure: Structure, contact: Contact) -> dict[str, tuple[Array, Array]]:

@@ -17,8 +17,6 @@ from stickslip.support.renderers import FIGURES
 if TYPE_CHECKING:
     import xarray as xr
 
-PERCENT = Axis("damping ratio", "%")
-
 
 @FIGURES.of("NonlinearModes")
 def over_amplitude(dataset: xr.Dataset, output: int = 0) -> Chart:
@@ -116,7 +114,7 @@ def _over(dataset: xr.Dataset, x: Array, across: Axis) -> Chart:
         bottom.append(Line(x[case], ratios[case], hover={"frequency in Hz": frequencies[case]}, **look))
     stuck = dataset["stuck_frequency"].values
     top += [Rule(float(value), STUCK, "stuck" if case == 0 else "", "y") for case, value in enumerate(stuck[:MOST_ENTRIES])]
-    panels = [Panel(across, HERTZ, top, height=2.6), Panel(across, from_zero(PERCENT), bottom, height=2.6)]
+    panels = [Panel(across, HERTZ, top, height=2.6), Panel(across, from_zero(Axis("damping ratio", "%")), bottom, height=2.6)]
     return Chart(str(dataset.attrs["title"]), panels, shared_x=True)
 
 

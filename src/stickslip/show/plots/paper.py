@@ -118,6 +118,7 @@ def _axis(axes: Axes, stated: Axis, across: bool) -> None:
 
 
 def _layer(axes: Axes, layer: Layer) -> None:
+    """A layer in its axes; a key draws nothing, and stands in the legend alone."""
     match layer:
         case Line():
             axes.plot(np.asarray(layer.x, dtype=float), np.asarray(layer.y, dtype=float), **_line(layer.style, layer.label))

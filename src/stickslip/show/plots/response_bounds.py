@@ -16,8 +16,6 @@ from stickslip.support.renderers import FIGURES
 if TYPE_CHECKING:
     import xarray as xr
 
-SAMPLED = replace(SAMPLE, dash="none", marker="circle", size=2.0)
-
 
 @FIGURES.of("ResponseBounds")
 def response_bounds(dataset: xr.Dataset) -> Chart:
@@ -26,13 +24,14 @@ def response_bounds(dataset: xr.Dataset) -> Chart:
         return peak_ranges(dataset)
     cases, note = shown_levels(np.arange(dataset.sizes["case"]))
     hertz, unit = dataset["frequency"].values, bound_unit(dataset)
+    sampled = replace(SAMPLE, dash="none", marker="circle", size=2.0)
     sizes, panels = from_zero(Axis(size_label(dataset), unit.name)), []
     for case in cases.tolist():
         low, high = dataset["amplitude"].values[case] / unit.metres
         cloud, loss = dataset["sampled_amplitude"].values[case] / unit.metres, dataset["loss_factor"].values[case]
         layers: list[Layer] = [
             band(hertz, low, high, BETWEEN, "between the bounds"),
-            Line(np.broadcast_to(hertz, cloud.shape).ravel(), cloud.ravel(), SAMPLED, "sampled start states"),
+            Line(np.broadcast_to(hertz, cloud.shape).ravel(), cloud.ravel(), sampled, "sampled start states"),
             Line(hertz, low, LOWER, "lower bound", {"loss factor": loss[0]}),
             Line(hertz, high, UPPER, "upper bound", {"loss factor": loss[1]}),
         ]

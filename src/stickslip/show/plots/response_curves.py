@@ -105,13 +105,13 @@ def compared_peaks(datasets: Mapping[str, xr.Dataset], output: str) -> Chart:
         peaks = {case: highest_peak(dataset, case, index) for case in range(dataset.sizes["case"])}
         solved = [(case, peak) for case, peak in peaks.items() if peak is not None]
         kinds = kinds_in(dataset)
-        found = [pair for pair in solved if kinds[pair[0]] == CurveKind.SWEEP] or solved
-        others = [pair for pair in solved if pair not in found]
+        swept = [pair for pair in solved if kinds[pair[0]] == CurveKind.SWEEP] or solved
+        others = [pair for pair in solved if pair not in swept]
         style = replace(contact(k) if len(datasets) > 1 else Style("stick"), marker="circle", size=5.0)
         style = replace(style, dash="none", opacity=0.45) if is_cloud(dataset) else style
-        levels, frequencies = dataset.force_level.values[[case for case, _ in found]], [peak.frequency for _, peak in found]
-        per_force = [_scale(dataset, case, True, measure.quantity, unit) * peak.amplitude for case, peak in found]
-        names = {"case": [level_text(dataset, case) for case, _ in found]} if is_cloud(dataset) else {}
+        levels, frequencies = dataset.force_level.values[[case for case, _ in swept]], [peak.frequency for _, peak in swept]
+        per_force = [_scale(dataset, case, True, measure.quantity, unit) * peak.amplitude for case, peak in swept]
+        names = {"case": [level_text(dataset, case) for case, _ in swept]} if is_cloud(dataset) else {}
         sizes.append(Line(levels, per_force, style, label, {"frequency in Hz": frequencies, **names}))
         hertz.append(Line(levels, frequencies, style, label, names))
         if others:
@@ -197,6 +197,7 @@ def _curve(dataset: xr.Dataset, case: int, output: int, scale: float, measure: M
 def _peaks(
     dataset: xr.Dataset, output: int, scales: list[float], measure: Measure, lines: list[dict[str, Any]]
 ) -> Iterator[Layer]:
+    """A dot at the highest peak of each curve, a small one on a thin line."""
     for case, line in enumerate(lines):
         peak = highest_maximum(dataset, case, output, measure)
         if peak is not None:
@@ -206,16 +207,17 @@ def _peaks(
 
 def _failed(dataset: xr.Dataset, axis: Axis) -> Iterator[Layer]:
     """Points that did not converge, at the foot of the panel, each with its cause."""
-    found = [(case, point) for case in range(dataset.sizes["case"]) for point in failed_points(dataset, case)]
-    if found:
+    failed = [(case, point) for case in range(dataset.sizes["case"]) for point in failed_points(dataset, case)]
+    if failed:
         low, high = axis.limits if axis.limits[0] is not None else (0.0, 1.0)
         foot = low * (high / low) ** 0.015 if axis.log and low and high else 0.015 * (high or 1.0)
-        frequency = [float(dataset.frequency.values[place]) for place in found]
-        causes = [Outcome(int(dataset.outcome.values[place])).name.lower().replace("_", " ") for place in found]
-        yield Line(frequency, [foot] * len(found), CROSS, "not converged", {"cause": causes})
+        frequency = [float(dataset.frequency.values[point]) for point in failed]
+        causes = [Outcome(int(dataset.outcome.values[point])).name.lower().replace("_", " ") for point in failed]
+        yield Line(frequency, [foot] * len(failed), CROSS, "not converged", {"cause": causes})
 
 
 def _linear(dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, colour: str) -> Iterator[Line]:
+    """The curves without contacts and with all of them stuck at the force level of one case."""
     omegas = 2.0 * np.pi * dataset.linear_frequency.values
     for which, (words, style) in LINEAR.items():
         values: Array = dataset[f"{which}_amplitude"].values[case, :, output]

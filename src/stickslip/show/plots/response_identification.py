@@ -15,8 +15,6 @@ from stickslip.support.renderers import FIGURES
 if TYPE_CHECKING:
     import xarray as xr
 
-UNITS = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s2 N)"}
-
 
 @FIGURES.of("ResponseIdentification")
 def measured_and_computed(dataset: xr.Dataset) -> Chart:
@@ -24,21 +22,22 @@ def measured_and_computed(dataset: xr.Dataset) -> Chart:
     phase where it is known."""
     count, names = dataset.sizes["test"], [str(name) for name in dataset["test"].values]
     quantity = str(dataset["quantity"].values[0])
-    unit = shown_unit(UNITS[quantity], float(np.nanmax(dataset["measured"].values)))
+    units = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s2 N)"}[quantity]
+    unit = shown_unit(units, float(np.nanmax(dataset["measured"].values)))
     listed = entries(names)
     top: list[Layer] = []
     bottom: list[Layer] = []
     for t, name in enumerate(names):
-        one, shown = dataset.isel(test=t), name in listed
+        test, shown = dataset.isel(test=t), name in listed
         style, dots = level(t, count), level(t, count, dash="none", marker="circle", size=2.5)
-        f = one["frequency"].values
+        f = test["frequency"].values
         if "lower" in dataset:
-            low, high = (one[key].values / unit.metres for key in ("lower", "upper"))
+            low, high = (test[key].values / unit.metres for key in ("lower", "upper"))
             top.append(band(f, low, high, level(t, count, opacity=0.25), "between the bounds" if count == 1 else ""))
         for key, look, own in (("measured", dots, False), ("computed", style, shown)):
-            top.append(Line(f, one[key].values / unit.metres, look, name, listed=own))
-            if np.isfinite(one["measured_phase"].values).any():
-                bottom.append(Line(f, one[f"{key}_phase"].values, look, name, listed=own))
+            top.append(Line(f, test[key].values / unit.metres, look, name, listed=own))
+            if np.isfinite(test["measured_phase"].values).any():
+                bottom.append(Line(f, test[f"{key}_phase"].values, look, name, listed=own))
     size = Axis(
         f"{quantity} per force", unit.name, log=spans(dataset["measured"].values[np.isfinite(dataset["measured"].values)], 8.0)
     )

@@ -46,6 +46,7 @@ def _axis(axis: Axis, system: UnitSystem) -> tuple[float, Axis]:
 
 
 def _layer(layer: Layer, x: float, y: float, system: UnitSystem) -> Layer:
+    """A layer with what is drawn along x and y times a factor each, and its texts in the units of the system."""
     if isinstance(layer, Line):
         return replace(layer, x=_times(layer.x, x), y=_times(layer.y, y), hover=_hover(layer.hover, system))
     if isinstance(layer, Area):

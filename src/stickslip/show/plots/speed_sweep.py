@@ -79,6 +79,7 @@ def peaks_over_speed(dataset: xr.Dataset, output: int = 0) -> Chart:
 
 
 def _curve(dataset: xr.Dataset, place: tuple[int, int], output: int, unit: Length, look: dict[str, Any]) -> Iterator[Layer]:
+    """One curve, its unstable parts dashed, and a dot at its highest peak."""
     solved = dataset["outcome"].values[place] == Outcome.CONVERGED
     speed, size = dataset["speed"].values[place][solved], dataset["amplitude"].values[place][solved, output] / unit.metres
     hover = {

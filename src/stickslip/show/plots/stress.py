@@ -27,7 +27,8 @@ def stress_curves(dataset: xr.Dataset) -> Chart:
     if "stress_von_mises" not in dataset:
         raise InputError("The figure of stress must have stress along the curves. Draw `response.with_stress(recovery)`.")
     names = [str(name) for name in dataset["place"].values]
-    places = most_stressed(dataset)
+    largest = np.nan_to_num(dataset["stress_von_mises"].values).max(axis=(0, 1), initial=0.0)
+    places = sorted(np.argsort(-largest, kind="stable")[:MOST_PANELS].tolist())  # the most stressed, in their old order
     note = f"{len(places)} of {len(names)} places, the most stressed" if len(places) < len(names) else ""
     panels = []
     for place in places:
@@ -40,9 +41,3 @@ def stress_curves(dataset: xr.Dataset) -> Chart:
                 layers.append(Line(hertz[[top]], stress[[top]], dot, line["label"], {"": ["largest"]}, listed=False))
         panels.append(Panel(HERTZ, Axis("von Mises stress", "MPa", log=True), layers, names[place], 2.3))
     return Chart(f"Stress: {dataset.attrs['title']}", panels, note=note, shared_x=True)
-
-
-def most_stressed(dataset: xr.Dataset) -> list[int]:
-    """Places with the largest stress, in their old order."""
-    largest = np.nan_to_num(dataset["stress_von_mises"].values).max(axis=(0, 1), initial=0.0)
-    return sorted(np.argsort(-largest, kind="stable")[:MOST_PANELS].tolist())

@@ -17,9 +17,6 @@ from stickslip.results.shown_units import in_system
 from stickslip.support.checks import InputError
 from stickslip.support.files import write_text
 
-TRIANGLE = 5
-"""Number of the triangle among the cells of VTK."""
-
 
 def save_vtu(shapes: Mapping[str, SurfaceMotion], path: str | Path) -> Path:
     """Write deformed shapes {name: shape} of one surface to a .vtu file, in the units of their study, and return its path.
@@ -41,7 +38,7 @@ def save_vtu(shapes: Mapping[str, SurfaceMotion], path: str | Path) -> Path:
     cells = [
         _array("connectivity", first.triangles.ravel(), "Int32"),
         _array("offsets", 3 * np.arange(1, count + 1), "Int32"),
-        _array("types", np.full(count, TRIANGLE), "UInt8"),
+        _array("types", np.full(count, 5), "UInt8"),  # the number of the triangle among the cells of VTK
     ]
     text = (
         '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">\n<UnstructuredGrid>\n'

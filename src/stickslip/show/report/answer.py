@@ -47,16 +47,24 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     cases = representatives(dataset, MOST_LEVELS).cases if dataset.sizes["case"] > 1 else [0]
     outputs = range(dataset.sizes["output"] if len(cases) * dataset.sizes["output"] <= MOST_PEAKS else 1)
     heads = ["Force level", *(["Output"] if dataset.sizes["output"] > 1 else []), "Frequency in Hz"]
-    heads += [f"{_size_word(dataset)} in {peak_unit(dataset).name}", "Estimated error"]
+    measure = measure_in(dataset)
+    size = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
+    size += "" if measure.quantity.name == "displacement" else f" of the {measure.quantity.name}"
+    heads += [f"{size} in {peak_unit(dataset).name}", "Estimated error"]
     heads += [AGAINST[which] for which in _limits(dataset)]
     name = "" if len(outputs) > 1 else f" of {dataset['output'].values[0]}"
     rows = [_row(dataset, case, output) for case in cases for output in outputs]
-    found = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows)
-    worst = sorted(range(dataset.sizes["case"]), key=lambda case: -_largest_error(dataset, case))
-    said = [_warning(words) for words in (*failures_of(dataset), *warnings_of(dataset, worst))]
-    first, more = "".join(said[:MOST_WARNINGS]), "".join(said[MOST_WARNINGS:])
-    count = counted(len(said) - MOST_WARNINGS, "more warning")
-    return found + first + (f"<details><summary>{count}</summary>{more}</details>" if more else "")
+    answer = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows)
+
+    def least_certain_first(case: int) -> float:
+        errors = (error for k in range(dataset.sizes["output"]) for error in errors_of(dataset, case, k).values())
+        return -max(errors, default=0.0)
+
+    order = sorted(range(dataset.sizes["case"]), key=least_certain_first)
+    warnings = [_warning(sentences) for sentences in (*failures_of(dataset), *warnings_of(dataset, order))]
+    first, more = "".join(warnings[:MOST_WARNINGS]), "".join(warnings[MOST_WARNINGS:])
+    count = counted(len(warnings) - MOST_WARNINGS, "more warning")
+    return answer + first + (f"<details><summary>{count}</summary>{more}</details>" if more else "")
 
 
 def _warning(words: str) -> str:
@@ -76,43 +84,30 @@ def _limits(dataset: xr.Dataset) -> list[str]:
     return list(linear_limits(dataset)) if dataset.sizes["contact"] else []
 
 
-def _size_word(dataset: xr.Dataset) -> str:
-    """What the peaks are of, "Amplitude" or "Rms of the acceleration"."""
-    measure = measure_in(dataset)
-    word = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
-    return word if measure.quantity.name == "displacement" else f"{word} of the {measure.quantity.name}"
-
-
-def _largest_error(dataset: xr.Dataset, case: int) -> float:
-    return max((size for k in range(dataset.sizes["output"]) for size in errors_of(dataset, case, k).values()), default=0.0)
-
-
 def errors_of(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
     """The known estimates of error of a peak, relative, by what causes them."""
-    found = {source: float(dataset[name].values[case, output]) for name, source in SOURCES.items() if name in dataset}
-    return {source: abs(error) for source, error in found.items() if np.isfinite(error)}
+    errors = {source: float(dataset[name].values[case, output]) for name, source in SOURCES.items() if name in dataset}
+    return {source: abs(error) for source, error in errors.items() if np.isfinite(error)}
 
 
 def _row(dataset: xr.Dataset, case: int, output: int) -> str:
+    """The highest peak of one curve and output, or why there is none."""
     peak, unit, limits = highest_peak(dataset, case, output), peak_unit(dataset), _limits(dataset)
     begin = cell(level_text(dataset, case), float(dataset["force_level"][case]))
     begin += cell(str(dataset["output"].values[output])) if dataset.sizes["output"] > 1 else ""
     if peak is None:
         none = level_sentence(dataset, case, output).partition(": ")[2]
         return f'<tr>{begin}<td colspan="{3 + len(limits)}">{text(none)}</td></tr>'
+    if peak.local:
+        note = ""
+    elif int(dataset["case_outcome"].values[case]) == Outcome.STOPPED:
+        note = "not finished"
+    else:
+        note = "largest listed" if is_listed(dataset) else "no peak in the band"
+    frequency = cell(hertz(peak.frequency), peak.frequency, note)
     size = cell(number(peak.amplitude / unit.metres), peak.amplitude)
     changes = "".join(cell(_change(dataset, which, case, peak, output)) for which in limits)
-    return f"<tr>{begin}{_place(dataset, case, peak)}{size}{cell(_sure(dataset, case, output, peak))}{changes}</tr>"
-
-
-def _place(dataset: xr.Dataset, case: int, peak: Peak) -> str:
-    return cell(hertz(peak.frequency), peak.frequency, "" if peak.local else _no_peak(dataset, case))
-
-
-def _no_peak(dataset: xr.Dataset, case: int) -> str:
-    if int(dataset["case_outcome"].values[case]) == Outcome.STOPPED:
-        return "not finished"
-    return "largest listed" if is_listed(dataset) else "no peak in the band"
+    return f"<tr>{begin}{frequency}{size}{cell(_sure(dataset, case, output, peak))}{changes}</tr>"
 
 
 def _change(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int) -> str:

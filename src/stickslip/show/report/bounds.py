@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,8 +28,13 @@ NOTE = (
 
 def bounds(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     """Figure and table of every result that has bounds."""
-    found = {label: detached(dataset) for label, dataset in datasets.items() if has_bounds(dataset)}
-    return section("bounds", "Bounds", NOTE, *(_part(charts, k, *item, len(found) > 1) for k, item in enumerate(found.items())))
+    bounded = {label: detached(dataset) for label, dataset in datasets.items() if has_bounds(dataset)}
+    parts = [
+        charts.drawn(f"chart-bounds-{k}", response_bounds(dataset), "Bounds of the response")
+        + _table(k, f"{label}: " if len(bounded) > 1 else "", dataset)
+        for k, (label, dataset) in enumerate(bounded.items())
+    ]
+    return section("bounds", "Bounds", NOTE, *parts)
 
 
 def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
@@ -42,39 +47,29 @@ def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
     columns |= {"frequency [Hz]": hertz_wanted[at]} if np.all(np.isfinite(hertz_wanted)) else {}
     for k, bound in enumerate(bounds["bound"].values):
         columns[f"{bound} [Hz]"] = bounds["resonance"].values[case, k, at]
-        columns[f"{bound} {measure_in(bounds).kind} [{bounds['amplitude'].attrs['units']}]"] = bounds["amplitude"].values[
-            case, k, at
-        ]
+        size = f"{bound} {measure_in(bounds).kind} [{bounds['amplitude'].attrs['units']}]"
+        columns[size] = bounds["amplitude"].values[case, k, at]
         columns[f"{bound} loss_factor"] = bounds["loss_factor"].values[case, k, at]
     columns["start states without solution"] = bounds["unsolved_share"].values[case, at]
     return pd.DataFrame(columns)
 
 
-def _part(charts: Charts, place: int, label: str, dataset: xr.Dataset, several: bool) -> str:
+def _table(k: int, begin: str, dataset: xr.Dataset) -> str:
+    """Both bounds at each force level and frequency; of peaks, each bound has a frequency of its own."""
     unit, measure = bound_unit(dataset), measure_in(dataset)
     ends = (f"lower bound in {unit.name}", f"upper bound in {unit.name}")
     heads = ["force", "frequency in Hz", *ends, "loss factor, lower", "loss factor, upper", "start states without solution"]
-    name, of = f"{label}: " if several else "", "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
-    caption = f"{name}bounds of the {of}, by {str(dataset.attrs['objective']).replace('_', ' ')}"
-    rows = _rows(dataset, unit.metres)
-    return charts.drawn(f"chart-bounds-{place}", response_bounds(dataset), "Bounds of the response") + table(
-        f"bounds-{place}", caption, heads, rows
-    )
-
-
-def _rows(dataset: xr.Dataset, unit: float) -> Iterator[str]:
+    of = "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
+    caption, rows = f"{begin}bounds of the {of}, by {str(dataset.attrs['objective']).replace('_', ' ')}", []
     for case, level in enumerate(dataset["force_level"].values):
         unsolved = dataset["unsolved_share"].values[case]
-        for k, frequency in enumerate(dataset["frequency"].values):
-            low, high = dataset["amplitude"].values[case, :, k]
-            eta = dataset["loss_factor"].values[case, :, k]
-            at = dataset["resonance"].values[case, :, k]
+        for point, frequency in enumerate(dataset["frequency"].values):
+            low, high = dataset["amplitude"].values[case, :, point]
+            loss = dataset["loss_factor"].values[case, :, point]
+            at = dataset["resonance"].values[case, :, point]
             shown = hertz(float(frequency)) if np.isfinite(frequency) else f"{hertz(float(at[0]))}, {hertz(float(at[1]))}"
-            cells = [
-                cell(f"{level:g}", float(level)),
-                cell(shown),
-                cell(number(low / unit), low),
-                cell(number(high / unit), high),
-            ]
-            cells += [*(cell(number(value), value) for value in eta), cell(percent(unsolved[k]), unsolved[k])]
-            yield f"<tr>{''.join(cells)}</tr>"
+            cells = [cell(f"{level:g}", float(level)), cell(shown)]
+            cells += [cell(number(size / unit.metres), size) for size in (low, high)]
+            cells += [*(cell(number(value), value) for value in loss), cell(percent(unsolved[point]), unsolved[point])]
+            rows.append(f"<tr>{''.join(cells)}</tr>")
+    return table(f"bounds-{k}", caption, heads, rows)

@@ -20,8 +20,7 @@ from stickslip.show.plots.interactive import Combination, description, escaped
 from stickslip.show.plots.look import colour
 from stickslip.show.plots.moving_picture import MovingPicture
 from stickslip.show.plots.shown_chart import shown_chart
-from stickslip.show.report.markup import text
-from stickslip.show.report.pictures import picture
+from stickslip.show.report.markup import picture, text
 from stickslip.support.checks import Array
 from stickslip.support.units import UnitSystem
 
@@ -87,9 +86,9 @@ class Charts:
         self.places.setdefault(name, []).append(entry)
         return _html(name, drawn[0], opening) if first else ""
 
-    def drawn(self, name: str, found: Chart | Figure, description: str, result: str = "") -> str:
+    def drawn(self, name: str, figure: Chart | Figure, description: str, result: str = "") -> str:
         """HTML of one chart without choices, or of a drawing as a picture."""
-        return self.place(name, lambda: found, result=result) if isinstance(found, Chart) else picture(found, description)
+        return self.place(name, lambda: figure, result=result) if isinstance(figure, Chart) else picture(figure, description)
 
     def data(self) -> dict[str, Any]:
         """Everything that report.js draws."""
@@ -103,9 +102,9 @@ class Charts:
         return shown_chart(chart, self.system) if isinstance(chart, Chart) else chart
 
     def _encoded(self, chart: Chart | MovingPicture) -> dict[str, Any]:
-        found = chart.description() if isinstance(chart, MovingPicture) else description(chart)
-        words = {"title": found.pop("title"), "note": found.pop("note")}
-        return {**words, **self._part(found)}
+        described = chart.description() if isinstance(chart, MovingPicture) else description(chart)
+        heads = {"title": described.pop("title"), "note": described.pop("note")}
+        return {**heads, **self._part(described)}
 
     def _part(self, part: Any) -> Any:
         if isinstance(part, Combination):
@@ -146,6 +145,7 @@ def rounded(values: Array) -> list[float | None]:
 
 
 def _html(name: str, chart: Chart | MovingPicture, opening: Opening | None) -> str:
+    """The place that report.js fills: caption, controls, the chart in words for who cannot see it, and what a click opens."""
     panels = () if isinstance(chart, MovingPicture) else chart.panels
     axes = [f"{panel.y.label} over {panel.x.label}".strip() for panel in panels if panel.y.label and panel.x.label]
     words = ". ".join(dict.fromkeys([chart.title, *axes]))

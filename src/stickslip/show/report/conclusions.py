@@ -42,8 +42,10 @@ SAME = 5e-4
 
 
 def headline(dataset: xr.Dataset, output: int = 0) -> str:
-    """One or two sentences over all force levels."""
-    return _unbroken(_headline(dataset, output))
+    """What the sweeps show over all force levels, and the highest of the other curves."""
+    unjudged = NOT_JUDGED if none_is_judged(dataset) and _peaks(dataset, output) else ""
+    sentences = _of_sweeps(dataset, output), further_curves_sentence(dataset, output), unjudged
+    return _unbroken(" ".join(filter(None, sentences)))
 
 
 def bounds_headline(bounds: xr.Dataset) -> str:
@@ -73,34 +75,29 @@ def _unbroken(sentence: str) -> str:
     return re.sub(r"(?<=\d) (?=Hz|%|µm|mm|N\b)|(?<=×) (?=\d)", "\u00a0", sentence)
 
 
-def _headline(dataset: xr.Dataset, output: int) -> str:
-    """What the sweeps show, and the highest of the other curves."""
-    unjudged = NOT_JUDGED if none_is_judged(dataset) and _peaks(dataset, output) else ""
-    return " ".join(filter(None, (_of_sweeps(dataset, output), further_curves_sentence(dataset, output), unjudged)))
-
-
 def further_curves_sentence(dataset: xr.Dataset, output: int = 0) -> str:
     """The highest of the curves that no sweep meets; empty without such curves."""
     kinds = kinds_in(dataset)
-    found = {case: highest_peak(dataset, case, output) for case, kind in enumerate(kinds) if kind != CurveKind.SWEEP}
-    sizes = {case: peak.amplitude for case, peak in found.items() if peak is not None}
+    others = {case: highest_peak(dataset, case, output) for case, kind in enumerate(kinds) if kind != CurveKind.SWEEP}
+    sizes = {case: peak.amplitude for case, peak in others.items() if peak is not None}
     if not sizes:
         return ""
     highest = max(sizes, key=lambda case: sizes[case])
-    return f"Of {counted(len(found), 'curve')} that no sweep meets the highest: {_level_sentence(dataset, highest, output)}"
+    return f"Of {counted(len(others), 'curve')} that no sweep meets the highest: {_level_sentence(dataset, highest, output)}"
 
 
 def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
-    found = _peaks(dataset, output)
-    if not found:
+    """A comparison of the complete curves; of one curve, or where all are incomplete, the peak of each."""
+    every = _peaks(dataset, output)
+    if not every:
         return "No point converged, so nothing can be concluded."
-    peaks = {case: peak for case, peak in found.items() if not _incomplete(dataset, case)}
-    missing = len(found) - len(peaks)
-    if len(found) == 1 or not peaks:
-        return " ".join(_level_sentence(dataset, case, output) for case in found)
+    peaks = {case: peak for case, peak in every.items() if not _incomplete(dataset, case)}
+    missing = len(every) - len(peaks)
+    if len(every) == 1 or not peaks:
+        return " ".join(_level_sentence(dataset, case, output) for case in every)
     if not missing:
         return _comparison(dataset, peaks, output, "the")
-    noticed = f"{missing} of {len(found)} curves {'is' if missing == 1 else 'are'} incomplete."
+    noticed = f"{missing} of {len(every)} curves {'is' if missing == 1 else 'are'} incomplete."
     if len(peaks) == 1:
         return f"{noticed} {_level_sentence(dataset, next(iter(peaks)), output)}"
     return f"{noticed} {_comparison(dataset, peaks, output, 'the other')}"
@@ -111,7 +108,9 @@ def _comparison(dataset: xr.Dataset, peaks: dict[int, Peak], output: int, which:
     ends = {case: end for case in peaks if (end := higher_end(dataset, case, output))}
     peaks |= ends
     normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
-    best, first, last = min(normalised, key=lambda case: normalised[case]), *_extreme_levels(dataset, peaks)
+    levels = {case: float(dataset.force_level[case]) for case in peaks}
+    best, first = (min(values, key=lambda case: values[case]) for values in (normalised, levels))
+    last = max(levels, key=lambda case: levels[case])
     unit = peak_unit(dataset)
     factor, per_force = per_force_unit(dataset, " per unit level")
     several = "curves" if "start" in dataset.coords else "force levels"
@@ -133,6 +132,7 @@ def _comparison(dataset: xr.Dataset, peaks: dict[int, Peak], output: int, which:
 
 
 def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
+    """The highest peak of one force level, against the linear resonances, or why there is none."""
     peak = highest_peak(dataset, case, output)
     name, unit, size = dataset.output.values[output], peak_unit(dataset), _size_of(dataset)
     if peak is None:
@@ -150,12 +150,16 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
             f"{size or 'amplitude'} of {name} is {largest}."
         )
     unjudged = "" if none_is_judged(dataset) else peak_unjudged(dataset, case, output)
+    end, larger = higher_end(dataset, case, output), ""
+    if end is not None:
+        size_there = f"{number(end.amplitude / unit.metres)} {unit.name}"
+        larger = f" It is larger, {size_there}, at an end of the curve, {hertz(end.frequency)} Hz."
     return (
         f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
         f"{' This motion is unstable.' if peak_is_unstable(dataset, case, output, peak.point) else ''}"
         f"{f' Its stability is {unjudged}.' if unjudged else ''}"
-        f"{_end_sentence(dataset, case, output)}"
+        f"{larger}"
     )
 
 
@@ -166,14 +170,6 @@ def _incomplete(dataset: xr.Dataset, case: int) -> bool:
 
 def _stopped(dataset: xr.Dataset, case: int) -> bool:
     return int(dataset["case_outcome"].values[case]) == Outcome.STOPPED
-
-
-def _end_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
-    """Where a curve is higher at an end than at its peak."""
-    end, unit = higher_end(dataset, case, output), peak_unit(dataset)
-    if end is None:
-        return ""
-    return f" It is larger, {number(end.amplitude / unit.metres)} {unit.name}, at an end of the curve, {hertz(end.frequency)} Hz."
 
 
 def _size_of(dataset: xr.Dataset) -> str:
@@ -201,11 +197,6 @@ def _peaks(dataset: xr.Dataset, output: int) -> dict[int, Peak]:
     return {case: peak for case, peak in found if peak is not None and float(dataset.force_level[case]) != 0.0}
 
 
-def _extreme_levels(dataset: xr.Dataset, peaks: dict[int, Peak]) -> tuple[int, int]:
-    levels = {case: float(dataset.force_level[case]) for case in peaks}
-    return min(levels, key=lambda case: levels[case]), max(levels, key=lambda case: levels[case])
-
-
 def linear_limits(dataset: xr.Dataset) -> dict[str, str]:
     """The linear responses to compare with, in words; one where stuck contacts add no stiffness, as cubic springs do."""
     free, stuck = (dataset[f"natural_frequency_{which}"].values for which in ("free", "stuck"))
@@ -214,31 +205,28 @@ def linear_limits(dataset: xr.Dataset) -> dict[str, str]:
 
 
 def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
-    words = []
+    """How far a peak lies from the linear resonances; of several in the band that of the same mode is meant."""
+    shifts, band = [], dataset.linear_frequency.values
     for which, absent in linear_limits(dataset).items():
         linear = reference(dataset, which, case, peak, output)
         if linear is not None:
+            natural = dataset[f"natural_frequency_{which}"].values
+            several = np.count_nonzero((natural >= band.min()) & (natural <= band.max())) > 1
             shift = peak.frequency - linear[0]
             side = "above" if shift > 0 else "below"
             away = f"{number(abs(shift), 3)} Hz ({percent(abs(shift) / linear[0])}) {side}"
-            meant = f"the {_which_resonance(dataset, which)} {absent}"
-            words.append(f"{'at' if abs(shift) < SAME * linear[0] else away} {meant}")
-    return ", " + " and ".join(words) if words else ""
+            meant = f"the {'resonance of this mode' if several else 'resonance'} {absent}"
+            shifts.append(f"{'at' if abs(shift) < SAME * linear[0] else away} {meant}")
+    return ", " + " and ".join(shifts) if shifts else ""
 
 
 def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
-    words = []
+    """How much lower or higher a peak is than the linear resonances."""
+    changes = []
     for which, absent in linear_limits(dataset).items():
         linear = reference(dataset, which, case, peak, output)
         if linear is not None:
             change = peak.amplitude / linear[1] - 1.0
             other = f"{percent(abs(change))} {'lower' if change <= 0.0 else 'higher'} than"
-            words.append(f"{'as high as' if abs(change) < SAME else other} {absent}")
-    return "; " + ", ".join(words) if words else ""
-
-
-def _which_resonance(dataset: xr.Dataset, which: str) -> str:
-    """Of several resonances in the band that of the same mode is meant."""
-    natural, band = dataset[f"natural_frequency_{which}"].values, dataset.linear_frequency.values
-    several = np.count_nonzero((natural >= band.min()) & (natural <= band.max())) > 1
-    return "resonance of this mode" if several else "resonance"
+            changes.append(f"{'as high as' if abs(change) < SAME else other} {absent}")
+    return "; " + ", ".join(changes) if changes else ""

@@ -28,21 +28,18 @@ def _name(dataset: xr.Dataset, case: int) -> str:
     return size_text(float(dataset["held_amplitude"].values[case]), dataset["held_amplitude"].attrs["units"], dataset)
 
 
-def _newtons(dataset: xr.Dataset, level: float) -> str:
-    factor, unit = in_system("N", system_of(dataset))
-    return f"{factor * level:.4g} {unit}" if dataset["force_level"].attrs["units"] == "N" else f"force level {level:.4g}"
-
-
 def sentences(dataset: xr.Dataset) -> list[str]:
     """Where force and displacement are at 90°, for each amplitude: the lowest force."""
     lines, count, held = [], dataset.sizes["case"], f"{dataset.attrs['quantity']} of {dataset.attrs['output_held']} held"
+    factor, unit = in_system("N", system_of(dataset))
     for case in range(min(count, MOST)):
-        found = dataset["resonance_frequency"].values[case]
-        if not (found.size and np.isfinite(found[0])):
+        resonances_of_case = dataset["resonance_frequency"].values[case]
+        if not (resonances_of_case.size and np.isfinite(resonances_of_case[0])):
             lines.append(f"{held} at {_name(dataset, case)}: force and displacement are nowhere at 90° in the band")
             continue
         force, loss = (float(dataset[f"resonance_{name}"].values[case, 0]) for name in ("force_level", "loss_factor"))
-        at = f"{_newtons(dataset, force)} at {hertz(float(found[0]))} Hz"
+        size = f"{factor * force:.4g} {unit}" if dataset["force_level"].attrs["units"] == "N" else f"force level {force:.4g}"
+        at = f"{size} at {hertz(float(resonances_of_case[0]))} Hz"
         lines.append(f"{held} at {_name(dataset, case)}: phase resonance with {at}, loss factor {loss:.4g}")
     if count > MOST:
         lines.append(f"{MOST} of {count} amplitudes; all stand in the report")
@@ -73,13 +70,11 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             values = [float(dataset[f"resonance_{name}"].values[case, k]) for name in ("frequency", "force_level", "loss_factor")]
             rows.append((amplitude, *values))
         for k in np.flatnonzero(dataset["outcome"].values[case] == Outcome.CONVERGED):
-            points.append((amplitude, *(float(dataset[name].values[case, k]) for name in _COLUMNS)))
+            columns = ("frequency", "force_level", "phase", "loss_factor")
+            points.append((amplitude, *(float(dataset[name].values[case, k]) for name in columns)))
     at_90 = pd.DataFrame(rows, columns=[held, "frequency [Hz]", force, "loss factor"])
     curves = pd.DataFrame(points, columns=[held, "frequency [Hz]", force, "phase [degree]", "loss factor"])
     return {"force and displacement at 90 degrees": at_90, "controlled response": curves}
-
-
-_COLUMNS = ("frequency", "force_level", "phase", "loss_factor")
 
 
 def figures(dataset: xr.Dataset) -> Figures:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,16 +26,14 @@ ROUNDING = 1e-9
 STILL = 1e-9
 """Rotation in mrad below which it is rounding."""
 
-FAILED = ("not_steady", "not_converged", "jammed")
-
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """What came out."""
     factor, unit = in_system("µJ", system_of(dataset))
     energy, rotation = factor * float(microjoules(dataset, dataset.loop_energy.values)), 1e3 * float(dataset.rotation)
     rotation = 0.0 if rotation < STILL else rotation
-    came_out = f"{rounded(energy, 6)} {unit} a cycle, rotation {rounded(rotation, 4)} mrad peak to peak"
-    lines = [came_out, str(dataset.attrs["message"])]
+    first = f"{rounded(energy, 6)} {unit} a cycle, rotation {rounded(rotation, 4)} mrad peak to peak"
+    lines = [first, str(dataset.attrs["message"])]
     for contact in dataset.contact.values:
         stick, slip, open_ = 100.0 * dataset.share.sel(contact=contact).values
         lines.append(f"{contact}: stick {stick:.1f} %, slip {slip:.1f} %, open {open_:.1f} % of the cycle")
@@ -43,7 +42,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
 
 def failures(dataset: xr.Dataset) -> list[str]:
     """The outcome, where there is no steady sliding cycle, or one beyond the theory of small motions."""
-    failed = dataset.attrs["outcome"] in FAILED or float(dataset.rotation) > LARGEST_ROTATION
+    failed = dataset.attrs["outcome"] in ("not_steady", "not_converged", "jammed") or float(dataset.rotation) > LARGEST_ROTATION
     return [str(dataset.attrs["message"])] if failed else []
 
 
@@ -54,7 +53,30 @@ def figures(dataset: xr.Dataset) -> Figures:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """By contact, by harmonic, and the cycle itself sample by sample."""
-    return {"contacts": _contacts(dataset), "harmonics": _harmonics(dataset), "cycle": _cycle(dataset)}
+    shares = {f"{kind} [%]": 100.0 * dataset.share.sel(kind=kind).values for kind in dataset.kind.values}
+    contacts = {
+        "contact": [str(name) for name in dataset.contact.values],
+        "energy [µJ]": microjoules(dataset, dataset.friction_work.values),
+        **shares,
+        "largest N [N]": dataset.normal_force.max("sample").values,
+        "smallest N [N]": dataset.normal_force.min("sample").values,
+    }
+
+    # Complex amplitudes of the forces on the platforms, F(t) = Re Σ F_h exp(ihωt).
+    harmonics: dict[str, np.ndarray] = {"harmonic": np.arange(dataset.sizes["harmonic"])}
+    for platform, axis, part in product(dataset.platform.values, dataset.axis.values, dataset.part.values):
+        column = dataset.force_harmonics.sel(platform=platform, axis=axis, part=part).values
+        harmonics[f"{platform} {axis} {part} [N]"] = column
+
+    cycle = {"phase [1]": dataset.phase.values}
+    for name, words in (("platform_motion", "platform {} [m]"), ("force_on_right", "force on right {} [N]")):
+        cycle |= {words.format(axis): dataset[name].sel(axis=axis).values for axis in dataset.axis.values}
+    for contact in dataset.contact.values:
+        one = dataset.sel(contact=contact)
+        cycle |= {f"T {contact} [N]": one.friction_force.values, f"N {contact} [N]": one.normal_force.values}
+        cycle[f"state {contact} [1]"] = one.state.values
+    columns = {"contacts": contacts, "harmonics": harmonics, "cycle": cycle}
+    return {caption: pd.DataFrame(table) for caption, table in columns.items()}
 
 
 def microjoules(dataset: xr.Dataset, energy: Array) -> Array:
@@ -62,41 +84,6 @@ def microjoules(dataset: xr.Dataset, energy: Array) -> Array:
     moved = float(np.ptp(dataset.platform_motion.values, axis=dataset.platform_motion.get_axis_num("sample")).max())
     largest = float(np.abs(dataset.force_on_right.values).max()) * moved
     return np.where(np.abs(energy) < ROUNDING * largest, 0.0, 1e6 * energy)
-
-
-def _contacts(dataset: xr.Dataset) -> pd.DataFrame:
-    shares = {f"{kind} [%]": 100.0 * dataset.share.sel(kind=kind).values for kind in dataset.kind.values}
-    return pd.DataFrame(
-        {
-            "contact": [str(name) for name in dataset.contact.values],
-            "energy [µJ]": microjoules(dataset, dataset.friction_work.values),
-            **shares,
-            "largest N [N]": dataset.normal_force.max("sample").values,
-            "smallest N [N]": dataset.normal_force.min("sample").values,
-        }
-    )
-
-
-def _harmonics(dataset: xr.Dataset) -> pd.DataFrame:
-    """Complex amplitudes of the forces on the platforms, F(t) = Re Σ F_h exp(ihωt)."""
-    columns: dict[str, np.ndarray] = {"harmonic": np.arange(dataset.sizes["harmonic"])}
-    for platform in dataset.platform.values:
-        for axis in dataset.axis.values:
-            for part in dataset.part.values:
-                column = dataset.force_harmonics.sel(platform=platform, axis=axis, part=part).values
-                columns[f"{platform} {axis} {part} [N]"] = column
-    return pd.DataFrame(columns)
-
-
-def _cycle(dataset: xr.Dataset) -> pd.DataFrame:
-    columns = {"phase [1]": dataset.phase.values}
-    for name, words in (("platform_motion", "platform {} [m]"), ("force_on_right", "force on right {} [N]")):
-        columns |= {words.format(axis): dataset[name].sel(axis=axis).values for axis in dataset.axis.values}
-    for contact in dataset.contact.values:
-        one = dataset.sel(contact=contact)
-        columns |= {f"T {contact} [N]": one.friction_force.values, f"N {contact} [N]": one.normal_force.values}
-        columns[f"state {contact} [1]"] = one.state.values
-    return pd.DataFrame(columns)
 
 
 PRESENTATION = presents("damper_cycle", Presentation("Damper cycle", sentences, failures, figures, tables))

@@ -31,13 +31,11 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     energies, rotations = factor * microjoules(dataset, dataset.loop_energy.values), 1e3 * dataset.rotation.values
     if "starts" not in dataset:
         jammed = int(np.count_nonzero(dataset.outcome.values == "jammed"))
-        words = f"; {jammed} of them jammed" if jammed else ""
-        lines.append(
-            f"{counted(energies.size, 'cycle')} of {rounded(energies.min(), 4)} to {rounded(energies.max(), 4)} {unit}{words}"
-        )
+        ends = f"{rounded(energies.min(), 4)} to {rounded(energies.max(), 4)} {unit}"
+        lines.append(f"{counted(energies.size, 'cycle')} of {ends}" + (f"; {jammed} of them jammed" if jammed else ""))
     for name, energy, rotation, outcome in zip(cycle_names(dataset), energies, rotations, dataset.outcome.values, strict=True):
-        came = str(outcome).replace("_", " ")
-        lines.append(f"{name}: {rounded(energy, 6)} {unit} a cycle, rotation {rounded(rotation, 4)} mrad, {came}")
+        ended = str(outcome).replace("_", " ")
+        lines.append(f"{name}: {rounded(energy, 6)} {unit} a cycle, rotation {rounded(rotation, 4)} mrad, {ended}")
     return lines
 
 
@@ -72,21 +70,20 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             "outcome": [str(outcome).replace("_", " ") for outcome in dataset.outcome.values],
         }
     )
-    return {"cycles": cycles, "contacts": _contacts(dataset)}
-
-
-def _contacts(dataset: xr.Dataset) -> pd.DataFrame:
-    rows = [
+    contacts = [
         {
             "cycle": int(cycle),
             "contact": str(contact),
             "energy [µJ]": float(microjoules(dataset, dataset.friction_work.sel(cycle=cycle, contact=contact).values)),
-            **{f"{k} [%]": 100.0 * float(dataset.share.sel(cycle=cycle, contact=contact, kind=k)) for k in dataset.kind.values},
+            **{
+                f"{kind} [%]": 100.0 * float(dataset.share.sel(cycle=cycle, contact=contact, kind=kind))
+                for kind in dataset.kind.values
+            },
         }
         for cycle in dataset.cycle.values
         for contact in dataset.contact.values
     ]
-    return pd.DataFrame(rows)
+    return {"cycles": cycles, "contacts": pd.DataFrame(contacts)}
 
 
 PRESENTATION = presents(

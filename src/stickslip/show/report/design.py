@@ -73,20 +73,15 @@ def _variable(dataset: xr.Dataset, k: int, name: str) -> str:
 
 def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[str]:
     """Where the best design is not the end of the search, and what slopes and ranges do not hold."""
-    slopes = dataset["sensitivity"].values
-    falls = [
-        f"{side} {name}"
-        for name, pair in zip(names, slopes, strict=True)
-        for side, s in zip(SIDES, pair, strict=True)
-        if s < FALLS
-    ]
-    caveats, seen = [], float(best["worst_peak"])
-    if falls:
-        ways = " or ".join(falls)
+    slopes = zip(names, dataset["sensitivity"].values, strict=True)
+    ways = [f"{side} {name}" for name, pair in slopes for side, slope in zip(SIDES, pair, strict=True) if slope < FALLS]
+    caveats = []
+    if ways:
         caveats.append(
-            f"the search has not converged: {ways} lowers the worst-case resonance; more designs or generations would continue it"
+            f"the search has not converged: {' or '.join(ways)} lowers the worst-case resonance; more designs or generations "
+            "would continue it"
         )
-    if float(dataset["optimum_peak"]) > (1.0 + 1e-3) * seen:
+    if float(dataset["optimum_peak"]) > (1.0 + 1e-3) * float(best["worst_peak"]):
         caveats.append(
             f"ranges and changes are those of {_size(best, 'worst_peak')}, the worst case that the search saw for that design"
         )
@@ -95,36 +90,33 @@ def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[st
 
 def _compared(dataset: xr.Dataset, design: int) -> str:
     """A known design beside the best one, over all start states if they were searched."""
-    one, words = dataset.isel(design=design), ", ".join(_variables(dataset, design))
-    if not float(one["allowed"]):
-        return f"{words}: breaks a constraint"
+    known, name = dataset.isel(design=design), ", ".join(_variables(dataset, design))
+    if not float(known["allowed"]):
+        return f"{name}: breaks a constraint"
     if design == int(dataset["optimum_design"]):
-        return f"{words}: {_peak(one)}; it is the best"
-    peak = float(one["searched_peak" if int(one["searches"]) else "worst_peak"])
-    return f"{words}: {_peak(one)}; the best is {percent(1.0 - float(dataset['optimum_peak']) / peak)} lower"
+        return f"{name}: {_peak(known)}; it is the best"
+    peak = float(known["searched_peak" if int(known["searches"]) else "worst_peak"])
+    return f"{name}: {_peak(known)}; the best is {percent(1.0 - float(dataset['optimum_peak']) / peak)} lower"
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
     """That no design is allowed; each design with conditions that gave no peak, and which they are."""
     message = no_optimum(dataset)
-    return ([message] if message else []) + [
-        f"design {', '.join(_variables(dataset, k))}: no peak solved at {_conditions(dataset, k)}; its worst case may be higher"
-        for k in np.flatnonzero(dataset["failed"].values).tolist()
-    ]
+    sentences = [message] if message else []
+    for k in np.flatnonzero(dataset["failed"].values).tolist():
+        cases = np.stack([dataset[f"failed_{key}"].values[k] for key in ("force", "friction", "start")], axis=-1)
+        conditions = [
+            f"force level {force:.4g} with friction {mu:.4g} from {f'sampled start {start:.0f}' if start else 'virgin contacts'}"
+            for force, mu, start in cases[np.isfinite(cases[:, 0])]
+        ]
+        design = ", ".join(_variables(dataset, k))
+        sentences.append(f"design {design}: no peak solved at {', '.join(conditions)}; its worst case may be higher")
+    return sentences
 
 
 def _variables(dataset: xr.Dataset, design: int) -> list[str]:
     values = dataset["value"].values[design]
     return [f"{name} = {value:.4g}" for name, value in zip(dataset["variable"].values, values, strict=True)]
-
-
-def _conditions(dataset: xr.Dataset, design: int) -> str:
-    """The conditions of a design without a peak, in words."""
-    cases = np.stack([dataset[f"failed_{key}"].values[design] for key in ("force", "friction", "start")], axis=-1)
-    return ", ".join(
-        f"force level {force:.4g} with friction {mu:.4g} from {'virgin contacts' if start == 0 else f'sampled start {start:.0f}'}"
-        for force, mu, start in cases[np.isfinite(cases[:, 0])]
-    )
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:

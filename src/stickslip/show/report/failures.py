@@ -22,19 +22,32 @@ def failures_of(dataset: xr.Dataset) -> list[str]:
     """One sentence a cause, one for each curve that has no points or stopped before the end of its band, and one for each
     force level without bounds; empty if none.
     """
-    return _point_causes(dataset) + _unfinished(dataset) + (bounds_failures(detached(dataset)) if has_bounds(dataset) else [])
+    sentences, outcomes = [], dataset.outcome.values
+    for code in sorted(set(outcomes.ravel().tolist()) - {int(Outcome.EMPTY), int(Outcome.CONVERGED)}):
+        cases = np.flatnonzero(np.any(outcomes == code, axis=1)).tolist()
+        where = [f"{level_text(dataset, case)}: {_ranges(dataset, case, code)}" for case in cases]
+        count = int(np.count_nonzero(outcomes == code))
+        sentences.append(f"{counted(count, 'point')}: {_sentence(code)} ({'; '.join(where)})")
+    for case in range(dataset.sizes["case"]):
+        if int(dataset.case_outcome[case]) != Outcome.CONVERGED:
+            cause = str(dataset.case_message.values[case]).strip() or _sentence(int(dataset.case_outcome[case]))
+            sentences.append(f"{level_text(dataset, case)}: the curve did not reach the end of the band. {cause}")
+        elif not points(dataset, case).size:
+            sentences.append(f"{level_text(dataset, case)}: no point was computed.")
+    return sentences + (bounds_failures(detached(dataset)) if has_bounds(dataset) else [])
 
 
 def bounds_failures(bounds: xr.Dataset) -> list[str]:
     """A sentence for each force level and cause where there are no bounds."""
-    sentences = []
+    sentences, by_frequency = [], bool(np.all(np.isfinite(bounds["frequency"].values)))
+    every = counted(bounds.sizes["frequency"], "frequency", "frequencies")
     for case, level in enumerate(bounds["force_level"].values):
         outcomes = bounds["outcome"].values[case]
         for code in sorted(set(outcomes.ravel().tolist()) - {int(Outcome.CONVERGED)}):
             at = np.flatnonzero(np.any(outcomes == code, axis=0))
-            words = f"force {level:g}: no bounds{_bounded(bounds, at)}. {_sentence(code)}"
-            more = _unsolved(bounds, case, at)
-            sentences.append(f"{words} {more}." if more else words)
+            where = f"at {at.size} of {every}" if by_frequency else "of the peak"
+            sentence, unsolved = f"force {level:g}: no bounds {where}. {_sentence(code)}", _unsolved(bounds, case, at)
+            sentences.append(f"{sentence} {unsolved}." if unsolved else sentence)
     return sentences
 
 
@@ -60,13 +73,6 @@ def _unsolved(bounds: xr.Dataset, case: int, at: np.ndarray) -> str:
     where = f", at {hertz(frequency)} Hz" if np.isfinite(frequency) else ""
     why = _sentence(int(bounds["unsolved_outcome"].values[case, k])).rstrip(".")
     return f"{of} have no solution{where}: {why}"
-
-
-def _bounded(bounds: xr.Dataset, at: np.ndarray) -> str:
-    """At which of the frequencies; of the peak there is but one entry."""
-    if not np.all(np.isfinite(bounds["frequency"].values)):
-        return " of the peak"
-    return f" at {at.size} of {counted(bounds.sizes['frequency'], 'frequency', 'frequencies')}"
 
 
 def warnings_of(dataset: xr.Dataset, cases: Iterable[int] | None = None) -> list[str]:
@@ -96,41 +102,15 @@ def warnings_of(dataset: xr.Dataset, cases: Iterable[int] | None = None) -> list
     return sentences + (bounds_warnings(detached(dataset)) if has_bounds(dataset) else [])
 
 
-def _point_causes(dataset: xr.Dataset) -> list[str]:
-    sentences = []
-    outcomes = dataset.outcome.values
-    for code in sorted(set(outcomes.ravel().tolist()) - {int(Outcome.EMPTY), int(Outcome.CONVERGED)}):
-        where = [f"{level_text(dataset, case)}: {_ranges(dataset, case, code)}" for case in _cases_with(dataset, code)]
-        count = int(np.count_nonzero(outcomes == code))
-        sentences.append(f"{counted(count, 'point')}: {_sentence(code)} ({'; '.join(where)})")
-    return sentences
-
-
-def _unfinished(dataset: xr.Dataset) -> list[str]:
-    sentences = []
-    for case in range(dataset.sizes["case"]):
-        message = str(dataset.case_message.values[case]).strip()
-        if int(dataset.case_outcome[case]) != Outcome.CONVERGED:
-            cause = message or _sentence(int(dataset.case_outcome[case]))
-            sentences.append(f"{level_text(dataset, case)}: the curve did not reach the end of the band. {cause}")
-        elif not points(dataset, case).size:
-            sentences.append(f"{level_text(dataset, case)}: no point was computed.")
-    return sentences
-
-
-def _cases_with(dataset: xr.Dataset, code: int) -> list[int]:
-    return [int(case) for case in np.flatnonzero(np.any(dataset.outcome.values == code, axis=1))]
-
-
 def _ranges(dataset: xr.Dataset, case: int, code: int) -> str:
     """Neighbouring points as one range of frequencies."""
     where = np.flatnonzero(dataset.outcome.values[case] == code)
-    words = []
+    ranges = []
     for run in np.split(where, np.flatnonzero(np.diff(where) > 1) + 1):
         span = dataset.frequency.values[case, run]
         low, high = hertz(float(np.nanmin(span))), hertz(float(np.nanmax(span)))
-        words.append(f"{low} Hz" if low == high else f"{low} to {high} Hz")
-    return ", ".join(words)
+        ranges.append(f"{low} Hz" if low == high else f"{low} to {high} Hz")
+    return ", ".join(ranges)
 
 
 def _sentence(code: int) -> str:

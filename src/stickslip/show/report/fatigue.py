@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,9 +43,9 @@ def fatigue_headline(dataset: xr.Dataset) -> str:
 def fatigue_sentences(dataset: xr.Dataset) -> list[str]:
     """The headline, and the smallest margin of each force level."""
     lines = [fatigue_headline(dataset).replace("\xa0", " ")]
-    found = list(margins(dataset))
+    every = list(margins(dataset))
     for case, level in enumerate(dataset["force_level"].values):
-        worst = min((margin for margin in found if margin.case == case), key=lambda margin: margin.size, default=None)
+        worst = min((margin for margin in every if margin.case == case), key=lambda margin: margin.size, default=None)
         words = "no point was found"
         if worst:
             words = f"margin {worst.size:.3g} at {worst.frequency:.6g} Hz, {worst.place}"
@@ -58,18 +57,11 @@ def fatigue_table(dataset: xr.Dataset) -> pd.DataFrame:
     """`margins` as a table."""
     import pandas as pd
 
-    rows = [
-        (
-            float(dataset["force_level"].values[found.case]),
-            found.place,
-            found.frequency,
-            *found[4:7],
-            found.size,
-            allowed,
-            found.size_without_contacts,
-        )
-        for found, allowed in ((found, allowed_amplitude(dataset, found)) for found in margins(dataset))
-    ]
+    rows = []
+    for margin in margins(dataset):
+        level, stresses = float(dataset["force_level"].values[margin.case]), (margin.alternating, margin.mean, margin.allowed)
+        sizes = margin.size, allowed_amplitude(dataset, margin), margin.size_without_contacts
+        rows.append((level, margin.place, margin.frequency, *stresses, *sizes))
     heads = ["frequency [Hz]", "amplitude [Pa]", "mean [Pa]", "limit [Pa]", "margin", "allowed amplitude [m]"]
     heads.append("margin without contacts")
     return pd.DataFrame(rows, columns=["force_level", "place", *heads])
@@ -84,34 +76,30 @@ def fatigue_part(charts: Charts, name: str, label: str, dataset: xr.Dataset) -> 
     """Diagram and table of one result; empty without a fatigue limit."""
     if not has_fatigue(dataset):
         return ""
-    pressure, length = _unit(dataset)[1], peak_unit(dataset)
+    (pascals, pressure), length = pressure_unit(dataset), peak_unit(dataset)
     heads = ["force level", "place", "frequency in Hz", f"amplitude in {pressure}", f"mean in {pressure}", f"limit in {pressure}"]
     heads += ["margin", "margin without contacts", f"allowed amplitude of {dataset['output'].values[0]} in {length.name}"]
     figure = charts.drawn(f"chart-haigh-{name}", haigh_diagram(dataset), "Haigh diagram")
     note = NOTE.format(equivalent=EQUIVALENTS[dataset.attrs.get("fatigue_equivalent", "sines")])
-    return note + figure + table(f"fatigue-{name}", f"{label}: smallest fatigue margins", heads, _rows(dataset))
-
-
-def _rows(dataset: xr.Dataset) -> Iterator[str]:
-    unit, length = _unit(dataset)[0], peak_unit(dataset).metres
-    for found in margins(dataset):
-        cells = [cell(level_text(dataset, found.case), float(dataset["force_level"].values[found.case])), cell(found.place)]
-        cells.append(cell(hertz(found.frequency), found.frequency))
-        cells += [cell(number(size / unit), size) for size in (found.alternating, found.mean, found.allowed)]
-        allowed = allowed_amplitude(dataset, found)
-        cells.append(cell(number(found.size, 3), found.size, "" if found.size >= 1.0 else "fails"))
-        free = found.size_without_contacts
+    rows = []
+    for margin in margins(dataset):
+        cells = [cell(level_text(dataset, margin.case), float(dataset["force_level"].values[margin.case])), cell(margin.place)]
+        cells.append(cell(hertz(margin.frequency), margin.frequency))
+        cells += [cell(number(size / pascals), size) for size in (margin.alternating, margin.mean, margin.allowed)]
+        cells.append(cell(number(margin.size, 3), margin.size, "" if margin.size >= 1.0 else "fails"))
+        free, allowed = margin.size_without_contacts, allowed_amplitude(dataset, margin)
         cells.append(cell(number(free, 3) if np.isfinite(free) else "–", free))
-        cells.append(cell(number(allowed / length) if np.isfinite(allowed) else "–", allowed))
-        yield f"<tr>{''.join(cells)}</tr>"
+        cells.append(cell(number(allowed / length.metres) if np.isfinite(allowed) else "–", allowed))
+        rows.append(f"<tr>{''.join(cells)}</tr>")
+    return note + figure + table(f"fatigue-{name}", f"{label}: smallest fatigue margins", heads, rows)
 
 
-def _unit(dataset: xr.Dataset) -> tuple[float, str]:
-    """The size in Pa of the unit to show stress in, and its name."""
+def pressure_unit(dataset: xr.Dataset) -> tuple[float, str]:
+    """The size in Pa of the unit to show stress in, and its name: MPa unless the study states others."""
     factor, name = in_system("MPa", system_of(dataset))
     return 1e6 / factor, name
 
 
 def _pressure(dataset: xr.Dataset, size: float) -> str:
-    unit, name = _unit(dataset)
-    return f"{number(size / unit, 3)} {name}"
+    pascals, name = pressure_unit(dataset)
+    return f"{number(size / pascals, 3)} {name}"

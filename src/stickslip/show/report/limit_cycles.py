@@ -52,13 +52,9 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Every limit cycle, and the curve on which they lie."""
-    return {"limit cycles": _roots(dataset), "limit cycles by aerodynamic damping": _curve(dataset)}
-
-
-def _roots(dataset: xr.Dataset) -> pd.DataFrame:
     import pandas as pd
 
-    rows = []
+    cycles, curves = [], []
     for case, d, k in np.argwhere(np.isfinite(dataset["frequency"].values)):
         one = dataset.isel(case=case, aerodynamic_damping=d, limit_cycle=k)
         row: dict[str, object] = {"mode": int(one["mode_number"]), "aerodynamic damping ratio": float(one["aerodynamic_damping"])}
@@ -66,14 +62,7 @@ def _roots(dataset: xr.Dataset) -> pd.DataFrame:
         row |= {f"{name} [m]": float(one["amplitude"][o]) for o, name in enumerate(dataset["output"].values)}
         row["energy [J]"] = float(one["energy"])
         row["dissipated in contacts [J]"] = float(np.nansum(one["dissipated"].values))
-        rows.append(row)
-    return pd.DataFrame(rows)
-
-
-def _curve(dataset: xr.Dataset) -> pd.DataFrame:
-    import pandas as pd
-
-    frames = []
+        cycles.append(row)
     for case in range(dataset.sizes["case"]):
         one = dataset.isel(case=case)
         there = np.isfinite(one["curve_damping"].values)
@@ -84,8 +73,9 @@ def _curve(dataset: xr.Dataset) -> pd.DataFrame:
         for output, name in enumerate(dataset["output"].values):
             columns[f"{name} [m]"] = one["curve_amplitude"].values[there, output]
         columns["energy [J]"] = one["curve_energy"].values[there]
-        frames.append(pd.DataFrame(columns))
-    return pd.concat(frames, ignore_index=True)
+        curves.append(pd.DataFrame(columns))
+    curve = pd.concat(curves, ignore_index=True)
+    return {"limit cycles": pd.DataFrame(cycles), "limit cycles by aerodynamic damping": curve}
 
 
 def figures(dataset: xr.Dataset) -> Figures:

@@ -5,8 +5,15 @@ from __future__ import annotations
 import base64
 import gzip
 import html
+import io
 import re
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Literal
+
+from stickslip.show.plots.look import house_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MOST_ROWS = 40
 """Rows of a table that stands open."""
@@ -42,6 +49,16 @@ def section(identifier: str, title: str, *parts: str) -> str:
     """A section of the page with its heading."""
     heading = f'<h2 id="{identifier}-h">{text(title)}</h2>'
     return f'<section id="{identifier}" aria-labelledby="{identifier}-h">{heading}{"".join(parts)}</section>'
+
+
+def picture(figure: Figure, description: str, kind: Literal["svg", "png"] = "svg") -> str:
+    """A figure as an SVG image, or as PNG where it has thousands of faces; the same figure gives the same text."""
+    buffer = io.BytesIO()
+    with house_style():
+        figure.savefig(buffer, format=kind, metadata={"Date": None} if kind == "svg" else None)
+    data = base64.b64encode(buffer.getvalue()).decode()
+    media = {"svg": "svg+xml", "png": "png"}[kind]
+    return f'<img alt="{text(description)}" style="max-width:100%" src="data:image/{media};base64,{data}">'
 
 
 def packed(identifier: str, content: str) -> str:

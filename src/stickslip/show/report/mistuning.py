@@ -34,7 +34,15 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     blade = int(top["worst_blade"])
     place = float(top["blade_peak_frequency"].sel(blade=blade))
     where = f"blade {blade} at {place:.5g} Hz{_edge(top['frequency'].values, place)}"
-    lines = [f"highest amplification {float(ratio.max()):.4g}: {where}{_busiest(top)}", disk]
+    damper = int(top["busiest_damper"])
+    if bool(top["damper_missing"].all()):
+        busiest = "no dampers"
+    elif not damper:
+        busiest = "all dampers stuck"
+    else:
+        work = energy_text(float(top["damper_work"].sel(blade=damper)), top)
+        busiest = f"where the damper after blade {damper} works most ({work} a period)"
+    lines = [f"highest amplification {float(ratio.max()):.4g}: {where}, {busiest}", disk]
     if "stress_von_mises" in dataset:
         lines.append(_stress(solved))
     if ratio.size > 1:
@@ -60,21 +68,9 @@ def _stress(dataset: xr.Dataset) -> str:
     stress, (factor, unit) = dataset["stress_von_mises"], in_system("MPa", system_of(dataset))
     sample, blade, place = np.unravel_index(int(np.nanargmax(stress.values)), stress.shape)
     here = f"blade {dataset['blade'].values[blade]}, {dataset['place'].values[place]}"
-    sizes = [
-        factor * 1e-6 * float(size) for size in (stress.values[sample, blade, place], dataset["tuned_stress_von_mises"].max())
-    ]
+    largest = stress.values[sample, blade, place], dataset["tuned_stress_von_mises"].max()
+    sizes = [factor * 1e-6 * float(size) for size in largest]
     return f"largest von Mises stress {sizes[0]:.4g} {unit}: {here}; of the tuned disk {sizes[1]:.4g} {unit}"
-
-
-def _busiest(sample: xr.Dataset) -> str:
-    """The damper that takes out the most energy there."""
-    damper = int(sample["busiest_damper"])
-    if bool(sample["damper_missing"].all()):
-        return ", no dampers"
-    if not damper:
-        return ", all dampers stuck"
-    work = float(sample["damper_work"].sel(blade=damper))
-    return f", where the damper after blade {damper} works most ({energy_text(work, sample)} a period)"
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -83,9 +79,9 @@ def failures(dataset: xr.Dataset) -> list[str]:
     for sample in np.flatnonzero(dataset["worst_blade"].values == 0):
         reasons.setdefault(str(dataset["sample_message"].values[sample]), []).append(int(sample) + 1)
     lines = [f"{counted(len(samples), 'sample')} failed, the first is {samples[0]}: {why}" for why, samples in reasons.items()]
-    return (
-        lines if np.isfinite(float(dataset["tuned_peak"])) else [*lines, "The tuned disk failed, so there is no amplification."]
-    )
+    if not np.isfinite(float(dataset["tuned_peak"])):
+        lines.append("The tuned disk failed, so there is no amplification.")
+    return lines
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:

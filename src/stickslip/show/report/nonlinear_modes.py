@@ -108,16 +108,17 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The peaks of the force levels, and the points of every mode."""
-    return ({"peaks of force levels": _peaks(dataset)} if _has_levels(dataset) else {}) | {"nonlinear modes": _points(dataset)}
-
-
-def _has_levels(dataset: xr.Dataset) -> bool:
-    return "force_level" in dataset.dims
-
-
-def _points(dataset: xr.Dataset) -> pd.DataFrame:
     import pandas as pd
 
+    found: dict[str, pd.DataFrame] = {}
+    if _has_levels(dataset):
+        rows = []
+        for case, k in np.ndindex(dataset.sizes["case"], dataset.sizes["force_level"]):
+            at = dataset.isel(case=case, force_level=k)
+            values = [float(at[name]) for name in ("force_level", "level_frequency", "level_amplitude")]
+            rows.append((int(at["mode_number"]), *values))
+        heads = ["mode", "force level", "frequency [Hz]", f"{dataset['output'].values[0]} [m]"]
+        found["peaks of force levels"] = pd.DataFrame(rows, columns=heads)
     frames = []
     for case in range(dataset.sizes["case"]):
         one = dataset.isel(case=case)
@@ -132,19 +133,11 @@ def _points(dataset: xr.Dataset) -> pd.DataFrame:
         columns["dissipated by viscous damping [J]"] = one["viscous_work"].values
         columns["force level of the peak"] = one["peak_force_level"].values
         frames.append(pd.DataFrame(columns)[np.isfinite(one["frequency"].values)])
-    return pd.concat(frames, ignore_index=True)
+    return found | {"nonlinear modes": pd.concat(frames, ignore_index=True)}
 
 
-def _peaks(dataset: xr.Dataset) -> pd.DataFrame:
-    import pandas as pd
-
-    rows = []
-    for case in range(dataset.sizes["case"]):
-        for k, level in enumerate(dataset["force_level"].values.tolist()):
-            mode, at = int(dataset["mode_number"].values[case]), dataset.isel(case=case, force_level=k)
-            rows.append((mode, level, float(at["level_frequency"]), float(at["level_amplitude"])))
-    name = str(dataset["output"].values[0])
-    return pd.DataFrame(rows, columns=["mode", "force level", "frequency [Hz]", f"{name} [m]"])
+def _has_levels(dataset: xr.Dataset) -> bool:
+    return "force_level" in dataset.dims
 
 
 def figures(dataset: xr.Dataset) -> Figures:

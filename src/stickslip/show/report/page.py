@@ -58,12 +58,7 @@ NEEDS: dict[str, Callable[[xr.Dataset], bool]] = {
     "figures": plain.has_more_figures,
     "motion": moves,
 }
-"""Sections that only some results fill."""
-
-
-def always(dataset: xr.Dataset) -> bool:
-    """Every result fills the other sections."""
-    return True
+"""Sections that only some results fill; every result fills the others."""
 
 
 PLAIN_SECTIONS: tuple[Section, ...] = (
@@ -90,7 +85,7 @@ def write(datasets: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path) -> 
 def sections_of(datasets: Mapping[str, xr.Dataset]) -> tuple[Section, ...]:
     """The sections that these results fill."""
     entries = SECTIONS if _of_responses(datasets) else PLAIN_SECTIONS
-    return tuple(entry for entry in entries if any(NEEDS.get(entry[0], always)(dataset) for dataset in datasets.values()))
+    return tuple(entry for entry in entries if entry[0] not in NEEDS or any(map(NEEDS[entry[0]], datasets.values())))
 
 
 def _of_responses(datasets: Mapping[str, xr.Dataset]) -> bool:
@@ -99,12 +94,18 @@ def _of_responses(datasets: Mapping[str, xr.Dataset]) -> bool:
 
 def page(datasets: Mapping[str, xr.Dataset]) -> str:
     """The whole page as a string."""
+    from plotly.offline import get_plotlyjs
+
     title = common_title(list(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items())))
     kinds = [kind for d in datasets.values() if (kind := presentation_of(d).title) != title]
     about = f"{' and '.join(dict.fromkeys(kinds))}, computed with stickslip" if kinds else "Computed with stickslip"
     charts, shown = Charts(list(datasets), system_of(*datasets.values())), sections_of(datasets)
     body = "".join(build(datasets, charts) for _, _, build in shown)
-    library, scripts = _plotly(), (step_script(), _resource("report.js"))
+    links = "".join(f'<a href="#{identifier}">{word}</a>' for identifier, word, _ in shown)
+    several = len(datasets) > 1 and _of_responses(datasets)
+    choice = '<label class="select">Charts show <select id="result"></select></label>' if several else ""
+    library = str(get_plotlyjs()).replace("\r\n", "\n").replace("\r", "\n")
+    scripts = step_script(), _resource("report.js")
     data = json.dumps(charts.data(), allow_nan=False, separators=(",", ":"))
     need = "<noscript><p>The charts need JavaScript; the tables below do not.</p></noscript>"
     return (
@@ -112,7 +113,8 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
         f'<meta http-equiv="Content-Security-Policy" content="{_policy((library, *scripts))}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
         f"<title>{text(title)} – stickslip</title><style>{_resource('report.css')}</style></head>\n<body>"
-        f"<header><h1>{text(title)}</h1><p>{text(about)}</p></header>{_navigation(datasets, shown)}"
+        f"<header><h1>{text(title)}</h1><p>{text(about)}</p></header>"
+        f'<nav aria-label="Sections">{links}{choice}</nav>'
         f"{need}\n<main>{body}</main>\n"
         f"{packed('data', data)}\n{packed('library', library)}\n"
         + "\n".join(f"<script>{script}</script>" for script in scripts)
@@ -130,25 +132,12 @@ def common_title(titles: Sequence[str]) -> str:
     return f"{' '.join(words[0][:common]).rstrip(',:;')}: {rest}"
 
 
-def _navigation(datasets: Mapping[str, xr.Dataset], shown: Sequence[Section]) -> str:
-    links = "".join(f'<a href="#{identifier}">{word}</a>' for identifier, word, _ in shown)
-    several = len(datasets) > 1 and _of_responses(datasets)
-    choice = '<label class="select">Charts show <select id="result"></select></label>' if several else ""
-    return f'<nav aria-label="Sections">{links}{choice}</nav>'
-
-
 def _policy(scripts: Sequence[str]) -> str:
     """Nothing is loaded; only these scripts run. Styles are free, since plotly.js writes them; images are its exports."""
     digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
     allowed = " ".join(f"'sha256-{digest}'" for digest in digests) or "'none'"
     rest = "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'"
     return f"default-src 'none'; script-src {allowed}; {rest}"
-
-
-def _plotly() -> str:
-    from plotly.offline import get_plotlyjs
-
-    return str(get_plotlyjs()).replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _resource(name: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,8 +28,21 @@ NOTE = (
 
 def percentiles(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     """Figure and table of every result whose samples share their frequencies."""
-    found = {label: dataset for label, dataset in datasets.items() if has_percentiles(dataset)}
-    return section("percentiles", "Percentiles", NOTE, *(_part(charts, k, *item) for k, item in enumerate(found.items())))
+    sampled = {label: dataset for label, dataset in datasets.items() if has_percentiles(dataset)}
+    parts = []
+    for place, (label, dataset) in enumerate(sampled.items()):
+        shares, unit, rows = percentiles_of(dataset, PERCENT), peak_unit(dataset), []
+        for i, level in enumerate(shares["force_level"].values):
+            for k, frequency in enumerate(shares["frequency"].values):
+                solved = int(shares["solved"].values[i, k])
+                cells = [cell(f"{level:g}", float(level)), cell(hertz(float(frequency)), float(frequency))]
+                cells += [cell(str(solved), solved)]
+                cells += [cell(number(value / unit.metres), value) for value in shares.values[i, :, k]]
+                rows.append(f"<tr>{''.join(cells)}</tr>")
+        heads = ["force", "frequency in Hz", "start states", *(f"{p:g} % in {unit.name}" for p in PERCENT)]
+        parts.append(charts.drawn(f"chart-percentiles-{place}", response_percentiles(dataset), "Percentiles of the response"))
+        parts.append(table(f"percentiles-{place}", f"{label}: percentiles of the amplitude", heads, rows))
+    return section("percentiles", "Percentiles", NOTE, *parts)
 
 
 def percentiles_table(dataset: xr.Dataset) -> pd.DataFrame:
@@ -42,19 +55,3 @@ def percentiles_table(dataset: xr.Dataset) -> pd.DataFrame:
     columns = {"force_level": levels[case], "frequency [Hz]": frequencies[at], "solved": found["solved"].values[case, at]}
     columns |= {f"{p:g} % [{found.attrs['units']}]": found.values[case, k, at] for k, p in enumerate(found["percent"].values)}
     return pd.DataFrame(columns)
-
-
-def _part(charts: Charts, place: int, label: str, dataset: xr.Dataset) -> str:
-    heads = ["force", "frequency in Hz", "start states", *(f"{p:g} % in {peak_unit(dataset).name}" for p in PERCENT)]
-    figure = charts.drawn(f"chart-percentiles-{place}", response_percentiles(dataset), "Percentiles of the response")
-    return figure + table(f"percentiles-{place}", f"{label}: percentiles of the amplitude", heads, _rows(dataset))
-
-
-def _rows(dataset: xr.Dataset) -> Iterator[str]:
-    found, unit = percentiles_of(dataset, PERCENT), peak_unit(dataset).metres
-    for i, level in enumerate(found["force_level"].values):
-        for k, frequency in enumerate(found["frequency"].values):
-            solved = int(found["solved"].values[i, k])
-            cells = [cell(f"{level:g}", float(level)), cell(hertz(float(frequency)), float(frequency)), cell(str(solved), solved)]
-            cells += [cell(number(value / unit), value) for value in found.values[i, :, k]]
-            yield f"<tr>{''.join(cells)}</tr>"

@@ -9,14 +9,12 @@ import numpy as np
 
 from stickslip.results.view import measure_in, size_text
 from stickslip.show.plots.files import Figures
-from stickslip.show.plots.performance_curve import dissipation, performance_curves
+from stickslip.show.plots.performance_curve import REGIONS, dissipation, performance_curves
 from stickslip.show.report.presentation import Presentation, presents
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-REGIONS = ("stick", "microslip", "slip", "lift-off")
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
@@ -25,7 +23,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     resonance = "resonance" if measure.order == 0 else f"resonance, as {measure.quantity.name_per_force},"
     lines = []
     for case, mu in enumerate(dataset["friction"].values):
-        one = {name: float(dataset[name].values[case]) for name in _OPTIMUM}
+        keys = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency", "plateau_low", "plateau_high")
+        one = {key: float(dataset[key].values[case]) for key in keys}
         name = "friction of the problem" if np.isnan(mu) else f"friction {mu:g}"
         if not np.isfinite(one["optimum_ratio"]):
             lines.append(f"{name}: no resonance was found")
@@ -43,9 +42,6 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
-_OPTIMUM = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency", "plateau_low", "plateau_high")
-
-
 def _detached(dataset: xr.Dataset, case: int) -> list[str]:
     """Where higher peaks lie on isolas."""
     heights, ratios = dataset["detached_amplitude_per_force"].values[case], dataset["force_ratio"].values
@@ -60,15 +56,13 @@ def _detached(dataset: xr.Dataset, case: int) -> list[str]:
     ]
 
 
-KINDS = ("born", "ended", "merged", "swapped")
-
-
 def _happened(dataset: xr.Dataset, case: int) -> list[str]:
     """What happened to peaks along a curve, in one sentence; the table lists each event."""
     kinds = dataset["event_kind"].values[case]
     if not np.any(kinds):
         return []
-    counts = ", ".join(f"{np.count_nonzero(kinds == kind)} {kind}" for kind in KINDS if np.any(kinds == kind))
+    known = [kind for kind in ("born", "ended", "merged", "swapped") if np.any(kinds == kind)]
+    counts = ", ".join(f"{np.count_nonzero(kinds == kind)} {kind}" for kind in known)
     low, high = np.nanmin(dataset["event_low"].values[case]), np.nanmax(dataset["event_high"].values[case])
     return [f"F_C/F_E {low:.4g} to {high:.4g}: peaks {counts}; the report lists each of them"]
 
@@ -87,19 +81,14 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Every point of every curve, and what happened to peaks between them."""
     import pandas as pd
 
-    happened = pd.DataFrame(_events(dataset), columns=["friction", "F_C/F_E from", "to", "at Hz", "what happened"])
-    return {"performance curves": _points(dataset), **({"peaks along the curves": happened} if len(happened) else {})}
-
-
-def _events(dataset: xr.Dataset) -> list[tuple[float, float, float, float, str]]:
-    """Every event of every curve in the order of F_C/F_E."""
-    found = []
+    events = []
     for case, mu in enumerate(dataset["friction"].values.tolist()):
         numbers = (dataset[f"event_{key}"].values[case] for key in ("low", "high", "frequency"))
-        for low, high, frequency, words in zip(*numbers, dataset["event"].values[case], strict=True):
-            if words:
-                found.append((mu, float(low), float(high), float(frequency), str(words).partition(": ")[2]))
-    return found
+        for low, high, frequency, sentence in zip(*numbers, dataset["event"].values[case], strict=True):
+            if sentence:
+                events.append((mu, float(low), float(high), float(frequency), str(sentence).partition(": ")[2]))
+    happened = pd.DataFrame(events, columns=["friction", "F_C/F_E from", "to", "at Hz", "what happened"])
+    return {"performance curves": _points(dataset), **({"peaks along the curves": happened} if len(happened) else {})}
 
 
 def _points(dataset: xr.Dataset) -> pd.DataFrame:

@@ -70,7 +70,11 @@ def tables(datasets: Datasets, charts: Charts) -> str:
         for caption, frame in presentation_of(dataset).tables(dataset).items():
             identifier = f"table-{place}-{caption.replace(' ', '-')}"
             columns = _columns(frame)
-            parts.append(table(identifier, caption, [head for head, _, _ in columns], _rows(frame, columns)))
+            rows = []
+            for values in frame.itertuples(index=False):
+                cells = (_cell(value, size, zero) for value, (_, size, zero) in zip(values, columns, strict=True))
+                rows.append(f"<tr>{''.join(cells)}</tr>")
+            parts.append(table(identifier, caption, [head for head, _, _ in columns], rows))
     return section("tables", "Tables", *parts)
 
 
@@ -101,30 +105,18 @@ def _columns(frame: pd.DataFrame) -> list[tuple[str, float, float]]:
     for unit, (_, column) in zip(units, frame.items(), strict=True):
         values = np.abs(column.to_numpy(dtype=float)) if column.dtype.kind == "f" else np.zeros(0)
         largest[unit] = max(largest.get(unit, 0.0), float(np.max(values[np.isfinite(values)], initial=0.0)))
-    found = []
+    columns = []
     for head, unit in zip(heads, units, strict=True):
-        size, name = _shown(unit, largest[unit])
-        words = head.rpartition(" [")[0]
-        shown = head if unit == head else words if unit == "1" else f"{words} in {name}"
-        found.append((shown, size, ROUNDING * largest[unit]))
-    return found
-
-
-def _shown(units: str, largest: float) -> tuple[float, str]:
-    """The unit to show a column of SI units in: its size and its name."""
-    if units == "J":
-        return energy_unit(largest)
-    if units.split("/")[0] != "m":
-        return 1.0, units
-    unit = shown_unit(units, largest)
-    return unit.metres, unit.name
-
-
-def _rows(frame: pd.DataFrame, columns: list[tuple[str, float, float]]) -> list[str]:
-    return [
-        f"<tr>{''.join(_cell(value, size, zero) for value, (_, size, zero) in zip(row, columns, strict=True))}</tr>"
-        for row in frame.itertuples(index=False)
-    ]
+        size, name = 1.0, unit
+        if unit == "J":
+            size, name = energy_unit(largest[unit])
+        elif unit.split("/")[0] == "m":
+            length = shown_unit(unit, largest[unit])
+            size, name = length.metres, length.name
+        quantity = head.rpartition(" [")[0]
+        shown = head if unit == head else quantity if unit == "1" else f"{quantity} in {name}"
+        columns.append((shown, size, ROUNDING * largest[unit]))
+    return columns
 
 
 def _cell(value: object, size: float, zero: float) -> str:

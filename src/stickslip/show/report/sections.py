@@ -69,10 +69,25 @@ LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK
 
 
 def overview(datasets: Datasets, charts: Charts) -> str:
-    """The answer, in one or two sentences."""
-    return section(
-        "overview", "Overview", *(_overview_of(label, dataset, len(datasets) > 1) for label, dataset in datasets.items())
-    )
+    """The answer in a few sentences, the highest peaks at a glance, and what it took to compute them."""
+    parts = []
+    for label, dataset in datasets.items():
+        answers = [
+            fatigue_headline(dataset),
+            bounds_headline(detached(dataset)) if has_bounds(dataset) else "",
+            further_curves_sentence(dataset),
+        ]
+        cases = range(dataset.sizes["case"])
+        count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
+        whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
+        solved = f"{whole}; {float(dataset.attrs['cpu_seconds']):.3g} s of processor time."
+        chosen = str(dataset.attrs.get("harmonics_chosen", ""))
+        how = [*([f"Chosen by “auto”: {chosen}."] if chosen else []), *finer_sentences(dataset)]
+        note = f"<details><summary>{text(solved)}</summary>{text(' '.join(how))}</details>" if how else text(solved)
+        parts += [f"<h3>{text(label)}</h3>"] if len(datasets) > 1 else []
+        parts += [f'<p class="headline">{text(answer)}</p>' for answer in answers if answer]
+        parts += [peaks_at_a_glance(label, dataset), f'<div class="note">{note}</div>']
+    return section("overview", "Overview", *parts)
 
 
 def curves(datasets: Datasets, charts: Charts) -> str:
@@ -86,7 +101,11 @@ def curves(datasets: Datasets, charts: Charts) -> str:
             Choice("Show", list(dict.fromkeys((first, *QUANTITIES)))),
             Choice("Amplitude", ("absolute", "per force")),
         ]
-        html += charts.place("chart-curves", partial(_responses, dataset), choices, label, _loops_of_points(dataset))
+
+        def draw(output: str, scale: str, quantity: str, size: str, dataset: xr.Dataset = dataset) -> Chart:
+            return response_curves(dataset, output, scale == "logarithmic", size == "per force", quantity)
+
+        html += charts.place("chart-curves", draw, choices, label, _loops_of_points(dataset))
     known = any(has_linear_curves(dataset) for dataset in datasets.values())
     linear = "Thin dotted: without contacts; thin dashed: with stuck contacts. " if known else ""
     note = (
@@ -94,10 +113,6 @@ def curves(datasets: Datasets, charts: Charts) -> str:
         "shown; crosses at the bottom mark frequencies that did not converge. Click a point for its loops.</p>"
     )
     return section("curves", "Response curves", html, note)
-
-
-def _responses(dataset: xr.Dataset, output: str, scale: str, quantity: str, size: str) -> Chart:
-    return response_curves(dataset, output, scale == "logarithmic", size == "per force", quantity)
 
 
 def _outputs(*datasets: xr.Dataset) -> list[str]:
@@ -133,7 +148,16 @@ def peaks(datasets: Datasets, charts: Charts) -> str:
     trend = ""
     if any(dataset.sizes["case"] > 1 for dataset in datasets.values()):
         trend = charts.place("chart-trend", partial(compared_peaks, datasets), [Choice("Output", _outputs(*datasets.values()))])
-    levels = (_each_level(label, dataset, len(datasets) > 1) for label, dataset in datasets.items())
+    levels = []
+    for label, dataset in datasets.items():
+        if dataset.sizes["case"] < 2:
+            continue
+        shown = representatives(dataset, MOST_SHOWN)
+        note = f'<p class="note">{text(f"Shown: {shown.words}.")}</p>' if shown.words else ""
+        items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown.cases)
+        said = f"<p>{text(headline(dataset))}</p>{note}<ul>{items}</ul>"
+        folded = f"<details><summary>{text(label)}: each force level</summary>{said}</details>"
+        levels.append(folded if len(datasets) > 1 else said)
     return section("peaks-section", "Peaks", trend, *levels, *parts)
 
 
@@ -196,6 +220,7 @@ def loops(datasets: Datasets, charts: Charts) -> str:
 
 
 def _loops(draw: Callable[[ContactRow, bool], Chart], rows: Mapping[str, ContactRow], own: str, contact: str, size: str) -> Chart:
+    """The loops of the contact that the reader chose, each to its own size or not."""
     return draw(rows[contact], size == own)
 
 
@@ -263,56 +288,27 @@ def versions(datasets: Datasets, charts: Charts) -> str:
     return section("versions", "Versions and settings", table("attributes", "Kept with the results", ["", *datasets], rows))
 
 
-def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
-    head = f"<h3>{text(label)}</h3>" if several else ""
-    cases = range(dataset.sizes["case"])
-    count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
-    whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
-    solved = f"{whole}; {float(dataset.attrs['cpu_seconds']):.3g} s of processor time."
-    chosen = str(dataset.attrs.get("harmonics_chosen", ""))
-    how = [*([f"Chosen by “auto”: {chosen}."] if chosen else []), *finer_sentences(dataset)]
-    note = f"<details><summary>{text(solved)}</summary>{text(' '.join(how))}</details>" if how else text(solved)
-    said = [
-        fatigue_headline(dataset),
-        *([bounds_headline(detached(dataset))] if has_bounds(dataset) else []),
-        further_curves_sentence(dataset),
-    ]
-    answers = "".join(f'<p class="headline">{text(answer)}</p>' for answer in said if answer)
-    return f'{head}{answers}{peaks_at_a_glance(label, dataset)}<div class="note">{note}</div>'
-
-
-def _each_level(label: str, dataset: xr.Dataset, several: bool) -> str:
-    """The highest peak of each force level in words."""
-    shown = representatives(dataset, MOST_SHOWN).cases if dataset.sizes["case"] > 1 else []
-    items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown)
-    sentences = f"<p>{text(headline(dataset))}</p>{_representative_note({label: dataset})}<ul>{items}</ul>" if items else ""
-    return f"<details><summary>{text(label)}: each force level</summary>{sentences}</details>" if several and items else sentences
-
-
-def _representative_note(datasets: Datasets) -> str:
-    """A note on the cases that stand for all."""
-    words = dict.fromkeys(words for dataset in datasets.values() if (words := representatives(dataset, MOST_SHOWN).words))
-    return "".join(f'<p class="note">{text(f"Shown: {sentence}.")}</p>' for sentence in words)
-
-
 def _result_head(datasets: Datasets) -> list[str]:
     return ["Result"] if len(datasets) > 1 else []
 
 
 def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: Length) -> Iterator[str]:
+    """Every peak of every curve and output, highest first, absolute and per force."""
+    measure, (factor, per_force) = measure_in(dataset), per_force_unit(dataset)
+    none = "largest of the listed frequencies" if is_listed(dataset) else "no peak inside the band; the largest point"
     for case in range(dataset.sizes["case"]):
         for output, name in enumerate(dataset.output.values):
             for rank, values in _ranked(dataset, case, output):
                 force = float(dataset.force_level[case])
-                result = cell(label) if several else ""
-                largest = (
-                    "largest of the listed frequencies" if is_listed(dataset) else "no peak inside the band; the largest point"
-                )
-                words = f"{rank}" if rank else largest
-                yield (
-                    f'<tr data-case="{case}" data-rank="{rank}">{result}{cell(level_text(dataset, case), force)}{cell(str(name))}'
-                    f"<td>{text(words)}</td>{_peak_cells(values, force, unit, per_force_unit(dataset), measure_in(dataset))}</tr>"
-                )
+                frequency, amplitude, largest_in_time, loss = (float(value) for value in values)
+                normalised = amplitude / abs(force) if force else float("nan")
+                cells = (cell(label) if several else "") + cell(level_text(dataset, case), force)
+                cells += f"{cell(str(name))}<td>{text(rank or none)}</td>"
+                cells += cell(hertz(frequency), frequency) + cell(number(amplitude / unit.metres), amplitude)
+                cells += cell(f"{number(normalised / unit.metres * factor)} {unit.name}{per_force}", normalised)
+                if measure.kind != "max_abs":
+                    cells += cell(number(largest_in_time / unit.metres), largest_in_time)
+                yield f'<tr data-case="{case}" data-rank="{rank}">{cells}{cell(number(loss), loss)}</tr>'
 
 
 def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, Array]]:
@@ -327,30 +323,18 @@ def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, 
         yield 0, np.array([highest.frequency, highest.amplitude, highest.max_abs, highest.loss_factor])
 
 
-def _peak_cells(values: Array, force: float, unit: Length, per_level: tuple[float, str], measure: Measure) -> str:
-    frequency, amplitude, largest, loss = (float(value) for value in values)
-    normalised = amplitude / abs(force) if force else float("nan")
-    per_force = f"{number(normalised / unit.metres * per_level[0])} {unit.name}{per_level[1]}"
-    return (
-        cell(hertz(frequency), frequency)
-        + cell(number(amplitude / unit.metres), amplitude)
-        + cell(per_force, normalised)
-        + (cell(number(largest / unit.metres), largest) if measure.kind != "max_abs" else "")
-        + cell(number(loss), loss)
-    )
-
-
 def _energy_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:
+    """What the contacts dissipate at the highest peak of each curve, and the worst measures of accuracy along it."""
     for case in range(dataset.sizes["case"]):
         peak, kept = highest_peak(dataset, case), converged_points(dataset, case)
-        result = (cell(label) if several else "") + cell(level_text(dataset, case), float(dataset.force_level[case]))
+        cells = (cell(label) if several else "") + cell(level_text(dataset, case), float(dataset.force_level[case]))
         if peak is None:
-            yield f'<tr>{result}<td colspan="4">no point converged</td></tr>'
+            yield f'<tr>{cells}<td colspan="4">no point converged</td></tr>'
             continue
         total = float(np.sum(dataset.dissipated.values[case, peak.point]))
-        cells = cell(energy_text(total, dataset), total)
+        cells += cell(energy_text(total, dataset), total)
         for name, limit in LIMITS.items():
             values = np.abs(dataset[name].values[case, kept])
             worst = float(np.nanmax(values)) if np.any(np.isfinite(values)) else float("nan")
             cells += cell(f"{worst:.1e}" if np.isfinite(worst) else "–", worst, f"above {limit:g}" if worst > limit else "")
-        yield f"<tr>{result}{cells}</tr>"
+        yield f"<tr>{cells}</tr>"

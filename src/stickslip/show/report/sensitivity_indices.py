@@ -27,16 +27,12 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     what = "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
     for q, (quantity, size, unit) in enumerate(((what, unit_of_size.metres, unit_of_size.name), ("frequency", 1.0, "Hz"))):
         middle, spread = (float(dataset[key].values[q]) / size for key in ("middle", "spread"))
-        order = np.argsort(-dataset["total"].values[:, q])
-        ranked = ", ".join(f"{names[k]} {_index(dataset, k, q)}" for k in order)
+        total, interval = dataset["total"].values[:, q], dataset["total_interval"].values[:, q]
+        ranked = ", ".join(
+            f"{names[k]} {float(total[k]):.2f} ({interval[k, 0]:.2f} to {interval[k, 1]:.2f})" for k in np.argsort(-total)
+        )
         lines.append(f"peak {quantity} {middle:.5g} {unit} ± {spread:.2g} {unit}; total indices: {ranked}, with 95 % intervals")
     return lines
-
-
-def _index(dataset: xr.Dataset, k: int, q: int) -> str:
-    """The total index of parameter k for quantity q with its interval."""
-    low, high = dataset["total_interval"].values[k, q]
-    return f"{float(dataset['total'].values[k, q]):.2f} ({low:.2f} to {high:.2f})"
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -50,12 +46,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
     columns = {name: dataset[name].values for name in ("parameter", "low", "high")}
     for q, quantity in enumerate(("amplitude", "frequency")):
-        for key, words in (
-            ("first_order", "alone"),
-            ("total", "total"),
-            ("low_end", "at the low end"),
-            ("high_end", "at the high end"),
-        ):
+        words_of = {"first_order": "alone", "total": "total", "low_end": "at the low end", "high_end": "at the high end"}
+        for key, words in words_of.items():
             units = dataset["middle"].attrs["units"].split(" and ")[q]
             shown = f" [{units}]" if key.endswith("_end") else ""
             columns[f"{quantity}, {words}{shown}"] = dataset[key].values[:, q]

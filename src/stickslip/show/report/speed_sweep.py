@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,22 +30,21 @@ LINEAR = {"stuck": "with stuck contacts", "free": "without contacts"}
 def sentences(dataset: xr.Dataset) -> list[str]:
     """The highest peak of the first output, of all curves and for each engine order and force level, with the estimate of its
     error and beside the linear resonances; what the curves warn of."""
-    places = list(np.ndindex(dataset["outcome"].shape[:2]))
-    lines = [_highest(dataset, e, case) for e, case in places[:MOST]]
+    curves = list(np.ndindex(dataset["outcome"].shape[:2]))
+    lines = [_highest(dataset, e, case) for e, case in curves[:MOST]]
     peaks = dataset["peak_amplitude"].values[..., 0] if dataset.sizes["peak"] else np.array([np.nan])
-    if len(places) > 1 and np.isfinite(peaks).any():
+    if len(curves) > 1 and np.isfinite(peaks).any():
         e, case, _ = np.unravel_index(np.nanargmax(peaks), peaks.shape)
         lines = [f"highest peak: {_highest(dataset, int(e), int(case))}", *lines]
-    lines += [f"{MOST} of {len(places)} curves; the report shows all"] if len(places) > MOST else []
+    lines += [f"{MOST} of {len(curves)} curves; the report shows all"] if len(curves) > MOST else []
     lines += [NO_ESTIMATE] if np.isfinite(peaks).any() else []
-    return [*lines, *islice(filter(None, (_warning(dataset, e, case) for e, case in places)), MOST)]
-
-
-def _warning(dataset: xr.Dataset, e: int, case: int) -> str:
-    """What the message of a curve that arrived warns of."""
-    _, _, more = str(dataset["case_message"].values[e, case]).partition(". ")
-    arrived = int(dataset["case_outcome"].values[e, case]) == Outcome.CONVERGED
-    return f"  warning, {_name(dataset, e, case)}: {more.strip()}" if more.strip() and arrived else ""
+    warnings = []
+    for e, case in curves:
+        # The message of a curve that arrived warns of what follows its first sentence.
+        _, _, more = str(dataset["case_message"].values[e, case]).partition(". ")
+        if more.strip() and int(dataset["case_outcome"].values[e, case]) == Outcome.CONVERGED:
+            warnings.append(f"  warning, {_name(dataset, e, case)}: {more.strip()}")
+    return [*lines, *warnings[:MOST]]
 
 
 def _name(dataset: xr.Dataset, e: int, case: int) -> str:
@@ -54,19 +52,19 @@ def _name(dataset: xr.Dataset, e: int, case: int) -> str:
 
 
 def _highest(dataset: xr.Dataset, e: int, case: int) -> str:
+    """The highest peak of a curve with the estimate of its error, beside the linear resonances; else its largest point."""
     name, output = _name(dataset, e, case), str(dataset["output"].values[0])
     solved = dataset["outcome"].values[e, case] == Outcome.CONVERGED
     if not solved.any():
         return f"{name}: no point was found"
     if dataset.sizes["peak"] and np.isfinite(dataset["peak_speed"].values[e, case, 0, 0]):
-        speed, frequency, size = (
-            float(dataset[f"peak_{key}"].values[e, case, 0, 0]) for key in ("speed", "frequency", "amplitude")
-        )
-        one = dataset.isel(engine_order=e)
-        error = error_words(one, case, 0)
+        names = ("peak_speed", "peak_frequency", "peak_amplitude")
+        speed, frequency, size = (float(dataset[name].values[e, case, 0, 0]) for name in names)
+        of_order = dataset.isel(engine_order=e)
+        error = error_words(of_order, case, 0)
         words = [f"{output} {length_text(size, dataset)} at {speed:.5g} rev/min ({hertz(frequency)} Hz)"]
-        words.append(f"estimated error {error}" if errors_of(one, case, 0) else f"error {error}")
-        for which, linear in _linear(one, case, frequency, 0, size).items():
+        words.append(f"estimated error {error}" if errors_of(of_order, case, 0) else f"error {error}")
+        for which, linear in _linear(of_order, case, frequency, 0, size).items():
             change = size / linear - 1.0
             words.append(f"{percent(abs(change))} {'lower' if change <= 0.0 else 'higher'} than {LINEAR[which]}")
         return f"{name}: {'; '.join(words)}"
@@ -102,29 +100,21 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     outputs = [str(name) for name in dataset["output"].values]
     peaks, points = [], []
     for e, case in np.ndindex(dataset["outcome"].shape[:2]):
-        first = {
-            "engine order": int(dataset["engine_order"].values[e]),
-            "force level": float(dataset["force_level"].values[case]),
-        }
+        level = float(dataset["force_level"].values[case])
+        first = {"engine order": int(dataset["engine_order"].values[e]), "force level": level}
         for k, o in np.argwhere(np.isfinite(dataset["peak_speed"].values[e, case])):
-            place = e, case, k, o
-            row: dict[str, object] = {**first, "output": outputs[o], "speed [rev/min]": dataset["peak_speed"].values[place]}
-            row |= {
-                "frequency [Hz]": dataset["peak_frequency"].values[place],
-                "amplitude [m]": dataset["peak_amplitude"].values[place],
-            }
-            row["loss factor"] = dataset["peak_loss_factor"].values[place]
-            one, size = dataset.isel(engine_order=e), float(dataset["peak_amplitude"].values[place])
-            linear = _linear(one, case, float(dataset["peak_frequency"].values[place]), int(o), size)
+            names = ("peak_speed", "peak_frequency", "peak_amplitude", "peak_loss_factor")
+            speed, frequency, size, loss = (dataset[name].values[e, case, k, o] for name in names)
+            row: dict[str, object] = {**first, "output": outputs[o], "speed [rev/min]": speed, "frequency [Hz]": frequency}
+            row |= {"amplitude [m]": size, "loss factor": loss}
+            of_order = dataset.isel(engine_order=e)
+            linear = _linear(of_order, case, float(frequency), int(o), float(size))
             row |= {f"{words} [m]": linear.get(which, np.nan) for which, words in LINEAR.items()}
-            errors = errors_of(one, case, int(o)).values() if k == 0 else ()
+            errors = errors_of(of_order, case, int(o)).values() if k == 0 else ()
             peaks.append(row | {"estimated error": max(errors, default=np.nan)})
         for k in np.flatnonzero(dataset["outcome"].values[e, case] == Outcome.CONVERGED):
-            row = {
-                **first,
-                "speed [rev/min]": dataset["speed"].values[e, case, k],
-                "frequency [Hz]": dataset["frequency"].values[e, case, k],
-            }
+            speed, frequency = (dataset[name].values[e, case, k] for name in ("speed", "frequency"))
+            row = {**first, "speed [rev/min]": speed, "frequency [Hz]": frequency}
             row |= {f"{name} [m]": dataset["amplitude"].values[e, case, k, o] for o, name in enumerate(outputs)}
             points.append(row)
     count = counted(dataset.sizes["engine_order"], "engine order")

@@ -9,11 +9,10 @@ import numpy as np
 
 from stickslip.analyses.fatigue import has_fatigue, margins
 from stickslip.analyses.stress import has_gauges, has_stress
-from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import level_text
-from stickslip.show.plots.stress import MPa, stress_curves
+from stickslip.show.plots.stress import stress_curves
 from stickslip.show.report.charts import Charts
-from stickslip.show.report.fatigue import fatigue_part
+from stickslip.show.report.fatigue import fatigue_part, pressure_unit
 from stickslip.show.report.markup import cell, section, table
 from stickslip.show.report.numbers import hertz, number
 
@@ -113,10 +112,10 @@ def strain_sentences(dataset: xr.Dataset) -> list[str]:
 
 def stress_sentences(dataset: xr.Dataset) -> list[str]:
     """The largest stress of each force level."""
-    lines, (unit, name) = ["largest von Mises stress"], _unit(dataset)
+    lines, (unit, name), every = ["largest von Mises stress"], pressure_unit(dataset), list(largest_stresses(dataset))
     for case, level in enumerate(dataset["force_level"].values):
-        found = [stress for stress in largest_stresses(dataset) if stress.case == case]
-        worst = max(found, key=lambda stress: stress.von_mises, default=None)
+        of_case = (stress for stress in every if stress.case == case)
+        worst = max(of_case, key=lambda stress: stress.von_mises, default=None)
         words = "no point was found"
         if worst:
             words = f"{worst.von_mises / unit:.4g} {name} at {worst.frequency:.6g} Hz, {worst.place}"
@@ -124,25 +123,25 @@ def stress_sentences(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
-def _unit(dataset: xr.Dataset) -> tuple[float, str]:
-    """The size in Pa of the unit to show stress in, and its name: MPa unless the study states others."""
-    factor, name = in_system("MPa", system_of(dataset))
-    return MPa / factor, name
-
-
 def stress(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     """Figure and table of every result that holds stress."""
-    found = {label: dataset for label, dataset in datasets.items() if has_stress(dataset)}
-    return section("stress", "Stress", NOTE, *(_part(charts, k, *item) for k, item in enumerate(found.items())))
-
-
-def _part(charts: Charts, k: int, label: str, dataset: xr.Dataset) -> str:
-    name = _unit(dataset)[1]
-    heads = ["force level", "place", "frequency in Hz", f"von Mises in {name}", "component"]
-    heads += [f"vibrating in {name}", f"mean in {name}"]
-    figure = charts.drawn(f"chart-stress-{k}", stress_curves(dataset), "Von Mises stress along the curves")
-    largest = table(f"stress-{k}", f"{label}: largest stress at each place", heads, _rows(dataset))
-    return fatigue_part(charts, str(k), label, dataset) + _gauges(k, label, dataset) + figure + largest
+    stressed = {label: dataset for label, dataset in datasets.items() if has_stress(dataset)}
+    parts = []
+    for k, (label, dataset) in enumerate(stressed.items()):
+        (pascals, unit), rows = pressure_unit(dataset), []
+        for largest in largest_stresses(dataset):
+            level = float(dataset["force_level"].values[largest.case])
+            cells = [cell(level_text(dataset, largest.case), level), cell(largest.place)]
+            cells += [cell(hertz(largest.frequency), largest.frequency)]
+            cells += [cell(number(largest.von_mises / pascals), largest.von_mises), cell(largest.component)]
+            cells += [cell(number(size / pascals), size) for size in (largest.amplitude, largest.mean)]
+            rows.append(f"<tr>{''.join(cells)}</tr>")
+        heads = ["force level", "place", "frequency in Hz", f"von Mises in {unit}", "component"]
+        heads += [f"vibrating in {unit}", f"mean in {unit}"]
+        parts += [fatigue_part(charts, str(k), label, dataset), _gauges(k, label, dataset)]
+        parts.append(charts.drawn(f"chart-stress-{k}", stress_curves(dataset), "Von Mises stress along the curves"))
+        parts.append(table(f"stress-{k}", f"{label}: largest stress at each place", heads, rows))
+    return section("stress", "Stress", NOTE, *parts)
 
 
 def _gauges(k: int, label: str, dataset: xr.Dataset) -> str:
@@ -159,16 +158,3 @@ def _gauges(k: int, label: str, dataset: xr.Dataset) -> str:
             cells.append(cell(number(found.limit / MICRO) if np.isfinite(found.limit) else "–", found.limit))
         rows.append(f"<tr>{''.join(cells)}</tr>")
     return GAUGES + table(f"gauges-{k}", f"{label}: largest strain at each gauge", heads, rows)
-
-
-def _rows(dataset: xr.Dataset) -> Iterator[str]:
-    unit, _ = _unit(dataset)
-    for found in largest_stresses(dataset):
-        cells = [cell(level_text(dataset, found.case), float(dataset["force_level"].values[found.case])), cell(found.place)]
-        cells += [cell(hertz(found.frequency), found.frequency), cell(number(found.von_mises / unit), found.von_mises)]
-        cells += [
-            cell(found.component),
-            cell(number(found.amplitude / unit), found.amplitude),
-            cell(number(found.mean / unit), found.mean),
-        ]
-        yield f"<tr>{''.join(cells)}</tr>"

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from stickslip.show.report.markup import text
-from stickslip.show.report.pictures import picture
+from stickslip.show.report.markup import picture, text
 from stickslip.show.report.presentation import presentations
 from stickslip.support.renderers import SENTENCES
 
@@ -26,22 +24,19 @@ def summary(result: Result) -> list[str]:
     dataset: xr.Dataset | None = getattr(result, "dataset", None)
     analysis = analysis_named(type(result).__name__)
     if dataset is None or analysis not in presentations():
-        held = [] if dataset is None else [_content(dataset), str(dataset.attrs.get("message", ""))]
-        return [_titled(type(result).__name__, dataset), *filter(None, held)]
+        head = _titled(type(result).__name__, dataset)
+        if dataset is None:
+            return [head]
+        variables = (f"{name} ({', '.join(map(str, variable.dims))})" for name, variable in dataset.data_vars.items())
+        return [head, *filter(None, (f"dataset: {', '.join(variables)}", str(dataset.attrs.get("message", ""))))]
     presentation = presentations()[analysis]
-    said = list(presentation.sentences(dataset))
-    return [
-        _titled(presentation.title, dataset),
-        *said,
-        *_failed([each for each in presentation.failures(dataset) if each not in said]),
-    ]
-
-
-def _failed(failures: Sequence[str]) -> list[str]:
-    """What failed, the first few."""
+    sentences = list(presentation.sentences(dataset))
+    failures = [failure for failure in presentation.failures(dataset) if failure not in sentences]
     more = len(failures) - MOST_FAILURES
     return [
-        *(f"failed: {each}" for each in failures[:MOST_FAILURES]),
+        _titled(presentation.title, dataset),
+        *sentences,
+        *(f"failed: {failure}" for failure in failures[:MOST_FAILURES]),
         *([f"failed: {more} more; the report has them"] if more > 0 else []),
     ]
 
@@ -61,9 +56,3 @@ def summary_page(result: Result) -> str:
 def _titled(name: str, dataset: xr.Dataset | None) -> str:
     title = "" if dataset is None else str(dataset.attrs.get("title", ""))
     return f"{name}: {title}" if title not in ("", name) else name
-
-
-def _content(dataset: xr.Dataset) -> str:
-    """Variables with their dimensions."""
-    names = (f"{name} ({', '.join(map(str, variable.dims))})" for name, variable in dataset.data_vars.items())
-    return f"dataset: {', '.join(names)}"
