@@ -22,29 +22,19 @@ def python_of(solver: Solver, values: Values) -> str:
         arguments = ", ".join(f"{key}={value!r}" for key, value in structure.get("parameters", {}).items())
         lines.append(f"problem = ss.rigs.{structure['rig']}({arguments})")
         where = f"ss.Band({', '.join(map(repr, sweep['frequency']))})" if "frequency" in sweep else repr(sweep["at"])
-        settings = "".join(f", {key}={sweep[key]!r}" for key in _SETTINGS if key in sweep)
+        keys = ("harmonics", "samples", "tolerance", "peak_tolerance", "quantity", "measure")
+        settings = "".join(f", {key}={sweep[key]!r}" for key in keys if key in sweep)
         lines.append(f"response = ss.forced_response(problem, {where}, {sweep['force_levels'][0]!r}{settings})")
     else:
         lines += [
             f"# {SAVED}: the study as saved, in the folder of {solver.name}.toml",
             f'problem = ss.read_problem("{SAVED}")',
-            *_read_sweep(solver, values),
         ]
+        checked: Any = solver.job(values).sweep  # its frequencies are in Hz, whatever the units of the study
+        band = checked.frequencies
+        where = f"ss.Band({band.start!r}, {band.stop!r})" if hasattr(band, "start") else repr(list(band))
+        settings = f"harmonics={checked.harmonics!r}, samples={checked.samples}, tolerance={checked.tolerance!r}"
+        settings += f", peak_tolerance={checked.peak_tolerance!r}"
+        settings += f", quantity={checked.measure.name!r}, measure={checked.measure.kind!r}"
+        lines.append(f"response = ss.forced_response(problem, {where}, {checked.force_levels[0]!r}, {settings})")
     return "\n".join([*lines, "print(response.peaks())", ""])
-
-
-_SETTINGS = ("harmonics", "samples", "tolerance", "peak_tolerance", "quantity", "measure")
-
-
-def _read_sweep(solver: Solver, values: Values) -> list[str]:
-    """The call for a problem of a study: its frequencies in Hz."""
-    sweep: Any = solver.job(values).sweep
-    where = (
-        f"ss.Band({sweep.frequencies.start!r}, {sweep.frequencies.stop!r})"
-        if hasattr(sweep.frequencies, "start")
-        else repr(list(sweep.frequencies))
-    )
-    more = f"quantity={sweep.measure.name!r}, measure={sweep.measure.kind!r}"
-    how = f"harmonics={sweep.harmonics!r}, samples={sweep.samples}, tolerance={sweep.tolerance!r}"
-    how = f"{how}, peak_tolerance={sweep.peak_tolerance!r}, {more}"
-    return [f"response = ss.forced_response(problem, {where}, {sweep.force_levels[0]!r}, {how})"]

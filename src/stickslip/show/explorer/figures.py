@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +9,6 @@ import numpy as np
 import xarray as xr
 
 from stickslip.analyses.deformed_shape import has_surface
-from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.performance.curve import PerformanceCurve
 from stickslip.results.shown_units import system_of
 from stickslip.results.view import (
@@ -29,9 +27,9 @@ from stickslip.results.view import (
 from stickslip.show.explorer.solving import Answer
 from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule
 from stickslip.show.plots.interactive import plotly_figure
-from stickslip.show.plots.look import FREE, STUCK, Style, contact
+from stickslip.show.plots.look import Style, contact
 from stickslip.show.plots.performance_curve import performance_curves
-from stickslip.show.plots.response_curves import HERTZ, response_axis
+from stickslip.show.plots.response_curves import HERTZ, LINEAR, response_axis
 from stickslip.show.plots.shown_chart import shown_chart
 
 THIS, PINNED = "this study", "reference"
@@ -43,35 +41,28 @@ def curve_figure(answer: Answer, pinned: Answer | None, output: str, log: bool, 
     shown = [(answer, THIS, Style("contact 5", width=2.4))]
     if pinned is not None:
         shown.insert(0, (pinned, PINNED, Style("contact 0", "dash", 1.6)))
-    unit = _unit(answer, pinned)
-    measure = measure_in(dataset)
-    layers: list[Layer] = _linear(answer, answer.place(output), unit.metres)
-    for each, words, style in shown:
+    unit, measure, hertz = _unit(answer, pinned), measure_in(dataset), dataset.linear_frequency.values
+    linear: list[Layer] = []
+    for state, (label, style) in LINEAR.items():
+        amplitudes = dataset[f"{state}_amplitude"].values[0, :, answer.place(output)]
+        linear.append(Line(hertz, measure.of_harmonic(amplitudes, 2.0 * np.pi * hertz) / unit.metres, style, label))
+    layers: list[Layer] = []
+    for each, label, style in shown:
         own = each.response.dataset
         place = each.place(output)
         sizes = along_curve_as(own, measure, 0, place) / unit.metres
-        layers.append(Line(frequencies(own, 0), sizes, style, words))
+        layers.append(Line(frequencies(own, 0), sizes, style, label))
         peak = highest_peak(own, 0, place)
         if peak is not None:
             dot = Style(style.colour, "none", marker="circle", size=7.0)
             layers.append(Line([peak.frequency], [peak.amplitude / unit.metres], dot))
     axis = response_axis(dataset, False, measure, unit)
-    heights = np.concatenate([np.asarray(layer.y, dtype=float) for layer in layers[2:] if isinstance(layer, Line)])
+    heights = np.concatenate([np.asarray(layer.y, dtype=float) for layer in layers if isinstance(layer, Line)])
     low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
     limits = (0.5 * low, 2.0 * high) if log else (0.0, 1.3 * high)
     axis = Axis(axis.quantity, axis.unit, log=log, limits=limits)
-    panel = Panel(HERTZ, axis, layers, height=4.4)
+    panel = Panel(HERTZ, axis, [*linear, *layers], height=4.4)
     return _figure(Chart(output, [panel]), dataset, dark)
-
-
-def _linear(answer: Answer, output: int, metres: float) -> list[Layer]:
-    dataset, measure = answer.response.dataset, measure_in(answer.response.dataset)
-    hertz = dataset.linear_frequency.values
-    found: list[Layer] = []
-    for name, words, style in (("free", "no contacts", FREE), ("stuck", "contacts stuck", STUCK)):
-        sizes = measure.of_harmonic(dataset[f"{name}_amplitude"].values[0, :, output], 2.0 * np.pi * hertz)
-        found.append(Line(hertz, sizes / metres, style, words))
-    return found
 
 
 def peak_words(answer: Answer, output: str) -> tuple[str, str]:
@@ -115,35 +106,25 @@ def detail_figures(answer: Answer, point: int, output: str, dark: bool, narrow: 
     """Motion with loops and contact states, deformed shape, energy by contact and harmonics at a point."""
     response = answer.response
     dataset = response.dataset
-    found = []
+    figures = []
     if dataset.sizes["contact"]:
-        found.append(response.animate(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
+        figures.append(response.animate(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
     if has_surface(response.problem):
-        found.append(response.deformed_shape(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
-    return [*found, _figure(_energy_and_harmonics(response, point, answer.place(output)), dataset, dark)]
-
-
-def _energy_and_harmonics(response: ForcedResponse, point: int, output: int) -> Chart:
-    """Energy of a period by contact, and the harmonics of the output."""
-    dataset = response.dataset
-    place = int(np.searchsorted(points(dataset, 0), point))
-    energy = np.nan_to_num(dissipated(dataset, 0)[place])
+        figures.append(response.deformed_shape(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
+    energy = np.nan_to_num(dissipated(dataset, 0)[int(np.searchsorted(points(dataset, 0), point))])
     joules, unit = energy_unit(float(energy.max(initial=0.0)))
     names = {float(k): str(name) for k, name in enumerate(dataset.contact.values)}
-    bars = Bars(np.arange(energy.size), energy / joules, contact(2), horizontal=True)
-    parts = dataset["response"].values[0, point, output]
-    metres = peak_unit(dataset)
-    sizes = np.hypot(parts[:, 0], parts[:, 1]) / metres.metres
-    harmonics = Bars(np.arange(sizes.size), sizes, contact(0))
-    left = Panel(
-        Axis("energy per period", unit),
-        Axis("", names=names if len(names) <= 16 else {}, upside_down=True),
-        [bars],
-        "Energy by contact",
-        2.8,
-    )
-    right = Panel(Axis("harmonic"), Axis("amplitude", metres.name, log=True), [harmonics], "Harmonics of the displacement", 2.8)
-    return Chart("Energy and harmonics", [left, right], columns=2, legend=False)
+    contacts = Axis("", names=names if len(names) <= 16 else {}, upside_down=True)
+    by_contact = Bars(np.arange(energy.size), energy / joules, contact(2), horizontal=True)
+    parts, length = dataset["response"].values[0, point, answer.place(output)], peak_unit(dataset)
+    sizes = np.hypot(parts[:, 0], parts[:, 1]) / length.metres
+    harmonics, amplitude = Bars(np.arange(sizes.size), sizes, contact(0)), Axis("amplitude", length.name, log=True)
+    panels = [
+        Panel(Axis("energy per period", unit), contacts, [by_contact], "Energy by contact", 2.8),
+        Panel(Axis("harmonic"), amplitude, [harmonics], "Harmonics of the displacement", 2.8),
+    ]
+    chart = Chart("Energy and harmonics", panels, columns=2, legend=False)
+    return [*figures, _figure(chart, dataset, dark)]
 
 
 def performance_figure(curve: PerformanceCurve, ratio: float, dark: bool) -> dict[str, Any]:
@@ -159,8 +140,3 @@ def _figure(chart: Chart, dataset: xr.Dataset, dark: bool) -> dict[str, Any]:
     shown = shown_chart(chart, system_of(dataset))
     found: dict[str, Any] = plotly_figure(shown, dark).update_layout(uirevision="kept", autosize=True).to_dict()
     return found
-
-
-def sentences_of(sentences: Sequence[str], coarse: bool) -> str:
-    """What the page says below the numbers."""
-    return " ".join(sentences) if sentences else ("Coarse, with few harmonics." if coarse else "")

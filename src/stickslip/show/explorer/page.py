@@ -18,10 +18,9 @@ from stickslip.show.explorer.figures import (
     peak_place,
     peak_words,
     performance_figure,
-    sentences_of,
 )
 from stickslip.show.explorer.sliders import Slider
-from stickslip.show.explorer.solving import Answer, OutdatedError, Solver
+from stickslip.show.explorer.solving import OutdatedError, Solver
 from stickslip.show.plots.look import spoken
 from stickslip.show.plots.moving_picture import CONFIG as ALONE
 from stickslip.show.plots.moving_picture import step_script
@@ -54,9 +53,13 @@ def application(solver: Solver, token: str) -> Dash:
 
 
 def _layout(solver: Solver) -> Any:
+    shown = ""
+    if solver.analysis != "forced_response":
+        tuned = " with all sectors alike" if solver.analysis == "mistuned_population" else ""
+        shown = f"Forced response of the problem of this study{tuned}; the study itself is {solver.analysis!r}."
     header = html.Header(
         [
-            html.Div([html.H1(solver.job({}).title), html.P(_what_is_shown(solver), className="note")]),
+            html.Div([html.H1(solver.job({}).title), html.P(shown, className="note")]),
             html.Div(
                 [_number("peak-frequency", "Peak at"), _number("peak-amplitude", "Amplitude")],
                 className="numbers",
@@ -76,14 +79,6 @@ def _layout(solver: Solver) -> Any:
         ],
         id="page",
     )
-
-
-def _what_is_shown(solver: Solver) -> str:
-    """Where the study asks for something else than is shown, what it is."""
-    if solver.analysis == "forced_response":
-        return ""
-    tuned = " with all sectors alike" if solver.analysis == "mistuned_population" else ""
-    return f"Forced response of the problem of this study{tuned}; the study itself is {solver.analysis!r}."
 
 
 def _number(name: str, words: str) -> Any:
@@ -256,7 +251,16 @@ def _answered(solver: Solver, wanted: Wanted) -> Any:
         output = _output(solver, wanted)
         pinned = solver.answer(wanted["pinned"]) if wanted.get("pinned") is not None else None
         answer = solver.answer(wanted["values"], None if fine else output, tab, version)
-        return head | _shown(answer, pinned, output, wanted)
+        if not answer.response.dataset["frequency"].notnull().any():
+            return head | {"message": " ".join(answer.sentences), "failed": True}
+        return head | {
+            "figure": curve_figure(answer, pinned, output, bool(wanted["log"]), bool(wanted["dark"])),
+            "numbers": peak_words(answer, output),
+            "changes": change_words(answer, pinned, output),
+            "message": " ".join(answer.sentences) or ("" if fine else "Coarse, with few harmonics."),
+            "failed": False,
+            "seconds": answer.seconds,
+        }
     except OutdatedError:
         return no_update
     except InputError as error:
@@ -271,37 +275,23 @@ def _output(solver: Solver, wanted: Wanted) -> str:
     return output
 
 
-def _shown(answer: Answer, pinned: Answer | None, output: str, wanted: Wanted) -> dict[str, Any]:
-    if not answer.response.dataset["frequency"].notnull().any():
-        return {"message": " ".join(answer.sentences), "failed": True}
-    figure = curve_figure(answer, pinned, output, bool(wanted["log"]), bool(wanted["dark"]))
-    return {
-        "figure": figure,
-        "numbers": peak_words(answer, output),
-        "changes": change_words(answer, pinned, output),
-        "message": sentences_of(answer.sentences, not wanted["fine"]),
-        "failed": False,
-        "seconds": answer.seconds,
-    }
-
-
 def _detailed(solver: Solver, clicks: int, clicked: Any, answer: Any, wanted: Wanted | None) -> Any:
     """The point that was clicked, or the peak."""
     if wanted is None or not answer or answer["failed"]:
         return no_update
     try:
         output = _output(solver, wanted)
-        found = solver.answer(wanted["values"])
-        places = (clicked or {}).get("points", ())
-        if ctx.triggered_id == "curve" and places:
-            pinned = solver.answer(wanted["pinned"])
-            point: int | None = clicked_point(found, pinned, output, float(places[0]["x"]), float(places[0]["y"]))
+        solved = solver.answer(wanted["values"])
+        clicks_on_points = (clicked or {}).get("points", ())
+        if ctx.triggered_id == "curve" and clicks_on_points:
+            pinned, at = solver.answer(wanted["pinned"]), clicks_on_points[0]
+            point: int | None = clicked_point(solved, pinned, output, float(at["x"]), float(at["y"]))
         else:
-            point = peak_place(found, output)
+            point = peak_place(solved, output)
         if point is None:
             return html.P("The curve has no point to show.")
-        hertz = float(found.response.dataset["frequency"].values[0, point])
-        figures = detail_figures(found, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
+        hertz = float(solved.response.dataset["frequency"].values[0, point])
+        figures = detail_figures(solved, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
     except InputError as error:
         return html.P(str(error))
     graphs = [_graph(number, figure) for number, figure in enumerate(figures)]

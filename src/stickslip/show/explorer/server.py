@@ -15,11 +15,6 @@ if TYPE_CHECKING:
     from stickslip.show.explorer.solving import Solver
 
 HOST = "127.0.0.1"
-NAMES = (HOST, "localhost")
-"""What the address of the page may say: another name means that a page of another site asks."""
-TOKEN_BYTES = 16
-UPDATE = "/_dash-update-component"
-"""The path of the requests by which the page asks for new figures."""
 
 
 def explore(path: Path, port: int = 0, open_browser: bool = True) -> None:
@@ -27,7 +22,7 @@ def explore(path: Path, port: int = 0, open_browser: bool = True) -> None:
     import logging
     import webbrowser
 
-    solver, application = prepared(path, token := secrets.token_urlsafe(TOKEN_BYTES))
+    solver, application = prepared(path, token := secrets.token_urlsafe(16))
     from werkzeug.serving import make_server
 
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
@@ -57,17 +52,17 @@ def prepared(path: Path, token: str) -> tuple[Solver, Any]:
     from stickslip.show.explorer.solving import Solver
 
     solver = Solver.of(path)
-    found = application(solver, token)
-    found.server.before_request(_refuse_other_names)
-    found.server.before_request(partial(_refuse_malformed, found))
-    return solver, found
+    app = application(solver, token)
+    app.server.before_request(_refuse_other_names)
+    app.server.before_request(partial(_refuse_malformed, app))
+    return solver, app
 
 
 def _refuse_other_names() -> Any:
     """A page of another site whose name leads to this computer is refused."""
     from flask import abort, request
 
-    if request.host.rpartition(":")[0] not in NAMES:
+    if request.host.rpartition(":")[0] not in (HOST, "localhost"):
         abort(403)
 
 
@@ -75,18 +70,19 @@ def _refuse_malformed(application: Any) -> Any:
     """A request that the page itself never sends is answered by 400 and one line, not by an error of the server."""
     from flask import Response, request
 
-    if request.method != "POST" or not request.path.endswith(UPDATE):
+    # By this path the page asks for new figures.
+    if request.method != "POST" or not request.path.endswith("/_dash-update-component"):
         return None
-    said = request.get_json(silent=True)
-    if not isinstance(said, dict):
+    body = request.get_json(silent=True)
+    if not isinstance(body, dict):
         return Response("The request must be a JSON object.\n", 400, mimetype="text/plain")
-    known = application.callback_map.get(str(said.get("output")))
+    known = application.callback_map.get(str(body.get("output")))
     if known is None:
         return Response("The request must name an output of the page.\n", 400, mimetype="text/plain")
-    if not isinstance(said.get("outputs"), dict | list):
+    if not isinstance(body.get("outputs"), dict | list):
         return Response("The request must list its outputs.\n", 400, mimetype="text/plain")
     for part in ("inputs", "state"):
-        given = said.get(part, [])
+        given = body.get(part, [])
         if not isinstance(given, list) or len(given) != len(known[part]) or not all(map(_is_named, given, known[part])):
             return Response(f"The {part} of the request must be those of its output.\n", 400, mimetype="text/plain")
     return None

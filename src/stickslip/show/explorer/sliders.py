@@ -22,8 +22,6 @@ ANGLES = (5.0, 85.0)
 """Ends of a slider for an angle in degrees."""
 MOST = 24
 """Sliders of one page."""
-NOT_VARIED = ("force",)
-"""Arguments of rigs without a slider: that of the force level does the same."""
 UNITS = {
     "pull": "N",
     "limit": "N",
@@ -62,8 +60,15 @@ def sliders_of(document: Mapping[str, Any], units: UnitSystem | None = None) -> 
     """The sliders of a study with [sweep]: force level first, then the parameters of its rig, or damping, contacts and forces.
     units: those of the study's numbers, SI unless given.
     """
-    found = [_force_level(document), *_rig(document), *_damping(document), *_contacts(document), *_forces(document)]
-    return tuple(replace(slider, unit=_unit_of(slider, units)) for slider in found[:MOST])
+    levels = [float(level) for level in document.get("sweep", {}).get("force_levels") or [1.0]]
+    middle = levels[len(levels) // 2]
+    low, high = min(middle / LEVELS**0.5, *levels), max(middle * LEVELS**0.5, *levels)
+    sliders = [Slider("force_level", middle, low, high, True, (("sweep", "force_levels"),)), *_rig(document)]
+    damping = document.get("damping")
+    if isinstance(damping, Mapping) and isinstance(damping.get("modal"), float):
+        sliders.append(_slider("damping", damping["modal"], (("damping", "modal"),)))
+    sliders += [*_contacts(document), *_forces(document)]
+    return tuple(replace(slider, unit=_unit_of(slider, units)) for slider in sliders[:MOST])
 
 
 def _unit_of(slider: Slider, units: UnitSystem | None) -> str:
@@ -89,22 +94,15 @@ def varied(document: Mapping[str, Any], sliders: Sequence[Slider], values: Mappi
 
 
 def _put(document: dict[str, Any], path: Path, value: float) -> None:
+    """Set a value of the document, making the tables on the way to it."""
     place: Any = document
     for key in path[:-1]:
         place = place.setdefault(key, {}) if isinstance(place, dict) else place[key]
     place[path[-1]] = value
 
 
-def _force_level(document: Mapping[str, Any]) -> Slider:
-    sweep = document.get("sweep", {})
-    levels = [float(level) for level in sweep.get("force_levels") or [1.0]]
-    value = levels[len(levels) // 2]
-    low, high = min(value / LEVELS**0.5, *levels), max(value * LEVELS**0.5, *levels)
-    return Slider("force_level", value, low, high, True, (("sweep", "force_levels"),))
-
-
 def _rig(document: Mapping[str, Any]) -> Iterator[Slider]:
-    """Arguments of a ready rig that are numbers, given or by default."""
+    """Arguments of a ready rig that are numbers, given or by default; not the force, as the force level does the same."""
     structure = document.get("structure")
     maker = rigs.RIGS.get(str(structure.get("rig"))) if isinstance(structure, Mapping) else None
     if not isinstance(structure, Mapping) or maker is None:
@@ -113,14 +111,8 @@ def _rig(document: Mapping[str, Any]) -> Iterator[Slider]:
     for name, argument in inspect.signature(maker).parameters.items():
         value = given.get(name, argument.default)
         varies = isinstance(argument.default, float) or (name in given and isinstance(value, float))
-        if varies and isinstance(value, int | float) and not isinstance(value, bool) and name not in NOT_VARIED:
+        if varies and isinstance(value, int | float) and not isinstance(value, bool) and name != "force":
             yield _slider(name, float(value), (("structure", "parameters", name),))
-
-
-def _damping(document: Mapping[str, Any]) -> Iterator[Slider]:
-    table = document.get("damping")
-    if isinstance(table, Mapping) and isinstance(table.get("modal"), float):
-        yield _slider("damping", table["modal"], (("damping", "modal"),))
 
 
 def _contacts(document: Mapping[str, Any]) -> Iterator[Slider]:

@@ -78,12 +78,12 @@ class Solver:
     def of(cls, path: Path) -> Solver:
         """The study at a path, checked as a whole. Raises `InputError` where it has no band to show a response over."""
         solver = cls(text_of(path), path.parent, path.stem)
-        found = job(solver.text, solver.folder, solver.name)
+        checked = job(solver.text, solver.folder, solver.name)
         what, remedy = "The study of the explorer", "Explore a forced response: `stickslip new forced_response` writes one."
-        if found.sweep is None:
-            raise fault(what, "must be of a problem, with a [sweep]", found.analysis, remedy)
+        if checked.sweep is None:
+            raise fault(what, "must be of a problem, with a [sweep]", checked.analysis, remedy)
         if not {"frequency", "at"} & solver.document["sweep"].keys():
-            raise fault(what, "must have a band, [sweep] frequency", found.analysis, remedy)
+            raise fault(what, "must have a band, [sweep] frequency", checked.analysis, remedy)
         return solver
 
     @cached_property
@@ -194,6 +194,7 @@ class Solver:
         return sweep
 
     def _solved(self, values: Values, output: str | None, tab: str, version: int) -> Answer:
+        """The response as `answer` describes it, solved now."""
         started = time.perf_counter()
         sweep, fine = self._sweep(values), output is None
         work = sweep.forced_response() if output is None else _coarse(sweep, output)
