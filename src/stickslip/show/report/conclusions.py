@@ -206,11 +206,11 @@ def linear_limits(dataset: xr.Dataset) -> dict[str, str]:
 
 def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     """How far a peak lies from the linear resonances; of several in the band that of the same mode is meant."""
-    shifts, band = [], dataset.linear_frequency.values
+    shifts = []
     for which, absent in linear_limits(dataset).items():
         linear = reference(dataset, which, case, peak, output)
         if linear is not None:
-            natural = dataset[f"natural_frequency_{which}"].values
+            natural, band = dataset[f"natural_frequency_{which}"].values, dataset.linear_frequency.values
             several = np.count_nonzero((natural >= band.min()) & (natural <= band.max())) > 1
             shift = peak.frequency - linear[0]
             side = "above" if shift > 0 else "below"

@@ -138,8 +138,8 @@ def stress(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
             rows.append(f"<tr>{''.join(cells)}</tr>")
         heads = ["force level", "place", "frequency in Hz", f"von Mises in {unit}", "component"]
         heads += [f"vibrating in {unit}", f"mean in {unit}"]
-        parts += [fatigue_part(charts, str(k), label, dataset), _gauges(k, label, dataset)]
-        parts.append(charts.drawn(f"chart-stress-{k}", stress_curves(dataset), "Von Mises stress along the curves"))
+        figure = charts.drawn(f"chart-stress-{k}", stress_curves(dataset), "Von Mises stress along the curves")
+        parts += [fatigue_part(charts, str(k), label, dataset), _gauges(k, label, dataset), figure]
         parts.append(table(f"stress-{k}", f"{label}: largest stress at each place", heads, rows))
     return section("stress", "Stress", NOTE, *parts)
 
