@@ -13,7 +13,17 @@ from numpy.typing import NDArray
 
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.laboratory.measurement.number_table import NumberTable, matlab_tables, named_column, text_table
-from stickslip.laboratory.measurement.response_units import MOTIONS, UNITS, FileUnit, ResponseUnit, response_unit
+from stickslip.laboratory.measurement.response_units import (
+    MOTIONS,
+    UNITS,
+    FileUnit,
+    ResponseUnit,
+    contradicted,
+    known_unit,
+    response_unit,
+)
+from stickslip.laboratory.measurement.universal_file import is_universal
+from stickslip.laboratory.measurement.universal_response import BY_FUNCTION, Wanted, universal_tables
 from stickslip.support.checks import Array, among, counted, existing, fault, nearest, vector
 
 PhaseOf = Literal["displacement", "quantity"]
@@ -56,6 +66,9 @@ LARGEST_PHASE = 2.0 * np.pi
 
 SI = {"frequency": "Hz", "displacement": "m", "velocity": "m/s", "acceleration": "m/s2", "force": "N", "phase": "rad"}
 """What a column is taken for whose unit is not stated."""
+
+FUNCTION_UNITS = ("frequency", "amplitude", "real", "force")
+"""What may be given a unit in a universal file."""
 
 AHEAD = {"displacement": 0.0, "velocity": 0.5 * np.pi, "acceleration": np.pi}
 """rad by which a quantity is ahead of the displacement."""
@@ -126,6 +139,9 @@ def _read(
     asked = about.pop("quantity", None)
     if asked is not None:
         among("quantity", asked, MOTIONS)
+    about = {"name": file.stem, **about}
+    if is_universal(file):
+        return _of_universal_file(file, by, columns or {}, units or {}, asked, phase_of, about)
     table = matlab_tables([file])[0] if file.suffix.lower() == ".mat" else text_table(file)
     found = _chosen(table, columns or {}, asked, "force" in about)
     number = None if by is None else named_column(table, "the curves", by)
@@ -139,15 +155,39 @@ def _read(
     for key, text in stated.items():
         if key not in found:
             raise fault("units", f"must be of columns of {table.name}: {', '.join(found)}", key)
-        notes += _contradicted(table.name, key, found[key].unit, text)
+        notes += contradicted(table.name, key, found[key].unit, text)
         found[key] = replace(found[key], unit=text)
-    about = {"name": file.stem, "notes": notes, **about}
+    about = {"notes": notes, **about}
     if number is None:
         return [_response(table, found, asked, phase_of, about)]
     return [
         _response(part, found, asked, phase_of, {**about, "name": f"{about['name']} {words}", "notes": [*notes]})
         for words, part in _parts(table, number)
     ]
+
+
+def _of_universal_file(
+    file: Path,
+    by: str | int | None,
+    columns: Mapping[str, str | int],
+    units: Mapping[str, str],
+    asked: str | None,
+    phase_of: PhaseOf | None,
+    about: dict[str, Any],
+) -> list[MeasuredResponse]:
+    """The test of a universal file, or one of each function of the same response."""
+    if by not in (None, BY_FUNCTION):
+        raise fault("by", f"must be {BY_FUNCTION!r} for a universal file, each function being a test", by)
+    for what, given, known in (("columns", columns, ("amplitude", "force")), ("units", units, FUNCTION_UNITS)):
+        if other := next((key for key in given if key not in known), None):
+            raise fault(what, f"must name {' or '.join(known)} for a universal file", other, "Its columns are its functions.")
+    wanted = Wanted(file, columns.get("amplitude"), columns.get("force"), asked, units, about.get("force") is not None)
+    tests = []
+    for name, table in universal_tables(wanted, by is not None):
+        found = _chosen(table, {}, asked, "force" in about)
+        own = about["name"] if by is None else f"{about['name']} {name}"
+        tests.append(_response(table, found, asked, phase_of, {**about, "name": own, "notes": [*table.notes]}))
+    return tests
 
 
 def _parts(table: NumberTable, number: int) -> list[tuple[str, NumberTable]]:
@@ -257,13 +297,6 @@ def _how_to_name(missing: Sequence[str]) -> str:
     )
 
 
-def _contradicted(name: str, key: str, stated: str | None, given: str) -> list[str]:
-    """The note on a unit that is given against that of the file."""
-    if stated is None or response_unit(stated) == response_unit(given):
-        return []
-    return [f"The unit of {key} in {name} is taken for {given}, as given, though the file says {stated}."]
-
-
 def _response(
     table: NumberTable, found: Mapping[str, _Column], asked: str | None, phase_of: PhaseOf | None, about: dict[str, Any]
 ) -> MeasuredResponse:
@@ -334,12 +367,7 @@ def _unit(table: NumberTable, column: _Column, what: str, kinds: Sequence[str]) 
     """The unit of a column, None where none is stated."""
     if column.unit is None:
         return None
-    unit = response_unit(column.unit)
-    if unit is None or unit.kind not in kinds:
-        known = [name for kind in kinds for name in UNITS[kind]]
-        rule = f"must be one of {', '.join(known)}" + (", or one of these per N" if kinds[0] in MOTIONS else "")
-        raise fault(f"The unit of {what} in {table.name}", rule, column.unit, nearest(column.unit, known))
-    return unit
+    return known_unit(f"The unit of {what} in {table.name}", column.unit, kinds)
 
 
 def _values(table: NumberTable, found: Mapping[str, _Column], unit: ResponseUnit | None) -> NDArray[np.complex128]:

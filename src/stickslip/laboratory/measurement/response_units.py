@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from stickslip.support.checks import fault, nearest
 
 DEGREE = np.pi / 180.0
 UNITS: dict[str, dict[str, float]] = {
@@ -23,6 +26,7 @@ BY_MASS = {"s2/kg": "displacement", "s^2/kg": "displacement", "s²/kg": "displac
 """The same per force in base units: 1 N is 1 kg m/s²."""
 
 _PER_FORCE = re.compile(r"(.+)/\(?(k?n|mN|MN)\)?", re.IGNORECASE)
+_BY_FORCE = re.compile(r"\(1/(k?n|mN|MN)\)(.+)", re.IGNORECASE)
 _PER_PRODUCT = re.compile(r"(.+)/\((?:(k?n)(s(?:2|²|\^2)?)|(s(?:2|²|\^2)?)(k?n))\)", re.IGNORECASE)
 
 
@@ -47,6 +51,8 @@ class FileUnit:
 def response_unit(text: str) -> ResponseUnit | None:
     """The unit that a text names, or None."""
     unit = re.sub(r"[\s·*]", "", text).replace("_", "/")  # m_s2, rad_s
+    if match := _BY_FORCE.fullmatch(unit):  # (1/N)*(m/s2)
+        unit = f"{match.group(2)}/{match.group(1)}"
     if found := _single(unit):
         return ResponseUnit(*found)
     if unit.lower() in BY_MASS:
@@ -62,6 +68,23 @@ def response_unit(text: str) -> ResponseUnit | None:
     if above is None or below is None or above[0] not in MOTIONS:
         return None
     return ResponseUnit(above[0], above[1] / below[1], True)
+
+
+def known_unit(what: str, text: str, kinds: Sequence[str]) -> ResponseUnit:
+    """The unit that a text names, which must be of one of some kinds, by itself or per force."""
+    unit = response_unit(text)
+    if unit is None or unit.kind not in kinds:
+        known = [name for kind in kinds for name in UNITS[kind]]
+        rule = f"must be one of {', '.join(known)}" + (", or one of these per N" if kinds[0] in MOTIONS else "")
+        raise fault(what, rule, text, nearest(text, known))
+    return unit
+
+
+def contradicted(name: str, key: str, stated: str | None, given: str) -> list[str]:
+    """The note on a unit that is given against that of the file."""
+    if stated is None or response_unit(stated) == response_unit(given):
+        return []
+    return [f"The unit of {key} in {name} is taken for {given}, as given, though the file says {stated}."]
 
 
 def _single(unit: str) -> tuple[str, float] | None:

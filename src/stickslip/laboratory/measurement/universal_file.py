@@ -1,0 +1,400 @@
+"""Universal files (UFF, UNV): functions of data sets 58 and 58b, and what sets 15, 55, 151, 164 and 2411 say of them.
+
+Formats by the documents of SDRC: lines with fields of fixed width; 58b holds its values as bytes, which its first line counts.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.model.readers.limits import CUT_SHORT, within_memory
+from stickslip.support.checks import Array, InputError, fault, first_of
+
+ENDINGS = (".uff", ".unv", ".uf", ".unf")
+MARK = re.compile(rb"^ {4}-1[ \t]*\r?$", re.MULTILINE)
+"""The line before and after a data set."""
+AFTER_BYTES = re.compile(rb"[\r\n]{0,2} {4}-1[ \t]*(?:\r?\n|\r?\Z)")
+"""The same after the bytes of a 58b, with or without a new line."""
+BLANK = re.compile(rb"(?:[ \t]*\r?\n)*(?:[ \t]*\Z)?")
+"""Empty lines between data sets."""
+HEADER = 11
+"""Lines of a data set 58 before its values."""
+READ = {15, 55, 58, 151, 164, 2411}
+"""Numbers of the data sets that are read."""
+
+NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd]?[+-]\d+|[EeDd]\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.ASCII | re.IGNORECASE)
+WITHOUT_LETTER = re.compile(r"(?<=[\d.])(?=[+-])")
+"""Where Fortran leaves the letter of an exponent of three digits out, 1.5-103."""
+
+SINGLE, DOUBLE = 13, 20
+"""Columns of a value."""
+PRECISION = {2: (False, SINGLE), 4: (False, DOUBLE), 5: (True, SINGLE), 6: (True, DOUBLE)}
+"""Whether values are complex, and the columns of each, by the type of the ordinate."""
+COUNTS = (6, 6, 12, 12)
+"""Columns of order of bytes, floating point format, lines of the header and bytes after it, in the first line of a 58b."""
+LITTLE_ENDIAN, BIG_ENDIAN, IEEE = 1, 2, 2
+NORMAL_MODE, COMPLEX_MODES = 2, (3, 7)
+"""Types of analysis of a data set 55."""
+LISTED = 6
+"""Modes that a note lists."""
+DAMAGED = "The file is damaged."
+DIRECTIONS = ("S", "X", "Y", "Z", "RX", "RY", "RZ")
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """A node and its direction: 0 is a scalar, 1 to 3 translations along X, Y, Z, 4 to 6 rotations, negative against the axis."""
+
+    entity: str
+    node: int
+    direction: int
+
+    def __str__(self) -> str:
+        if not (self.entity or self.node or self.direction):
+            return ""
+        sign = "-" if self.direction < 0 else "+" if self.direction else ""
+        return f"{self.entity + ':' if self.entity else ''}{self.node}:{sign}{DIRECTIONS[abs(self.direction)]}"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What abscissa, ordinate or denominator hold: the specific data type of the format, and the label of the unit or ""."""
+
+    kind: int
+    label: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class FileUnits:
+    """A data set 164: its code, and the factors that divide lengths and forces of the file to SI."""
+
+    code: int
+    length: float
+    force: float
+
+
+@dataclass(frozen=True, eq=False)
+class UniversalFunction:
+    """A data set 58: y (n,) real or complex over x (n,), in the units of the file; number: its place among them, from 1."""
+
+    number: int
+    kind: int
+    ids: tuple[str, ...]
+    response: Freedom
+    reference: Freedom
+    abscissa: Axis
+    ordinate: Axis
+    denominator: Axis
+    x: Array
+    y: NDArray[np.float64] | NDArray[np.complex128]
+    units: FileUnits | None
+
+    @property
+    def name(self) -> str:
+        """`12:+Z / 1:+X`, response and reference; where it states neither, its first line that says something."""
+        both = [str(end) for end in (self.response, self.reference) if str(end)]
+        return " / ".join(both) or next(iter(self.ids), "without a name")
+
+
+@dataclass(frozen=True)
+class UniversalFile:
+    """Functions, coordinates of nodes in units of the file, natural frequencies [Hz] with damping ratios, and notes."""
+
+    name: str
+    functions: tuple[UniversalFunction, ...]
+    nodes: dict[int, tuple[float, ...]]
+    modes: tuple[tuple[float, float], ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _DataSet:
+    """Its number, its lines as bytes without their ends, those of values as bytes where it is binary, and its first line."""
+
+    number: int
+    first: str
+    lines: list[bytes]
+    values: bytes | None
+    start: int
+
+
+def is_universal(path: Path) -> bool:
+    """Whether a file is one, by its ending or its first line."""
+    with path.open("rb") as file:
+        start = file.read(256)
+    return path.suffix.lower() in ENDINGS or bool(re.match(rb"\s*^ {4}-1[ \t]*\r?\n {0,5}\d", start, re.MULTILINE))
+
+
+def read_universal(path: Path) -> UniversalFile:
+    """The file; refused where it is cut off or contradicts itself."""
+    within_memory(path.name, 6 * path.stat().st_size)
+    functions: list[UniversalFunction] = []
+    nodes: dict[int, tuple[float, ...]] = {}
+    modes: list[tuple[float, float]] = []
+    notes: list[str] = []
+    others: set[int] = set()
+    units: FileUnits | None = None
+    for one in _data_sets(path.name, path.read_bytes()):
+        if one.number == 58:
+            functions.append(_function(path.name, one, len(functions) + 1, units))
+        elif one.number == 164:
+            units = _units(path.name, one)
+        elif one.number == 151:
+            notes += _origin(path.name, one)
+        elif one.number in READ:
+            try:
+                if one.number == 55:
+                    modes += _mode(path.name, one)
+                else:
+                    nodes |= _nodes(path.name, one)
+            except InputError as error:
+                notes.append(f"Data set {one.number} is not read: {error}")
+        else:
+            others.add(one.number)
+    if others:
+        notes.append(f"Data sets of {path.name} that are not read: {', '.join(map(str, sorted(others)))}.")
+    if modes:
+        shown = first_of([f"{frequency:.6g} Hz ({100.0 * ratio:.3g} %)" for frequency, ratio in modes], LISTED)
+        notes.append(f"{path.name} holds natural frequencies and damping ratios: {shown}.")
+    return UniversalFile(path.name, tuple(functions), nodes, tuple(modes), tuple(notes))
+
+
+def _data_sets(name: str, data: bytes) -> Iterator[_DataSet]:
+    """The data sets of a file, each between two marks."""
+    place, line = 0, 1
+    while True:
+        begun, place = place, BLANK.match(data, place).end()  # type: ignore[union-attr]
+        if place >= len(data):
+            return
+        line += data.count(b"\n", begun, place)
+        mark = MARK.match(data, place)
+        if mark is None:
+            shown = _text(_next_line(data, place)[0][:40])
+            raise fault(f"Line {line} of {name}", 'must be "    -1" before a data set', shown, DAMAGED)
+        first, body = _next_line(data, mark.end() + 1)
+        head = _text(first)
+        if not re.fullmatch(r" *\d+ *", head[:6], re.ASCII):
+            raise fault(f"Line {line + 1} of {name}", "must be the number of a data set", head[:20], DAMAGED)
+        what = f"Data set {int(head[:6])}, line {line + 1} of {name},"
+        values: bytes | None = None
+        if head[6:7].lower() == "b":
+            lines, values, closing = _binary(what, data, body, head)
+        else:
+            lines, closing = _lines(what, data, body)
+        yield _DataSet(int(head[:6]), head, lines, values, line + 2)
+        line += data.count(b"\n", place, closing)
+        place = closing
+
+
+def _lines(what: str, data: bytes, place: int) -> tuple[list[bytes], int]:
+    """The lines of a data set and the place after the mark that ends it."""
+    closing = MARK.search(data, place)
+    if closing is None:
+        raise fault(what, 'must end with "    -1"', "cut off", CUT_SHORT)
+    return [line.removesuffix(b"\r") for line in data[place : closing.start()].split(b"\n")[:-1]], closing.end() + 1
+
+
+def _binary(what: str, data: bytes, place: int, head: str) -> tuple[list[bytes], bytes, int]:
+    """The lines of a 58b, its bytes and the place after the mark that ends it."""
+    lines = []
+    for _ in range(HEADER):
+        line, place = _next_line(data, place)
+        lines.append(line)
+    order, format_, count_of_lines, count = (
+        _integer(f"{what} field of its first line,", cell) for cell in _cells(head[7:], COUNTS)
+    )
+    for subject, rule, value, good in (
+        ("order of bytes,", "must be 1 (little endian) or 2 (big endian)", order, (LITTLE_ENDIAN, BIG_ENDIAN)),
+        ("floating point format,", "must be 2, IEEE 754", format_, (IEEE,)),
+        ("lines of its header,", f"must be {HEADER}", count_of_lines, (HEADER,)),
+    ):
+        if value not in good:
+            raise fault(f"{what} {subject}", rule, value, "Export it as ASCII (58).")
+    left = max(len(data) - place, 0)
+    if not 0 < count <= left:
+        raise fault(f"{what} number of bytes,", f"must be from 1 to the {left} that follow", count, CUT_SHORT)
+    closing = AFTER_BYTES.match(data, place + count)
+    if closing is None:
+        rule = f'must end with "    -1" after the {count} bytes that it counts'
+        raise fault(what, rule, _text(data[place + count : place + count + 6]), CUT_SHORT)
+    return lines, data[place : place + count], closing.end()
+
+
+def _next_line(data: bytes, place: int) -> tuple[bytes, int]:
+    """The line that begins at a place, without its end, and the place of the next."""
+    end = data.find(b"\n", place)
+    end = len(data) if end < 0 else end
+    return data[place:end].removesuffix(b"\r"), end + 1
+
+
+def _text(line: bytes) -> str:
+    try:
+        return line.decode("utf-8")
+    except UnicodeDecodeError:
+        return line.decode("cp1252", errors="replace")
+
+
+def _cells(line: str, widths: Sequence[int]) -> list[str]:
+    """The fields of a line, without blanks around them."""
+    return [line[a:b].strip() for a, b in pairwise([0, *accumulate(widths)])]
+
+
+def _integer(what: str, cell: str) -> int:
+    if not re.fullmatch(r"[+-]?\d{1,12}|", cell, re.ASCII):
+        raise fault(what, "must be a whole number in its columns", cell, DAMAGED)
+    return int(cell or 0)
+
+
+def _float(what: str, cell: str) -> float:
+    if not NUMBER.fullmatch(cell):
+        raise fault(what, "must be a number in its columns", cell, DAMAGED)
+    text = cell.replace("D", "E").replace("d", "e")
+    return float(text if "e" in text.lower() else WITHOUT_LETTER.sub("E", text))
+
+
+def _function(name: str, one: _DataSet, number: int, units: FileUnits | None) -> UniversalFunction:
+    if len(one.lines) < HEADER:
+        raise fault(f"Function {number} of {name}", f"must have a header of {HEADER} lines", len(one.lines), DAMAGED)
+    header = [_text(line) for line in one.lines[:HEADER]]
+    what = f"Function {number} of {name}"
+    kind, _, _, _, entity, node, direction, entity_2, node_2, direction_2 = _cells(
+        header[5], (5, 10, 5, 10, 11, 10, 4, 11, 10, 4)
+    )
+    response, reference = _freedom(what, entity, node, direction), _freedom(what, entity_2, node_2, direction_2)
+    form, count, spacing, least, step, _ = _cells(header[6], (10, 10, 10, 13, 13, 13))
+    complex_, width = PRECISION.get(_integer(f"{what}, type of ordinate,", form), (False, 0))
+    if not width:
+        raise fault(f"{what}, type of ordinate,", f"must be one of {', '.join(map(str, PRECISION))}", form)
+    points = _integer(f"{what}, number of values,", count)
+    even = _integer(f"{what}, spacing,", spacing)
+    if even not in (0, 1):
+        raise fault(f"{what}, spacing,", "must be 0 (uneven) or 1 (even)", spacing)
+    each = (0 if even else 1) + (2 if complex_ else 1)
+    if one.values is None:
+        values = _numbers(name, one, _widths(width, complex_, even == 1))
+    else:
+        values = _unpacked(what, one, points, (complex_, width, even == 1))
+    if values.size != each * points or points < 1:
+        raise fault(f"{what}, number of values,", f"must go with the {values.size} numbers that it holds", points, DAMAGED)
+    rows = values.reshape(points, each)
+    if even:
+        x = np.asarray(_float(f"{what}, first abscissa,", least) + _float(f"{what}, step,", step) * np.arange(points))
+    else:
+        x = np.array(rows[:, 0])
+    y = rows[:, -2] + 1j * rows[:, -1] if complex_ else rows[:, -1].copy()
+    abscissa, ordinate, denominator = (_axis(what, line) for line in header[7:10])
+    ids = tuple(text for line in header[:5] if (text := line[:80].strip()) and text != "NONE")
+    return UniversalFunction(
+        number, _integer(f"{what}, type,", kind), ids, response, reference, abscissa, ordinate, denominator, x, y, units
+    )
+
+
+def _freedom(what: str, entity: str, node: str, direction: str) -> Freedom:
+    toward = _integer(f"{what}, direction,", direction)
+    if abs(toward) >= len(DIRECTIONS):
+        raise fault(f"{what}, direction,", "must be a number from -6 to 6", toward, DAMAGED)
+    return Freedom("" if entity.upper() == "NONE" else entity, _integer(f"{what}, node,", node), toward)
+
+
+def _axis(what: str, line: str) -> Axis:
+    kind, _, _, _, label, unit = _cells(line, (10, 5, 5, 5, 21, 21))
+    return Axis(_integer(f"{what}, type of data,", kind), *("" if text.upper() == "NONE" else text for text in (label, unit)))
+
+
+def _widths(width: int, complex_: bool, even: bool) -> tuple[int, ...]:
+    """Columns of the values of a whole line."""
+    if width == SINGLE:
+        return (SINGLE,) * 6
+    if even:
+        return (DOUBLE,) * 4
+    return (SINGLE, DOUBLE, DOUBLE) if complex_ else (SINGLE, DOUBLE) * 2
+
+
+def _numbers(name: str, one: _DataSet, widths: Sequence[int]) -> Array:
+    """The values of all lines after the header. All but the last line are whole, and all end alike: a lost digit shortens one."""
+    found: list[float] = []
+    lines = [_text(line) for line in one.lines[HEADER:]]
+    padded = len({len(line) for line in lines[:-1]}) == 1 < len({len(line.rstrip()) for line in lines[:-1]})
+    short = None
+    for k, line in enumerate(lines):
+        where = f"Line {one.start + HEADER + k} of {name}"
+        cells = _cells(line, widths)
+        while k == len(lines) - 1 and cells and not cells[-1]:
+            cells.pop()
+        missing = sum(widths[: len(cells)]) - len(line.rstrip())
+        short = missing if short is None else short
+        if missing < 0 or (missing != short and not padded):
+            rule = f"must have its {len(cells)} numbers in columns of {' and '.join(map(str, sorted({*widths})))}, as the others"
+            raise fault(where, rule, line.strip(), DAMAGED)
+        found += [_float(where, cell) for cell in cells]
+    return np.array(found)
+
+
+def _unpacked(what: str, one: _DataSet, points: int, layout: tuple[bool, int, bool]) -> Array:
+    """The values of a 58b, point by point. Uneven abscissas are single precision, or written as the ordinates are."""
+    complex_, width, even = layout
+    parts, data = (2 if complex_ else 1), one.values or b""
+    order = "<" if _cells(one.first[7:], (6,))[0] == str(LITTLE_ENDIAN) else ">"
+    ordinate = "f4" if width == SINGLE else "f8"
+    for abscissa in ((),) if even else (("f4",), ("f8",)):
+        row = np.dtype([(f"{k}", order + kind) for k, kind in enumerate((*abscissa, *(ordinate,) * parts))])
+        if points * row.itemsize == len(data):
+            stored = np.frombuffer(data, row)
+            return np.stack([stored[key].astype(float) for key in stored.dtype.names or ()], axis=1).ravel()
+    raise fault(f"{what}, number of values,", f"must go with the {len(data)} bytes that it holds", points, DAMAGED)
+
+
+def _units(name: str, one: _DataSet) -> FileUnits:
+    what = f"Data set 164 of {name}"
+    texts = [_text(line) for line in one.lines[:2]]
+    if len(texts) < 2:
+        raise fault(what, "must have two lines", len(texts), DAMAGED)
+    length, force = (_float(what, cell) for cell in _cells(texts[1], (25, 25)))
+    if not (0.0 < length < np.inf and 0.0 < force < np.inf):
+        raise fault(what, "must have positive factors of length and force", [length, force], DAMAGED)
+    return FileUnits(_integer(what, texts[0][:10].strip()), length, force)
+
+
+def _origin(name: str, one: _DataSet) -> list[str]:
+    """The sentence on program and date of a data set 151."""
+    lines = [_text(line).strip() for line in one.lines[:7]]
+    said = [text for text in (lines[5:6] + lines[6:7]) if text and text != "NONE"]
+    return [f"{name} was written by {', '.join(' '.join(text.split()) for text in said)}."] if said else []
+
+
+def _nodes(name: str, one: _DataSet) -> dict[int, tuple[float, ...]]:
+    """Coordinates by node of a data set 15, a line a node, or 2411, two lines a node."""
+    what, found = f"Data set {one.number} of {name}", {}
+    lines = [_text(line) for line in one.lines if line.strip()]
+    pairs = ((line, line[40:], SINGLE) for line in lines) if one.number == 15 else _in_pairs(what, lines)
+    for first, second, width in pairs:
+        found[_integer(what, first[:10].strip())] = tuple(_float(what, cell) for cell in _cells(second, (width,) * 3))
+    return found
+
+
+def _in_pairs(what: str, lines: Sequence[str]) -> Iterator[tuple[str, str, int]]:
+    if len(lines) % 2:
+        raise fault(what, "must have two lines for each node", len(lines))
+    return ((first, second, 25) for first, second in zip(lines[::2], lines[1::2], strict=True))
+
+
+def _mode(name: str, one: _DataSet) -> list[tuple[float, float]]:
+    """Natural frequency [Hz] and damping ratio of a data set 55 that holds a mode."""
+    what, lines = f"Data set 55 of {name}", [_text(line) for line in one.lines[:8]]
+    if len(lines) < 8:
+        raise fault(what, "must have eight lines or more", len(lines), DAMAGED)
+    analysis = _integer(what, lines[5][10:20].strip())
+    first, second, third = (_float(what, cell or "0") for cell in _cells(lines[7], (SINGLE,) * 3))
+    if analysis == NORMAL_MODE:
+        return [(first, third)]
+    if analysis in COMPLEX_MODES and (size := float(np.hypot(first, second))) > 0.0:
+        return [(size / (2.0 * np.pi), -first / size)]
+    return []

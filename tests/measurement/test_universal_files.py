@@ -1,0 +1,320 @@
+"""Universal files of laboratories: read as an independent writer wrote them and as pyuff reads them; damaged ones are refused."""
+
+import numpy as np
+import pytest
+from measurement import universal_writer as write
+
+import stickslip as ss
+from stickslip.laboratory.measurement.universal_file import read_universal
+
+OMEGA0, RATIO = 2.0 * np.pi * 15.0, 0.02
+INCH, POUND = 0.0254, 4.4482216152605
+EVEN = np.linspace(10.0, 20.0, 101)
+UNEVEN = 10.0 + 10.0 * np.linspace(0.0, 1.0, 101) ** 1.3
+
+
+def receptance(frequency):
+    """Of a mass of 1 kg on a spring, m/N."""
+    omega = 2.0 * np.pi * frequency
+    return 1.0 / (OMEGA0**2 - omega**2 + 2j * RATIO * OMEGA0 * omega)
+
+
+def accelerance(frequency):
+    return -((2.0 * np.pi * frequency) ** 2) * receptance(frequency)
+
+
+def written(tmp_path, *sets, name="test.unv"):
+    path = tmp_path / name
+    path.write_bytes(b"".join(sets))
+    return path
+
+
+@pytest.mark.parametrize("binary", ["", "<", ">"])
+def test_all_cases_of_the_format_are_read(tmp_path, binary):
+    """Real or complex, single or double precision, even or uneven, to the digits that the file holds."""
+    cases = [(x, y, double) for x in (EVEN, UNEVEN) for y in (accelerance(x), abs(accelerance(x))) for double in (False, True)]
+    path = written(tmp_path, *(write.function(x, y, double=double, binary=binary) for x, y, double in cases))
+    read = read_universal(path).functions
+    assert len(read) == len(cases)
+    for (x, y, double), one in zip(cases, read, strict=True):
+        assert one.y.dtype == y.dtype
+        assert one.x == pytest.approx(x, rel=1e-5)
+        assert one.y == pytest.approx(y, rel=1e-12 if double else 1e-5)
+        assert one.name == "12:+Z / 1:+X"
+
+
+@pytest.mark.parametrize("binary", ["", "<", ">"])
+def test_pyuff_reads_the_same(tmp_path, binary):
+    """But for double values over uneven frequencies in 58b: the format has single ones there, and pyuff reads double ones."""
+    pyuff = pytest.importorskip("pyuff")
+    cases = [(x, y, double) for x in (EVEN, UNEVEN) for y in (accelerance(x), abs(accelerance(x))) for double in (False, True)]
+    cases = [case for case in cases if not (binary and case[0] is UNEVEN and case[2])]
+    places = {1: (0.0, 0.1, 0.2), 12: (0.5, -1.0, 1e-3)}
+    sets = [write.header(), write.units(5, 1e3, 1e3), write.nodes(places), write.nodes_in_double(places), write.mode(15.0, RATIO)]
+    path = written(tmp_path, *sets, *(write.function(x, y, double=double, binary=binary) for x, y, double in cases))
+    ours, theirs = read_universal(path), pyuff.UFF(str(path)).read_sets()
+    for one, other in zip(ours.functions, theirs[5:], strict=True):
+        assert np.array_equal(one.x, other["x"])
+        assert np.array_equal(one.y, other["data"])
+        assert (one.kind, one.abscissa.kind, one.ordinate.kind) == (other["func_type"], 18, other["ordinate_spec_data_type"])
+        assert (one.response.node, one.reference.direction) == (other["rsp_node"], other["ref_dir"])
+    for nodes in theirs[2:4]:
+        assert ours.nodes == dict(zip(nodes["node_nums"], zip(*(nodes[axis] for axis in "xyz"), strict=True), strict=True))
+    assert (ours.functions[0].units.length, ours.functions[0].units.force) == (theirs[1]["length"], theirs[1]["force"])
+    assert ours.modes == ((theirs[4]["freq"], theirs[4]["modal_damp_vis"]),) == ((15.0, RATIO),)
+
+
+@pytest.mark.parametrize(
+    ("ordinate", "denominator", "sets", "order", "factor"),
+    [
+        ((write.ACCELERATION, "m/s^2"), (write.FORCE, "N"), (), 2, 1.0),
+        ((write.ACCELERATION, "g"), (write.FORCE, "N"), (), 2, 1.0 / 9.80665),
+        ((write.DISPLACEMENT, "mm"), (write.FORCE, "kN"), (), 0, 1e6),
+        ((write.VELOCITY, "(mm/s)/N"), (0, "NONE"), (), 1, 1e3),
+        ((1, "(1/N)*(m/s²)"), (0, "NONE"), (), 2, 1.0),
+        ((write.VELOCITY, "NONE"), (write.FORCE, "NONE"), (write.units(),), 1, 1.0),
+        ((write.DISPLACEMENT, "NONE"), (write.FORCE, "NONE"), (write.units(5, 1e3, 1e3),), 0, 1.0),
+        ((write.DISPLACEMENT, "NONE"), (write.FORCE, "NONE"), (write.units(7, 1 / INCH, 1 / POUND),), 0, POUND / INCH),
+        ((write.DISPLACEMENT, "mm"), (write.FORCE, "NONE"), (write.units(),), 0, 1e3),
+    ],
+)  # fmt: skip
+def test_units_and_quantities(tmp_path, ordinate, denominator, sets, order, factor):
+    """All are one receptance at 3 N: by labels of units, by data set 164, or both."""
+    shown = factor * (2j * np.pi * EVEN) ** order * receptance(EVEN)
+    path = written(tmp_path, *sets, write.function(EVEN, shown, ordinate=ordinate, denominator=denominator))
+    test = ss.read_measured_response(path, force=3.0)
+    assert test.quantity == ("displacement", "velocity", "acceleration")[order]
+    assert test.per_force == pytest.approx((2.0 * np.pi * EVEN) ** order * receptance(EVEN), rel=2e-5)
+    assert test.name == "test"
+    assert not any(unit.assumed for unit in test.units.values())
+    again = ss.read_measured_response(path, force=3.0, units={"amplitude": ("m/N", "(m/s)/N", "(m/s2)/N")[order]})
+    assert again.per_force == pytest.approx(factor * test.per_force)
+
+
+def test_what_the_file_says_and_is_not_obeyed_is_noted(tmp_path):
+    other = write.data_set(82, "         1         2         0")
+    sets = (write.header("ANALYSER 3"), write.units(), write.mode(15.0, RATIO), other)
+    path = written(tmp_path, *sets, write.function(EVEN, accelerance(EVEN), response=(12, -3), ordinate=(12, "g")))
+    notes = " ".join(ss.read_measured_response(path, force=1.0).notes)
+    for said in (
+        "written by ANALYSER 3, 02-Jan-26 13:00:00",
+        "not read: 82",
+        "natural frequencies and damping ratios: 15 Hz (2 %).",
+        "taken for g, its label, though data set 164 says 1 m/s2",
+        "Function 1 of test.unv is read, 12:-Z / 1:+X: H, Run 1.",
+        "along 12:-Z",
+    ):
+        assert said in notes
+    assumed = ss.read_measured_response(written(tmp_path, write.function(EVEN, accelerance(EVEN))), force=1.0)
+    assert [key for key, unit in assumed.units.items() if unit.assumed] == ["acceleration"]
+
+
+def test_frequencies_in_rad_per_second(tmp_path):
+    angular = write.function(2.0 * np.pi * EVEN, accelerance(EVEN), abscissa=(18, "rad/s"))
+    assert ss.read_measured_response(written(tmp_path, angular), force=1.0).frequency == pytest.approx(EVEN, rel=1e-5)
+    silent = write.function(2.0 * np.pi * EVEN, accelerance(EVEN), abscissa=(18, "NONE"))
+    test = ss.read_measured_response(written(tmp_path, silent), force=1.0, units={"frequency": "rad/s"})
+    assert test.frequency == pytest.approx(EVEN, rel=1e-5)
+
+
+def test_one_of_several_functions_is_chosen_by_name_or_number(tmp_path):
+    functions = [
+        write.function(EVEN, k * accelerance(EVEN), response=(node, 3), entities=("wing", "NONE"))
+        for k, node in enumerate((12, 13, 13), start=1)
+    ]
+    path = written(tmp_path, write.nodes({12: (0.1, 0.0, 0.2)}), *functions)
+    with pytest.raises(ss.InputError) as raised:
+        ss.read_measured_response(path, force=1.0)
+    for said in (
+        "1 = wing:12:+Z / 1:+X (a frequency response function of acceleration, H, node 12 at 0.1, 0, 0.2); 2 = wing:13:+Z",
+        "columns={'amplitude': 'wing:12:+Z / 1:+X'} (--column 'amplitude=wing:12:+Z / 1:+X')",
+    ):
+        assert said in str(raised.value)
+    for name in ("wing:12:+Z / 1:+X", "12:Z/1:X", "12:+z", 1, "1"):
+        assert ss.read_measured_response(path, force=1.0, columns={"amplitude": name}).per_force == pytest.approx(
+            -accelerance(EVEN), rel=2e-5
+        )
+    with pytest.raises(ss.InputError, match=r"must be 1, .* columns={'amplitude': 2} .* or .* by='function' \(--by function\)"):
+        ss.read_measured_response(path, force=1.0, columns={"amplitude": "13:+Z"})
+    tests = ss.read_measured_responses(path, "function", force=1.0, columns={"amplitude": "13:+Z"})
+    assert [test.name for test in tests] == ["test wing:13:+Z / 1:+X (2)", "test wing:13:+Z / 1:+X (3)"]
+    assert tests[1].amplitude == pytest.approx(1.5 * tests[0].amplitude, rel=2e-5)
+    with pytest.raises(ss.InputError, match="Say which, by its name or number"):
+        ss.read_measured_responses(path, "function", force=1.0)
+    with pytest.raises(ss.InputError, match=r"must be one of its functions, but is '12:Y / 1:X'\. Did you mean 'wing:12"):
+        ss.read_measured_response(path, force=1.0, columns={"amplitude": "12:Y / 1:X"})
+    with pytest.raises(ss.InputError, match="must be a number from 1 to 3"):
+        ss.read_measured_response(path, force=1.0, columns={"amplitude": 4})
+    with pytest.raises(ss.InputError, match="by must be 'function'"):
+        ss.read_measured_responses(path, "curve", force=1.0)
+    with pytest.raises(ss.InputError, match="columns must name amplitude or force for a universal file, but is 'phase'"):
+        ss.read_measured_response(path, force=1.0, columns={"phase": 2})
+
+
+def test_force_levels_from_a_spectrum_of_the_force(tmp_path):
+    """A response per force takes its level from it; two spectra are themselves a response per force."""
+    force = (2.0 + 0.1 * (EVEN - 15.0)) * np.exp(0.7j)
+    spectrum = write.function(
+        EVEN, force, kind=12, response=(1, 1), reference=(0, 0), ordinate=(13, "N"), denominator=(0, "NONE")
+    )
+    motion = write.function(
+        EVEN, force * accelerance(EVEN), kind=12, reference=(0, 0), ordinate=(12, "m/s2"), denominator=(0, "NONE")
+    )
+    response = write.function(EVEN, accelerance(EVEN))
+    for sets in ((response, spectrum), (motion, spectrum), (spectrum, response, motion)):
+        test = ss.read_measured_response(written(tmp_path, *sets))
+        assert test.force == pytest.approx(abs(force), rel=2e-5)
+        assert test.per_force == pytest.approx(-accelerance(EVEN), rel=3e-5)
+        assert any("RMS" in note for note in test.notes)
+    assert ss.read_measured_response(written(tmp_path, response, spectrum), force=5.0).force == pytest.approx(5.0)
+    alone = ss.read_measured_response(written(tmp_path, motion), force=2.0)
+    assert alone.phase is None
+    assert alone.amplitude == pytest.approx(abs(force * accelerance(EVEN)), rel=2e-5)
+    with pytest.raises(ss.InputError, match=r"must be 1, .* columns={'force': 2} \(--column force=2\)"):
+        ss.read_measured_response(written(tmp_path, response, spectrum, spectrum))
+    elsewhere = write.function(
+        EVEN, force, kind=12, response=(7, 1), reference=(0, 0), ordinate=(13, "N"), denominator=(0, "NONE")
+    )
+    with pytest.raises(ss.InputError, match="friction depends on it, but is 'missing'"):
+        ss.read_measured_response(written(tmp_path, response, elsewhere))
+    named = ss.read_measured_response(written(tmp_path, response, elsewhere), columns={"force": "7:+X"})
+    assert named.force == pytest.approx(abs(force), rel=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("what", "words"),
+    [
+        ({"kind": 1, "abscissa": (17, "s"), "y": np.ones(101)}, "a time history of acceleration"),
+        ({"kind": 6}, "a coherence of acceleration"),
+        ({"kind": 9}, "must be frequency response functions, or spectra"),
+        ({"abscissa": (19, "rpm")}, "functions must be over the frequency"),
+        ({"response": (12, 5)}, "rotations and moments are not read"),
+        ({"ordinate": (13, "N"), "denominator": (12, "m/s2")}, "forces per motion are not read"),
+        ({"ordinate": (3, "NONE")}, "must be of displacement, velocity or acceleration"),
+        ({"ordinate": (0, "NONE")}, "--unit 'amplitude=(m/s2)/N'"),
+        ({"denominator": (12, "m/s2")}, "must be per force, not per motion"),
+        ({"denominator": (0, "NONE")}, "units={'amplitude': '(m/s2)/N'}"),
+        ({"ordinate": (12, "V")}, "The unit of acceleration in test.unv must be one of m/s2"),
+        ({"denominator": (13, "lbf")}, "The unit of force in test.unv must be one of n, kn"),
+        ({"abscissa": (18, "CPM")}, "The unit of frequency in test.unv must be one of hz"),
+        ({"y": np.linspace(-1.0, 1.0, 101)}, "must be complex, or hold amplitudes"),
+        ({"kind": 12, "denominator": (0, "NONE"), "force": None}, "friction depends on it"),
+    ],
+)
+def test_other_functions_are_refused(tmp_path, what, words):
+    about = {"force": what.pop("force", 1.0)}
+    path = written(tmp_path, write.function(EVEN, what.pop("y", accelerance(EVEN)), **what))
+    with pytest.raises(ss.InputError) as raised:
+        ss.read_measured_response(path, **{key: value for key, value in about.items() if value is not None})
+    assert words in str(raised.value)
+
+
+def test_units_that_contradict_themselves_are_refused(tmp_path):
+    sets = (write.units(1, 3.2808, 0.2248), write.function(EVEN, accelerance(EVEN)))
+    with pytest.raises(
+        ss.InputError, match=r"must go with its code 1, 1 and 1 for length and force, but is '3\.2808 and 0\.2248'"
+    ):
+        ss.read_measured_response(written(tmp_path, *sets), force=1.0)
+    with pytest.raises(ss.InputError, match="must be per force, but is 'mm'"):
+        ss.read_measured_response(
+            written(tmp_path, write.function(EVEN, receptance(EVEN), ordinate=(8, "NONE"))), force=1.0, units={"amplitude": "mm"}
+        )
+
+
+def test_damaged_files_are_refused(tmp_path):
+    """Cut off anywhere, or with bytes that are missing or wrong, a file is refused or read as it was: never as another."""
+    rng = np.random.default_rng(1)
+    for binary in ("", "<"):
+        sets = [
+            write.header(),
+            write.units(),
+            *(write.function(x, accelerance(x), double=d, binary=binary) for x in (EVEN, UNEVEN) for d in (False, True)),
+        ]
+        whole = b"".join(sets)
+        sound = read_universal(written(tmp_path, whole)).functions
+
+        def same(data, sound=sound):
+            try:
+                read = read_universal(written(tmp_path, data)).functions
+            except ss.InputError:
+                return None
+            return len(read) == len(sound) and all(
+                np.array_equal(a.x, b.x) and np.array_equal(a.y, b.y) for a, b in zip(read, sound, strict=True)
+            )
+
+        ends = [sum(map(len, sets[:k])) for k in range(1, len(sets))]
+        between = {end + k for end in ends for k in range(-1, 5)}  # nothing but a new line and blanks is missing or left
+        cuts = {int(k) for k in rng.integers(1, len(whole) - 8, 150)} - between
+        assert {same(whole[:k]) for k in cuts} == {None}
+        gone = rng.integers(1, 100, 150)
+        starts = [int(k) for k in rng.integers(len(sets[0]), len(whole) - 100, 150)]
+        results = [same(whole[:k] + whole[k + n :]) for k, n in zip(starts, gone, strict=True)]
+        assert False not in results
+        assert results.count(None) > 120
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ((b"       101         1", b"2147483647         1"), "must go with the"),
+        ((b"       101         1", b"       100         1"), "must go with the"),
+        ((b"       101         1", b"     -101          1"), "must go with the"),
+        ((b"       101         1", b"       1e9         1"), "must be a whole number in its columns, but is '1e9'"),
+        ((b"         5       101", b"         3       101"), "type of ordinate, must be one of 2, 4, 5, 6"),
+        ((b"       101         1", b"       101         2"), "spacing, must be 0 (uneven) or 1 (even)"),
+        ((b"    -1\n    58", b"    -1\n"), "must be the number of a data set"),
+        ((b"        12   3 NONE", b"        12   9 NONE"), "direction, must be a number from -6 to 6"),
+        ((b"    -1\n    58\n", b"stray\n    -1\n    58\n"), 'Line 1 of test.unv must be "    -1" before a data set'),
+    ],
+)
+def test_headers_that_are_wrong(tmp_path, change, words):
+    data = write.function(EVEN, accelerance(EVEN))
+    assert change[0] in data
+    with pytest.raises(ss.InputError) as raised:
+        read_universal(written(tmp_path, data.replace(*change, 1)))
+    assert words in str(raised.value)
+
+
+def test_headers_of_bytes_that_are_wrong(tmp_path):
+    data = write.function(EVEN, accelerance(EVEN), binary="<")
+    first = data.split(b"\n")[1]
+    for cells, words in (
+        ((3, 2, 11, 808), "order of bytes, must be 1"),
+        ((1, 1, 11, 808), "must be 2, IEEE 754"),
+        ((1, 3, 11, 808), "must be 2, IEEE 754"),
+        ((1, 2, 12, 808), "lines of its header, must be 11"),
+        ((1, 2, 11, 999999999999), "number of bytes, must be from 1 to"),
+        ((1, 2, 11, 804), 'must end with "    -1" after the 804 bytes'),
+        ((1, 2, 11, 0), "number of bytes, must be from 1 to"),
+    ):
+        line = f"{58:6d}b{cells[0]:6d}{cells[1]:6d}{cells[2]:12d}{cells[3]:12d}".encode()
+        with pytest.raises(ss.InputError) as raised:
+            read_universal(written(tmp_path, data.replace(first, line)))
+        assert words in str(raised.value)
+    with_new_line = data[:-7] + b"\r\n    -1\r\n"  # as some programs end it
+    assert read_universal(written(tmp_path, with_new_line)).functions[0].y.size == 101
+    doubles = write.function(UNEVEN, accelerance(UNEVEN), binary="<", double=True)
+    as_pyuff = np.stack([UNEVEN, accelerance(UNEVEN).real, accelerance(UNEVEN).imag], axis=1).astype("<f8").tobytes()
+    head = doubles[: -7 - 101 * 20].replace(b"2020", b"2424")
+    one = read_universal(written(tmp_path, head + as_pyuff + b"    -1\n")).functions[0]
+    assert np.array_equal(one.x, UNEVEN)
+
+
+def test_garbage_is_refused(tmp_path):
+    rng = np.random.default_rng(0)
+    for data in (
+        b"",
+        b"\n\n",
+        rng.bytes(5000),
+        b"    -1\n" + rng.bytes(5000),
+        b"    -1\n    58\n" + rng.bytes(5000) + b"\n    -1\n",
+    ):
+        with pytest.raises(ss.InputError):
+            ss.read_measured_response(written(tmp_path, data), force=1.0)
+
+
+def test_lines_of_windows_and_any_ending_of_the_name(tmp_path):
+    data = write.function(EVEN, accelerance(EVEN)).replace(b"\n", b"\r\n")
+    for name in ("test.txt", "test.UFF", "test"):
+        test = ss.read_measured_response(written(tmp_path, b"\r\n", data, name=name), force=1.0)
+        assert test.per_force == pytest.approx(-accelerance(EVEN), rel=2e-5)
