@@ -235,11 +235,11 @@ def test_damaged_files_are_refused(tmp_path):
 
         def same(data, sound=sound):
             try:
-                read = read_universal(written(tmp_path, data)).functions
+                file = read_universal(written(tmp_path, data))
             except ss.InputError:
                 return None
-            return len(read) == len(sound) and all(
-                np.array_equal(a.x, b.x) and np.array_equal(a.y, b.y) for a, b in zip(read, sound, strict=True)
+            return len(file.functions) == len(sound) and all(
+                np.array_equal(a.x, b.x) and np.array_equal(a.y, b.y) for a, b in zip(file.functions, sound, strict=True)
             )
 
         ends = [sum(map(len, sets[:k])) for k in range(1, len(sets))]

@@ -39,6 +39,7 @@ PRECISION = {2: (False, SINGLE), 4: (False, DOUBLE), 5: (True, SINGLE), 6: (True
 """Whether values are complex, and the columns of each, by the type of the ordinate."""
 COUNTS = (6, 6, 12, 12)
 """Columns of order of bytes, floating point format, lines of the header and bytes after it, in the first line of a 58b."""
+LINES_OF_UNITS = 3
 LITTLE_ENDIAN, BIG_ENDIAN, IEEE = 1, 2, 2
 NORMAL_MODE, COMPLEX_MODES = 2, (3, 7)
 """Types of analysis of a data set 55."""
@@ -181,7 +182,7 @@ def _data_sets(name: str, data: bytes) -> Iterator[_DataSet]:
             raise fault(f"Line {line} of {name}", 'must be "    -1" before a data set', shown, DAMAGED)
         first, body = _next_line(data, mark.end() + 1)
         head = _text(first)
-        if not re.fullmatch(r" *\d+ *", head[:6], re.ASCII):
+        if not re.fullmatch(r"(?=.{6}) *\d+", head[:6], re.ASCII):
             raise fault(f"Line {line + 1} of {name}", "must be the number of a data set", head[:20], DAMAGED)
         what = f"Data set {int(head[:6])}, line {line + 1} of {name},"
         values: bytes | None = None
@@ -269,7 +270,7 @@ def _function(name: str, one: _DataSet, number: int, units: FileUnits | None) ->
         header[5], (5, 10, 5, 10, 11, 10, 4, 11, 10, 4)
     )
     response, reference = _freedom(what, entity, node, direction), _freedom(what, entity_2, node_2, direction_2)
-    form, count, spacing, least, step, _ = _cells(header[6], (10, 10, 10, 13, 13, 13))
+    form, count, spacing, *of_abscissa = _cells(header[6], (10, 10, 10, 13, 13, 13))
     complex_, width = PRECISION.get(_integer(f"{what}, type of ordinate,", form), (False, 0))
     if not width:
         raise fault(f"{what}, type of ordinate,", f"must be one of {', '.join(map(str, PRECISION))}", form)
@@ -277,6 +278,11 @@ def _function(name: str, one: _DataSet, number: int, units: FileUnits | None) ->
     even = _integer(f"{what}, spacing,", spacing)
     if even not in (0, 1):
         raise fault(f"{what}, spacing,", "must be 0 (uneven) or 1 (even)", spacing)
+    if header[6][30:].split() != of_abscissa:
+        raise fault(
+            f"{what}, first abscissa, step and value of the z axis,", "must be in their columns", header[6].strip(), DAMAGED
+        )
+    first, step, _ = (_float(f"{what}, first abscissa, step and value of the z axis,", cell) for cell in of_abscissa)
     each = (0 if even else 1) + (2 if complex_ else 1)
     if one.values is None:
         values = _numbers(name, one, _widths(width, complex_, even == 1))
@@ -286,7 +292,7 @@ def _function(name: str, one: _DataSet, number: int, units: FileUnits | None) ->
         raise fault(f"{what}, number of values,", f"must go with the {values.size} numbers that it holds", points, DAMAGED)
     rows = values.reshape(points, each)
     if even:
-        x = np.asarray(_float(f"{what}, first abscissa,", least) + _float(f"{what}, step,", step) * np.arange(points))
+        x = np.asarray(first + step * np.arange(points))
     else:
         x = np.array(rows[:, 0])
     y = rows[:, -2] + 1j * rows[:, -1] if complex_ else rows[:, -1].copy()
@@ -354,13 +360,13 @@ def _unpacked(what: str, one: _DataSet, points: int, layout: tuple[bool, int, bo
 
 def _units(name: str, one: _DataSet) -> FileUnits:
     what = f"Data set 164 of {name}"
-    texts = [_text(line) for line in one.lines[:2]]
-    if len(texts) < 2:
-        raise fault(what, "must have two lines", len(texts), DAMAGED)
-    length, force = (_float(what, cell) for cell in _cells(texts[1], (25, 25)))
+    if len(one.lines) != LINES_OF_UNITS:
+        raise fault(what, f"must have {LINES_OF_UNITS} lines", len(one.lines), DAMAGED)
+    code, factors, offset = map(_text, one.lines)
+    length, force, *_ = (_float(what, cell) for cell in [*_cells(factors, (25, 25, 25)), offset.strip()])
     if not (0.0 < length < np.inf and 0.0 < force < np.inf):
         raise fault(what, "must have positive factors of length and force", [length, force], DAMAGED)
-    return FileUnits(_integer(what, texts[0][:10].strip()), length, force)
+    return FileUnits(_integer(what, code[:10].strip()), length, force)
 
 
 def _origin(name: str, one: _DataSet) -> list[str]:
