@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from measurement import universal_writer as write
 from typer.testing import CliRunner
 
 import stickslip as ss
@@ -75,6 +76,36 @@ def test_a_rig_and_curves_become_parameters_and_a_report(curves, tmp_path, monke
     again = command("identify-response", "single_mass", *curves, "--quantity", "displacement", *free)
     assert again.exit_code == console.WRONG_INPUT
     assert "--overwrite" in again.output
+
+
+def test_functions_of_a_universal_file_are_tests(curves, tmp_path, monkeypatch):
+    """The same responses per force as functions of one file; a file of several responses lists them, without a traceback."""
+    monkeypatch.chdir(tmp_path)
+    tests = [ss.read_measured_response(path) for path in curves]
+    sets = [
+        write.function(
+            np.asarray(test.frequency),
+            test.per_force,
+            response=(2, 3),
+            ordinate=(8, "m"),
+            denominator=(13, "N"),
+            double=True,
+            even=False,
+        )
+        for test in tests
+    ]
+    other = write.function(
+        np.asarray(tests[0].frequency), tests[0].per_force, response=(1, 3), ordinate=(8, "m"), denominator=(13, "N")
+    )
+    (tmp_path / "levels.unv").write_bytes(b"".join([*sets, other]))
+    free = ("--free", "kt=0.1:3", "--free", "limit=2:0.2:5", "--free", "damping", "--force", "0.3,1,2", "--by", "function")
+    refused = command("identify-response", "single_mass", "levels.unv", *free)
+    assert refused.exit_code == console.WRONG_INPUT
+    assert "4 = 1:+Z / 1:+X" in refused.output.replace("\n", " ")
+    assert "Traceback" not in refused.output
+    shown = command("identify-response", "single_mass", "levels.unv", *free, "--column", "amplitude=2:Z")
+    assert shown.exit_code == 0, shown.output
+    assert values(shown.output) == pytest.approx({"kt": KT, "limit": LIMIT, "damping": DAMPING}, rel=1e-3)
 
 
 def test_the_contacts_of_a_study_are_scaled(curves, tmp_path):

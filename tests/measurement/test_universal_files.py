@@ -109,6 +109,14 @@ def test_what_the_file_says_and_is_not_obeyed_is_noted(tmp_path):
     assert [key for key, unit in assumed.units.items() if unit.assumed] == ["acceleration"]
 
 
+def test_complex_modes(tmp_path):
+    """A data set 55 of an eigenvalue, λ = -ζω + iω√(1 - ζ²)."""
+    eigenvalue = OMEGA0 * (-RATIO + 1j * np.sqrt(1.0 - RATIO**2))
+    lines = ["NONE"] * 5 + [f"{1:10d}{3:10d}{2:10d}{8:10d}{5:10d}{3:10d}", f"{2:10d}{6:10d}{0:10d}{1:10d}"]
+    path = written(tmp_path, write.data_set(55, *lines, f"{eigenvalue.real:13.5E}{eigenvalue.imag:13.5E}", f"{1:10d}"))
+    assert read_universal(path).modes[0] == pytest.approx((15.0, RATIO), rel=1e-4)
+
+
 def test_frequencies_in_rad_per_second(tmp_path):
     angular = write.function(2.0 * np.pi * EVEN, accelerance(EVEN), abscissa=(18, "rad/s"))
     assert ss.read_measured_response(written(tmp_path, angular), force=1.0).frequency == pytest.approx(EVEN, rel=1e-5)

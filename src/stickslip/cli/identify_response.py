@@ -24,7 +24,8 @@ def identify_response(
     curves: Annotated[
         list[Path],
         typer.Argument(
-            help="Measured curves (text or .mat): frequency, force, and amplitude (with phase) or real and imaginary parts."
+            help="Measured curves (text, .mat or universal files): frequency, force, and amplitude (with phase) or real and "
+            "imaginary parts."
         ),
     ],
     free: Annotated[
@@ -48,7 +49,9 @@ def identify_response(
     by: Annotated[
         str | None,
         typer.Option(
-            metavar="COLUMN", help="Title or number of the column that distinguishes the curves of a file, such as curve."
+            metavar="COLUMN",
+            help="Title or number of the column that distinguishes the curves of a file, such as curve; function for universal "
+            "files.",
         ),
     ] = None,
     quantity: Annotated[
@@ -65,7 +68,9 @@ def identify_response(
     column: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME=COLUMN", help="Title or number of a column: frequency, amplitude, real, imaginary, phase, force."
+            metavar="NAME=COLUMN",
+            help="Title or number of a column: frequency, amplitude, real, imaginary, phase, force. In universal files the "
+            "function of the amplitude, such as 'amplitude=12:+Z / 1:+X', or of the force.",
         ),
     ] = None,
     unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as real=mm/N.")] = None,

@@ -1,4 +1,4 @@
-"""Measured frequency responses from files: frequency, force, and amplitude with or without phase, or real and imaginary parts."""
+"""Measured frequency responses from text, MATLAB and universal files: which column holds what, in which unit."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def read_measured_response(
     phase_of: PhaseOf | None = None,
     **about: Any,
 ) -> MeasuredResponse:
-    """A test from a text or MATLAB file with a title for each column, in one of three forms:
+    """A test from a text or MATLAB file with a title for each column, in one of three forms, or from a universal file:
 
     frequency [Hz], acceleration [m/s2], force [N], phase [rad]     amplitudes; the phase may be missing
     frequency [Hz], accelerance [(m/s^2)/N], phase [deg]            amplitudes per force
@@ -97,6 +97,9 @@ def read_measured_response(
     those of the quantity, with exp(+iωt). A title with the word lag turns the sign. Rows at 0 Hz are left out.
     A file holds one curve; one with several, which a column titled curve, test or run numbers, is refused:
     `read_measured_responses` reads it.
+    Of a universal file (UFF, UNV; data sets 58 and 58b) that holds several functions, columns={"amplitude": "12:+Z / 1:+X"} says
+    which response against which reference is meant, or its number in the file. A spectrum of the force at the reference gives
+    the force levels unless `force` does; columns={"force": ...} names another. units: of "frequency", "amplitude" or "force".
     about: other arguments of `MeasuredResponse`, such as quantity, force, held, settings, error. Its name is that of the file.
     """
     (test,) = _read(Path(path), None, columns, units, phase_of, about)
@@ -114,8 +117,9 @@ def read_measured_responses(
 ) -> list[MeasuredResponse]:
     """The tests of a file of several curves, which the values of a column distinguish.
 
-    by: title or number (from 1) of that column, such as "curve"; the curves come in the order of their first rows. Other
-    arguments as for `read_measured_response`. The name of each is that of the file, the column and its value.
+    by: title or number (from 1) of that column, such as "curve"; the curves come in the order of their first rows. "function" for
+    universal files: each function of one response and reference is a test. Other arguments as for `read_measured_response`. The
+    name of each is that of the file, the column and its value.
     """
     return _read(Path(path), by, columns, units, phase_of, about)
 

@@ -43,9 +43,15 @@ Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
 class ResponseIdentificationTable(Table):
     """Measured curves, and the parameters that are fitted to them; points outside the band of [sweep] are not used."""
 
-    files: Annotated[list[str], Field(min_length=1, description="curves (text): frequency, amplitude, force, phase if known")]
+    files: Annotated[
+        list[str], Field(min_length=1, description="curves (text, .mat, .unv): frequency, amplitude, force, phase if known")
+    ]
     by: Annotated[
-        Column | None, Field(description='title or number of the column that distinguishes the curves of a file, such as "curve"')
+        Column | None,
+        Field(
+            description='title or number of the column that distinguishes the curves of a file, such as "curve"; "function" for '
+            "universal files"
+        ),
     ] = None
     quantity: Annotated[
         Literal["displacement", "velocity", "acceleration"] | None,
@@ -60,7 +66,11 @@ class ResponseIdentificationTable(Table):
         Field(description="what a column of phases is of; the displacement unless given, for responses per force the quantity"),
     ] = None
     columns: Annotated[
-        dict[ColumnName, Column], Field(description="titles or numbers (from 1) of columns that are not understood")
+        dict[ColumnName, Column],
+        Field(
+            description="titles or numbers (from 1) of columns that are not understood; of universal files amplitude, and force, "
+            'by the name of the function, "12:+Z / 1:+X"'
+        ),
     ] = Field(default_factory=dict)
     column_units: Annotated[
         dict[ColumnName, str], Field(description="units of columns, such as mm/N or deg, where the files state none")
