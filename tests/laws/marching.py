@@ -5,6 +5,7 @@ Nothing here is shared with the package: it referees the compiled kernels.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +35,27 @@ def marched(
             traction = min(max(predicted, -limit[n]), limit[n])
             result[n] = traction
     return result
+
+
+def marched_by(
+    step: Callable[[float, float, float, float], float], element: Element, motion: Motion, periods: int, settled: float
+) -> np.ndarray:
+    """Tractions (directions, Nt) of a law by its step(traction, du, limit before, limit after), from rest, period after period
+    until the last one changes by less than `settled`."""
+    limit, landings = element.mu * element.normal(motion.normal), element.landings(motion.normal)
+    rows = []
+    for u in motion.tangential:
+        traction, row = 0.0, np.empty(u.size)
+        for _ in range(periods):
+            last = traction
+            for n in range(u.size):
+                moved = (1.0 - landings[n]) * (u[n] - u[n - 1])
+                traction = step(traction, moved, limit[n - 1], limit[n])
+                row[n] = traction
+            if abs(traction - last) < settled:
+                break
+        rows.append(row)
+    return np.array(rows)
 
 
 def reachable(kt: float, u: np.ndarray, limit: np.ndarray, landings: np.ndarray | float = 0.0) -> tuple[float, float]:

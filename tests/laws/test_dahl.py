@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from laws.conftest import STARTS
-from laws.kernel import answer, cycle, forces, motion_of, random_motion
-from laws.marching import harmonics_of
+from laws.kernel import cycle, forces, motion_of, random_motion
+from laws.marching import harmonics_of, marched_by
 from laws.samples import DAHL_SAMPLES
 
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.period import SLIPPING
 from stickslip.model.contact.start import SliderOffset
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import InputError
@@ -35,65 +33,16 @@ def stepped(kt, traction, du, before, after, pieces):
     return min(max(traction, -after), after)
 
 
-def marched(sample, w, samples, pieces, periods=60):
-    """Tractions (directions, Nt) step by step in plain Python, from rest, period after period."""
-    element, motion = sample.elements[0], motion_of(sample, w, samples)
-    limit, landings = element.mu * element.normal(motion.normal), element.landings(motion.normal)
-    rows = []
-    for u in motion.tangential:
-        traction, found = 0.0, np.empty(samples)
-        for _ in range(periods):
-            last = traction
-            for n in range(samples):
-                moved = (1.0 - landings[n]) * (u[n] - u[n - 1])
-                traction = stepped(element.kt, traction, moved, limit[n - 1], limit[n], pieces)
-                found[n] = traction
-            if abs(traction - last) < 1e-13:
-                break
-        rows.append(found)
-    return np.array(rows)
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_forces_equal_brute_force_marching(sample, seed):
     """Of the ODE in small pieces, second order: extrapolated to none."""
     w = random_motion(sample, H, np.random.default_rng(seed), size=(0.4, 1.0, 4.0)[seed])
-    coarse, fine = (marched(sample, w, NT, pieces) for pieces in (80, 160))
+    element, motion = sample.elements[0], motion_of(sample, w, NT)
+    steps = (lambda *given, pieces=pieces: stepped(element.kt, *given, pieces) for pieces in (80, 160))
+    coarse, fine = (marched_by(step, element, motion, 60, 1e-13) for step in steps)
     expected, rows = (4.0 * fine - coarse) / 3.0, slice(0, sample.tangential)
     np.testing.assert_allclose(cycle(sample, VIRGIN, w, NT).force[rows], expected, atol=2e-6)
     np.testing.assert_allclose(forces(sample, VIRGIN, w, NT)[rows], harmonics_of(expected, H), atol=2e-6)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_derivatives_equal_central_differences(sample, seed):
-    w = random_motion(sample, H, np.random.default_rng(seed), size=(0.02, 0.1, 0.3, 1.0, 4.0)[seed])
-    here, step = answer(sample, VIRGIN, w, NT), 1e-7
-    scale = max(np.abs(here.own).max(), np.abs(here.normal).max())
-    for row in range(w.shape[0]):
-        for column in range(w.shape[1]):
-            change = np.zeros_like(w)
-            change[row, column] = step
-            ends = [answer(sample, VIRGIN, w + s * change, NT).target for s in (1.0, -1.0)]
-            slope = (ends[0] - ends[1]) / (2.0 * step)
-            for d in range(sample.tangential):
-                block = here.own[d] if row == d else here.normal[d] if row >= sample.tangential else np.zeros_like(here.own[d])
-                np.testing.assert_allclose(block[:, column], slope[d], atol=3e-6 * scale)
-
-
-def test_the_start_is_forgotten_and_every_harmonic_unknown(sample):
-    for size in (1e-4, 1e-2, 1.0):
-        w = random_motion(sample, H, np.random.default_rng(3), size)
-        found = [answer(sample, start, w, NT) for start in STARTS.values()]
-        assert np.all(found[0].unknown[: sample.tangential] == SLIPPING)
-        for other in found[1:]:
-            np.testing.assert_array_equal(other.target, found[0].target)
-
-
-def test_a_contact_at_rest_carries_nothing(sample):
-    """Without travel the traction is undetermined; it is that of the virgin contact, zero."""
-    w = np.zeros((len(sample.stiffness), 2 * H + 1))
-    w[:, 0] = 0.3
-    np.testing.assert_allclose(forces(sample, VIRGIN, w, NT)[: sample.tangential], 0.0, atol=1e-15)
 
 
 @pytest.mark.parametrize("amplitude", [0.02, 0.3, 1.0, 10.0])

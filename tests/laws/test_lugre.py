@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from laws.conftest import STARTS
-from laws.kernel import OMEGA, answer, cycle, forces, motion_of, random_motion
+from laws.kernel import OMEGA, cycle, forces, motion_of, random_motion
 from laws.marching import harmonics_of
 from laws.samples import LUGRE_SAMPLES, Element, Sample
 from scipy.integrate import solve_ivp
 
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.lugre import LuGre
-from stickslip.model.contact.period import SLIPPING
 from stickslip.model.contact.start import SliderOffset
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import InputError
@@ -60,35 +58,6 @@ def test_forces_equal_those_of_the_differential_equation(varies):
         errors.append(np.abs(cycle(sample, VIRGIN, w, samples).force[0] - expected).max())
     assert errors[1] < 2e-4
     assert np.log2(errors[0] / errors[1]) / 2.0 == pytest.approx(2.0, abs=0.4)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_derivatives_equal_central_differences(sample, seed):
-    """By the motion and by ω, on which the force depends at fixed harmonics."""
-    w = random_motion(sample, H, np.random.default_rng(seed), size=(0.02, 0.1, 0.3, 1.0, 4.0)[seed])
-    here, step, rows = answer(sample, VIRGIN, w, NT), 1e-7, slice(0, sample.tangential)
-    scale = max(np.abs(here.own).max(), np.abs(here.normal).max())
-    for row in range(w.shape[0]):
-        for column in range(w.shape[1]):
-            change = np.zeros_like(w)
-            change[row, column] = step
-            ends = [answer(sample, VIRGIN, w + s * change, NT).target for s in (1.0, -1.0)]
-            slope = (ends[0] - ends[1]) / (2.0 * step)
-            for d in range(sample.tangential):
-                block = here.own[d] if row == d else here.normal[d] if row >= sample.tangential else np.zeros_like(here.own[d])
-                np.testing.assert_allclose(block[:, column], slope[d], atol=3e-6 * scale)
-    ends = [answer(sample, VIRGIN, w, NT, OMEGA + s * 1e-6).target[rows] for s in (1.0, -1.0)]
-    slope = (ends[0] - ends[1]) / 2e-6
-    np.testing.assert_allclose(here.by_omega[rows], slope, atol=1e-6 * np.abs(slope).max() + 1e-9)
-
-
-def test_the_start_is_forgotten_and_every_harmonic_unknown(sample):
-    for size in (1e-4, 1e-2, 1.0):
-        w = random_motion(sample, H, np.random.default_rng(3), size)
-        found = [answer(sample, start, w, NT) for start in STARTS.values()]
-        assert np.all(found[0].unknown[: sample.tangential] == SLIPPING)
-        for other in found[1:]:
-            np.testing.assert_array_equal(other.target, found[0].target)
 
 
 def test_with_one_coefficient_and_no_damping_it_is_dahls_law():

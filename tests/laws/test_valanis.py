@@ -1,17 +1,17 @@
 """Valanis' law against marching in plain Python, differences, its closed forms, and the laws at its ends."""
 
+from functools import partial
+
 import numpy as np
 import pytest
-from laws.conftest import STARTS
 from laws.kernel import answer, cycle, forces, motion_of, random_motion
-from laws.marching import harmonics_of
+from laws.marching import harmonics_of, marched_by
 from laws.samples import VALANIS_SAMPLES, Element, Sample
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.period import SLIPPING
 from stickslip.model.contact.start import SliderOffset
 from stickslip.model.contact.valanis import Valanis
 from stickslip.solve.balance.energy import cycle_work
@@ -45,25 +45,6 @@ def stepped(law, traction, du, before, after):
     return float(np.clip(s * (limit - off * np.exp(-decay)), -after, after))
 
 
-def marched(sample, w, samples, periods=400):
-    """Tractions (directions, Nt) step by step in plain Python, from rest, period after period."""
-    element, motion = sample.elements[0], motion_of(sample, w, samples)
-    limit, landings = element.mu * element.normal(motion.normal), element.landings(motion.normal)
-    rows = []
-    for u in motion.tangential:
-        traction, found = 0.0, np.empty(samples)
-        for _ in range(periods):
-            last = traction
-            for n in range(samples):
-                moved = (1.0 - landings[n]) * (u[n] - u[n - 1])
-                traction = stepped(sample.law, traction, moved, limit[n - 1], limit[n])
-                found[n] = traction
-            if abs(traction - last) < 1e-14:
-                break
-        rows.append(found)
-    return np.array(rows)
-
-
 @pytest.mark.parametrize("traction", [-0.5, 0.0, 0.3])
 def test_the_travel_of_a_step_is_the_integral_of_the_law(traction):
     """The plain step above, which referees the kernel, against quadrature of du/dT."""
@@ -77,40 +58,10 @@ def test_the_travel_of_a_step_is_the_integral_of_the_law(traction):
 @pytest.mark.parametrize("seed", range(3))
 def test_forces_equal_marching_in_plain_python(sample, seed):
     w = random_motion(sample, H, np.random.default_rng(seed), size=(0.4, 1.0, 4.0)[seed])
-    expected, rows = marched(sample, w, NT), slice(0, sample.tangential)
+    expected = marched_by(partial(stepped, sample.law), sample.elements[0], motion_of(sample, w, NT), 400, 1e-14)
+    rows = slice(0, sample.tangential)
     np.testing.assert_allclose(cycle(sample, VIRGIN, w, NT).force[rows], expected, atol=1e-10)
     np.testing.assert_allclose(forces(sample, VIRGIN, w, NT)[rows], harmonics_of(expected, H), atol=1e-10)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_derivatives_equal_central_differences(sample, seed):
-    w = random_motion(sample, H, np.random.default_rng(seed), size=(0.02, 0.1, 0.3, 1.0, 4.0)[seed])
-    here, step = answer(sample, VIRGIN, w, NT), 1e-7
-    scale = max(np.abs(here.own).max(), np.abs(here.normal).max())
-    for row in range(w.shape[0]):
-        for column in range(w.shape[1]):
-            change = np.zeros_like(w)
-            change[row, column] = step
-            ends = [answer(sample, VIRGIN, w + s * change, NT).target for s in (1.0, -1.0)]
-            slope = (ends[0] - ends[1]) / (2.0 * step)
-            for d in range(sample.tangential):
-                block = here.own[d] if row == d else here.normal[d] if row >= sample.tangential else np.zeros_like(here.own[d])
-                np.testing.assert_allclose(block[:, column], slope[d], atol=3e-6 * scale)
-
-
-def test_the_start_is_forgotten_and_every_harmonic_unknown(sample):
-    for size in (1e-4, 1e-2, 1.0):
-        w = random_motion(sample, H, np.random.default_rng(3), size)
-        found = [answer(sample, start, w, NT) for start in STARTS.values()]
-        assert np.all(found[0].unknown[: sample.tangential] == SLIPPING)
-        for other in found[1:]:
-            np.testing.assert_array_equal(other.target, found[0].target)
-
-
-def test_a_contact_at_rest_carries_nothing(sample):
-    w = np.zeros((len(sample.stiffness), 2 * H + 1))
-    w[:, 0] = 0.3
-    np.testing.assert_allclose(forces(sample, VIRGIN, w, NT)[: sample.tangential], 0.0, atol=1e-15)
 
 
 @pytest.mark.parametrize("size", [1e-5, 1e-2, 0.3, 1.0, 4.0])

@@ -23,8 +23,8 @@ from stickslip.model.contact.protocol import (
     period_signature,
     step_signature,
 )
-from stickslip.model.contact.single_load import SingleLoad
-from stickslip.support.checks import Array, positive
+from stickslip.model.contact.single_load import Yielding
+from stickslip.support.checks import Array
 from stickslip.support.kernels import inner, separate
 
 STILL = 1e-12
@@ -32,7 +32,7 @@ STILL = 1e-12
 
 
 @dataclass(frozen=True)
-class Dahl(SingleLoad):
+class Dahl(Yielding):
     """dT/du = kt (1 − sgn(u̇) T/L), |T| ≤ L = μN, in each of one or two tangential directions.
 
     The parameters are those of `Macroslip`: kt [N/m] is the slope at each reversal. Every motion, however small, dissipates, and
@@ -54,12 +54,6 @@ class Dahl(SingleLoad):
         "Friction that yields gradually from the smallest motion on. It never sticks and has no start state; kt is the slope at "
         "a reversal."
     )
-    sticks: ClassVar[bool] = False
-    remembers_start: ClassVar[bool] = False
-
-    def __post_init__(self) -> None:
-        positive("kt", self.kt)
-        self.check_load()
 
     @classmethod
     def kernels(cls) -> tuple[Callable[..., Any], ...]:
@@ -77,10 +71,6 @@ class Dahl(SingleLoad):
         """Traction on first loading at constant z, L (1 − exp(−kt |u|/L)) along u, N."""
         limit = self._limit(z)
         return float(-np.sign(u) * limit * np.expm1(-self.kt * abs(u) / limit)) if limit > 0.0 else 0.0
-
-    def _limit(self, z: float) -> float:
-        table, forces = self._at(z)
-        return float(table.limits(forces)[0])
 
 
 @inner

@@ -15,13 +15,13 @@ import numpy as np
 from stickslip.model.contact.dahl import beyond_limit, dahl_travel
 from stickslip.model.contact.law import Elements
 from stickslip.model.contact.protocol import ContactData, StepForces, StepMotion, step_signature
-from stickslip.model.contact.single_load import SingleLoad, own
+from stickslip.model.contact.single_load import Yielding, own
 from stickslip.support.checks import Array, fault, positive
 from stickslip.support.kernels import inner, separate
 
 
 @dataclass(frozen=True)
-class LuGre(SingleLoad):
+class LuGre(Yielding):
     """T = kt z + N (σ1 ż + σ2 v) with ż = v − kt |v| z/(N g(v)) and g(v) = μ + (μs − μ) exp(−(v/vs)²), in each of one or two
     tangential directions.
 
@@ -51,8 +51,6 @@ class LuGre(SingleLoad):
         "no start state; kt is the slope at a reversal."
     )
     rate_independent: ClassVar[bool] = False
-    sticks: ClassVar[bool] = False
-    remembers_start: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         positive("kt", self.kt)

@@ -186,17 +186,18 @@ class Contact:
     @property
     def at_nodes(self) -> tuple[Contact, ...]:
         """The contacts of the nodes of a patch, which share its law and mean traction by area; of any other contact itself."""
-        return tuple(self._at_node(each) for each in self.nodes) or (self,)
-
-    def _at_node(self, each: PatchNode) -> Contact:
-        law: Any = self.law.share(each.share)
-        if each.further:
-            law = replace(law, gap=law.gap + each.further)
-        starts = tuple(
-            replace(start, value=np.multiply(each.share, start.value).tolist()) if isinstance(start, MeanTraction) else start
-            for start in self.starts
-        )
-        return Contact(each.name, law, each.tangential, each.normal, starts, self.balanced, area=each.share * self.area)
+        contacts = []
+        for each in self.nodes:
+            law: Any = self.law.share(each.share)
+            if each.further:
+                law = replace(law, gap=law.gap + each.further)
+            starts = tuple(
+                replace(start, value=np.multiply(each.share, start.value).tolist()) if isinstance(start, MeanTraction) else start
+                for start in self.starts
+            )
+            area = each.share * self.area
+            contacts.append(Contact(each.name, law, each.tangential, each.normal, starts, self.balanced, area=area))
+        return tuple(contacts) or (self,)
 
     def with_start(self, start: Start | tuple[Start, ...]) -> Contact:
         """A copy with another start state."""

@@ -96,3 +96,22 @@ class SingleLoad(Law):
         if self.kn is None:
             return Elements(friction, None, parameters)
         return Elements(friction, NormalElements(self.kn * one, (self.preload - self.kn * self.gap) * one), parameters)
+
+
+class Yielding(SingleLoad):
+    """A law of a spring kt that yields from the smallest motion on: it dissipates at every amplitude, and the steady force does
+    not depend on the start."""
+
+    kt: float
+
+    sticks: ClassVar[bool] = False
+    remembers_start: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        positive("kt", self.kt)
+        self.check_load()
+
+    def _limit(self, z: float) -> float:
+        """μN at a constant normal displacement z, N."""
+        table, forces = self._at(z)
+        return float(table.limits(forces)[0])

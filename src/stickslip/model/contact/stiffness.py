@@ -70,7 +70,8 @@ class LineContact:
 
     def peak_pressure(self, load: ArrayLike) -> Array:
         """p₀ = 2P/(π b) of a cylinder, Pa."""
-        self._cylinder("peak_pressure")
+        if self.flat > 0.0:
+            raise fault("LineContact.flat for peak_pressure", "must be 0", self.flat, "Use `pressure` for a punch.")
         return np.asarray(2.0 * _pressed(load) / self.length / (pi * self.half_width(load)))
 
     def normal_stiffness(self, load: ArrayLike) -> Array:
@@ -78,7 +79,11 @@ class LineContact:
 
         For the cylinder this is Allara (JSV 320, 2009), k_n = π E L/(2(1 − ν²) ln (2L/b)²) with ln (·)² = 2 ln(·).
         """
-        return np.asarray(0.5 * pi * self.plane_modulus * self.length / np.log(2.0 * self.length / self._narrow(_pressed(load))))
+        b = self.half_width(_pressed(load))
+        if np.any(b >= 0.5 * self.length):  # the formulas hold for lines
+            rule = f"must be small against the length of {self.length:g} m"
+            raise fault("The half width of the contact", rule, float(np.max(b)), "Check the load and the units (N, m, Pa).")
+        return np.asarray(0.5 * pi * self.plane_modulus * self.length / np.log(2.0 * self.length / b))
 
     def approach(self, load: ArrayLike) -> Array:
         """δ(N) = ∫ dN/k_n [m]; cylinder: δ = 2(1 − ν²)/(π E) P (1 + 2 ln(2L/b))."""
@@ -126,24 +131,13 @@ class LineContact:
         return np.asarray(np.sign(T) * mu * (self.pressure(load, x) - inner))
 
     def _held(self, traction: ArrayLike, load: float, mu: float) -> Array:
+        """The traction, which friction holds up to μN; beyond it by rounding it is μN."""
         positive("load", load)
         positive("mu", mu)
         T = np.asarray(traction, dtype=float)
         if not np.all(np.abs(T) <= mu * load * (1.0 + 1e-12)):
             raise fault("traction", f"must not exceed mu N = {mu * load:g} N", float(np.max(np.abs(T))))
         return np.asarray(np.clip(T, -mu * load, mu * load))
-
-    def _narrow(self, load: ArrayLike) -> Array:
-        """The half width, refused where it is not small against the length: the formulas hold for lines."""
-        b = self.half_width(load)
-        if np.any(b >= 0.5 * self.length):
-            rule = f"must be small against the length of {self.length:g} m"
-            raise fault("The half width of the contact", rule, float(np.max(b)), "Check the load and the units (N, m, Pa).")
-        return b
-
-    def _cylinder(self, what: str) -> None:
-        if self.flat > 0.0:
-            raise fault(f"LineContact.flat for {what}", "must be 0", self.flat, "Use `pressure` for a punch.")
 
 
 def harris_approach(load: ArrayLike, length: float) -> Array:
@@ -228,6 +222,7 @@ class SphereContact:
         return float(7.2 * limit**2 / self.tangential_stiffness(load) * shape)
 
     def _limit(self, traction: float, load: float, mu: float) -> float:
+        """μN, which the traction must not exceed."""
         limit = positive("mu", mu) * positive("load", load)
         if not 0.0 <= traction <= limit:
             raise fault("traction", f"must lie between 0 and mu N = {limit:g} N", traction)
@@ -235,6 +230,7 @@ class SphereContact:
 
 
 def _loads(load: ArrayLike) -> Array:
+    """Loads that do not pull."""
     loads = numbers("load", load)
     if not np.all(np.isfinite(loads)) or np.any(loads < 0.0):
         raise fault("load", "must be finite and not negative (N)", np.ravel(loads).tolist()[:4])

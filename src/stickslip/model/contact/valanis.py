@@ -15,8 +15,8 @@ import numpy as np
 from stickslip.model.contact.dahl import beyond_limit
 from stickslip.model.contact.law import Elements
 from stickslip.model.contact.protocol import ContactData, StepForces, StepMotion, step_signature
-from stickslip.model.contact.single_load import SingleLoad, own
-from stickslip.support.checks import Array, positive
+from stickslip.model.contact.single_load import Yielding, own
+from stickslip.support.checks import Array
 from stickslip.support.kernels import inner, separate, uncompiled
 
 HALVINGS = 100
@@ -24,7 +24,7 @@ HALVINGS = 100
 
 
 @dataclass(frozen=True)
-class Valanis(SingleLoad):
+class Valanis(Yielding):
     """dT/du = kt (1 − s T/L)/(1 − κ s T/L), s = sgn(u̇), |T| ≤ L = μN, in each of one or two tangential directions.
 
     kt [N/m] is the slope at T = 0, and for κ = 0 also at each reversal; mu [-]; kappa κ [-], 0 ≤ κ < 1: how late friction yields.
@@ -49,12 +49,6 @@ class Valanis(SingleLoad):
         "Friction that yields gradually, between `dahl` and `macroslip`. It never sticks and has no start state; kt is the slope "
         "at T = 0."
     )
-    sticks: ClassVar[bool] = False
-    remembers_start: ClassVar[bool] = False
-
-    def __post_init__(self) -> None:
-        positive("kt", self.kt)
-        self.check_load()
 
     @classmethod
     def kernels(cls) -> tuple[Callable[..., Any], ...]:
@@ -89,10 +83,6 @@ class Valanis(SingleLoad):
         if limit <= 0.0:
             return 0.0
         return float(np.sign(u) * limit * (1.0 - uncompiled(share_left)(1.0, self.kt * abs(u) / limit, self.kappa)))
-
-    def _limit(self, z: float) -> float:
-        table, forces = self._at(z)
-        return float(table.limits(forces)[0])
 
 
 @inner

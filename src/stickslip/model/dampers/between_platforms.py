@@ -82,18 +82,18 @@ def _points_of(damper: Damper, surface: ContactSurface) -> list[PlanePoint]:
     if abs(frame[0, 2]) > 1e-9 or abs(frame[2, 2]) > 1e-9:
         raise fault(f"Surface {surface.name!r} of a damper between platforms", "must have t1 and n in the plane", frame.tolist())
     arms = np.asarray(surface.points) - centre
-    places, index = np.unique(np.round(arms[:, :2], 12), axis=0, return_inverse=True)
-    order = np.argsort(places @ np.array([1e-3, 1.0]), kind="stable")
+    sites, index = np.unique(np.round(arms[:, :2], 12), axis=0, return_inverse=True)
+    order = np.argsort(sites @ np.array([1e-3, 1.0]), kind="stable")  # by height; of equal heights the left one first
     letter = surface.name[0].upper()
-    found = []
-    for number, place in enumerate(order, start=1):
-        members = index.ravel() == place
+    points = []
+    for number, site in enumerate(order, start=1):
+        members = index.ravel() == site
         x, y = arms[members][0, :2]
         share = float(np.asarray(surface.weights)[members].sum())
         name = f"{letter}{number}" if len(order) > 1 else letter
         tangent, normal = ((float(row[0]), float(row[1])) for row in (frame[0], frame[2]))
-        found.append(PlanePoint(name, (float(x), float(y)), tangent, normal, surface.name, share, surface.radius))
-    return found
+        points.append(PlanePoint(name, (float(x), float(y)), tangent, normal, surface.name, share, surface.radius))
+    return points
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,7 +222,11 @@ class BetweenPlatforms:
     def with_friction(self, mu: ArrayLike) -> BetweenPlatforms:
         """A copy of macroslip laws with other friction coefficients, a number or one a line."""
         values = vector("mu", mu, len(self.laws))
-        return replace(self, laws=tuple(_with_mu(law, float(m)) for law, m in zip(self.laws, values, strict=True)))
+        for law in self.laws:
+            if not hasattr(law, "mu"):
+                raise fault("The law", "must have a friction coefficient mu", type(law).__name__)
+        laws = tuple(replace(law, mu=float(m)) for law, m in zip(self.laws, values, strict=True))  # type: ignore[type-var]
+        return replace(self, laws=laws)
 
     def with_pull(self, pull: float) -> BetweenPlatforms:
         """A copy with another pull, N, along y."""
@@ -230,15 +234,10 @@ class BetweenPlatforms:
 
 
 def _damper(damper: Damper) -> Damper:
+    """The damper, unless it is something else, such as its shape."""
     if not isinstance(damper, Damper):
         raise fault("damper", "must be a Damper", damper, "A shape becomes one by shape.damper(pull=...).")
     return damper
-
-
-def _with_mu(law: Law, mu: float) -> Law:
-    if not hasattr(law, "mu"):
-        raise fault("The law", "must have a friction coefficient mu", type(law).__name__)
-    return replace(law, mu=mu)  # type: ignore[type-var]
 
 
 def suitable_gaps(law: str, gaps: float) -> None:

@@ -15,8 +15,7 @@ from stickslip.model.dampers.between_platforms import BetweenPlatforms
 
 def jamming(rig: BetweenPlatforms) -> str:
     """The cause why the damper can jam, "" where it cannot."""
-    angles = {side: _leaning(rig, side) for side in ("left", "right")}
-    (left, left_cone), (right, right_cone) = angles["left"], angles["right"]
+    (left, left_cone), (right, right_cone) = (_slope_and_cone(rig, side) for side in ("left", "right"))
     total = left + left_cone + right + right_cone
     if total < 180.0:
         return ""
@@ -27,7 +26,7 @@ def jamming(rig: BetweenPlatforms) -> str:
     )
 
 
-def _leaning(rig: BetweenPlatforms, side: str) -> tuple[float, float]:
+def _slope_and_cone(rig: BetweenPlatforms, side: str) -> tuple[float, float]:
     """Slope of the platform and the friction angle of its line of least friction, degrees: the damper leaves where it can."""
     points = [(point, law) for point, law in zip(rig.points, rig.laws, strict=True) if point.side == side]
     normal = points[0][0].normal

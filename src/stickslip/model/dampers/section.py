@@ -124,8 +124,8 @@ def hull_of(circles: Sequence[tuple[ArrayLike, float]]) -> Array:
         return np.asarray(cloud[scipy.spatial.ConvexHull(cloud).vertices])
     except scipy.spatial.QhullError:
         width, height = np.ptp(cloud, axis=0)
-        found = f"{width:.3g} m by {height:.3g} m"
-        raise fault("The section of a damper", "must have a width and a height", found) from None
+        size = f"{width:.3g} m by {height:.3g} m"
+        raise fault("The section of a damper", "must have a width and a height", size) from None
 
 
 def _drawn(piece: Line | Arc) -> Array:
@@ -135,6 +135,7 @@ def _drawn(piece: Line | Arc) -> Array:
 
 
 def _end(piece: Line | Arc) -> Array:
+    """The last point of a piece, (2,)."""
     return np.asarray(piece.sampled(np.ones(1))[0][0])
 
 

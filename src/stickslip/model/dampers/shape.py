@@ -94,7 +94,11 @@ class Shape(ABC):
         outline = np.reshape(body.outline, (-1, 3))[::side] @ turn
         placed = RigidBody(body.mass, turn @ np.asarray(body.inertia) @ turn, place, outline=outline)
         sides = {"left": (self.left(), left_frame), "right": (self.right(), right_frame)}
-        surfaces = [_surface(name, touch, frame(touch.angle)) for name, (touch, frame) in sides.items()]
+        surfaces = []
+        for of_side, (touch, frame) in sides.items():
+            count = len(np.asarray(touch.points))
+            weights = np.full(count, 1.0 / count)
+            surfaces.append(ContactSurface(of_side, touch.points, frame(touch.angle), weights, touch.radius))
         if side == -1:
             surfaces = [_mirrored(surface) for surface in surfaces]
         moved = [ContactSurface(s.name, place + np.asarray(s.points), s.frame, s.weights, s.radius) for s in surfaces]
@@ -121,11 +125,6 @@ def outward(angle: float, side: int) -> Array:
 def uphill(angle: float, side: int) -> Array:
     """The direction (2,) along the platform towards the ridge of the roof."""
     return np.array([-side * cos(radians(angle)), sin(radians(angle))])
-
-
-def _surface(name: str, touch: Touch, frame: Array) -> ContactSurface:
-    count = len(np.asarray(touch.points))
-    return ContactSurface(name, touch.points, frame, np.full(count, 1.0 / count), touch.radius)
 
 
 def _mirrored(surface: ContactSurface) -> ContactSurface:

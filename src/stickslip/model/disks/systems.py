@@ -53,22 +53,20 @@ class SectorSystems(HarmonicSystems):
         return -1 if harmonic == 0 and (self.problem.mean_springs or self.gas) else harmonic * self.engine_order % self.sectors
 
     def at(self, harmonic: int) -> LinearSystem:
+        """The system of a harmonic, computed once for all that share it."""
         key = self.key(harmonic)
         if key not in self._known:
-            self._known[key] = self._found(harmonic)
+            n = harmonic * self.engine_order
+            M, stuck, C = self.matrices(n)
+            assert C is not None
+            if harmonic == 0:
+                stuck = stuck + self.problem.mean_stiffness
+            else:
+                gas_stiffness, gas_damping = self.gas_forces(n)
+                stuck, C = stuck + gas_stiffness, C + gas_damping
+            system = LinearSystem(M, C, stuck, self.relative_rows(n), self.problem.output_rows)
+            self._known[key] = self.stiffened(system, harmonic, self._added(n)) if self.stiffens else system
         return self._known[key]
-
-    def _found(self, harmonic: int) -> LinearSystem:
-        n = harmonic * self.engine_order
-        M, stuck, C = self.matrices(n)
-        assert C is not None
-        if harmonic == 0:
-            stuck = stuck + self.problem.mean_stiffness
-        else:
-            gas_stiffness, gas_damping = self.gas_forces(n)
-            stuck, C = stuck + gas_stiffness, C + gas_damping
-        system = LinearSystem(M, C, stuck, self.relative_rows(n), self.problem.output_rows)
-        return self.stiffened(system, harmonic, self._added(n)) if self.stiffens else system
 
     def kept(self, harmonic: int) -> tuple[NDArray[Any], int] | None:
         """Those of the nodal diameter of a harmonic, found once."""
@@ -124,23 +122,19 @@ class SectorSystems(HarmonicSystems):
     def matrices(self, nodal_diameter: int) -> WaveMatrices:
         """M, K + BᴴK_cB and C (the damping rule applied) of a nodal diameter, (n, n) complex."""
         bare, stuck = self.disk.at(nodal_diameter), self._stuck(nodal_diameter)
-        return WaveMatrices(bare.M, stuck, self._damping(bare, stuck))
+        C = np.zeros_like(bare.M) if bare.C is None else bare.C
+        match self.disk.damping:
+            case RayleighDamping(mass_factor=a, stiffness_factor=b):
+                C = np.asarray(a * bare.M + b * bare.K)
+            case ModalDamping() as rule:
+                modes = natural_modes(bare.M, stuck if rule.on == "stuck" else bare.K)  # type: ignore[arg-type]
+                C = np.asarray(modal_damping_matrix(bare.M, modes, rule))  # type: ignore[arg-type]
+        return WaveMatrices(bare.M, stuck, C)
 
     def _stuck(self, nodal_diameter: int) -> NDArray[np.complex128]:
         """K + BᴴK_cB of a nodal diameter."""
         B = self.relative_rows(nodal_diameter)
         return np.asarray(self.disk.at(nodal_diameter).K + B.conj().T @ (self.problem.contact_stiffness[:, None] * B))
-
-    def _damping(self, bare: WaveMatrices, stuck: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        if bare.C is not None:
-            return bare.C
-        match self.disk.damping:
-            case RayleighDamping(mass_factor=a, stiffness_factor=b):
-                return np.asarray(a * bare.M + b * bare.K)
-            case ModalDamping() as rule:
-                modes = natural_modes(bare.M, stuck if rule.on == "stuck" else bare.K)  # type: ignore[arg-type]
-                return np.asarray(modal_damping_matrix(bare.M, modes, rule))  # type: ignore[arg-type]
-        return np.zeros_like(bare.M)
 
     def modes(self, nodal_diameter: int, stuck: bool = True) -> Modes:
         """Natural modes of a nodal diameter with all contacts stuck, or without them; complex shapes of one sector."""

@@ -61,13 +61,16 @@ class TunedDisk(Problem):
     def __post_init__(self) -> None:
         if not isinstance(self.structure, CyclicStructure):
             raise InputError("A tuned disk must have a cyclic structure. Make it by `cyclic` or `sector_chain`.")
-        if not _is_whole(self.engine_order) or not 0 <= self.engine_order <= self.sectors:
+        order: object = self.engine_order
+        is_whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
+        if not is_whole or not 0 <= self.engine_order <= self.sectors:
             rule = f"must be a whole number and lie between 0 and the number of sectors, {self.sectors}"
             raise fault("engine_order", rule, self.engine_order, "Engine order EO + N acts as EO does, turn by turn.")
         if self.dashpots or any(isinstance(force, BaseMotion) for force in self.forces):
             raise InputError("A tuned disk must be without dashpots and base motion. Put dampers into the sector's C.")
-        for what, names in (("A force", [f.coefficients for f in self.forces]), ("An output", self._output_directions())):
-            beyond = sorted(dof for direction in names for dof in direction if dof.startswith(NEXT))
+        loads, outputs = [force.coefficients for force in self.forces], [Output.of(output).direction for output in self.outputs]
+        for what, directions in (("A force", loads), ("An output", outputs)):
+            beyond = sorted(dof for direction in directions for dof in direction if dof.startswith(NEXT))
             if beyond:
                 raise fault(what, "must act on the sector itself", beyond)
         object.__setattr__(self, "aerodynamics", several("aerodynamics", self.aerodynamics))
@@ -91,9 +94,6 @@ class TunedDisk(Problem):
     @property
     def heading(self) -> str:
         return ", ".join(filter(None, (self.title, self.orders_in_words)))
-
-    def _output_directions(self) -> list[Mapping[str, float]]:
-        return [Output.of(output).direction for output in self.outputs]
 
     @property
     def disk(self) -> CyclicStructure:
@@ -221,11 +221,25 @@ class TunedDisk(Problem):
         chosen = sectors if reported is None else sectors_of("reported", reported, self.sectors) or sectors
         waves = [self.systems.matrices(n).C for n in range(self.sectors // 2 + 1)]
         structure = full_structure(self.disk, np.array(waves))
+        contacts = tuple(self._contact(contact, j) for j in sectors for contact in self.contacts)
+        forces = []
+        for j in sectors:
+            turn = np.exp(-2j * np.pi * self.engine_order * (j - 1) / self.sectors)
+            for force in self.forces:
+                amplitudes = {h: amplitude * turn**h for h, amplitude in force.amplitudes.items()}
+                forces.append(replace(force, direction=self._named(force.coefficients, j), amplitude=amplitudes))
+        one = [Output.of(output) for output in self.outputs]
+        outputs = tuple(Output(f"{j}/{output.name}", self._named(output.direction, j)) for j in chosen for output in one)
+        speed = self.speed
+        if speed is not None:  # K₁ of the nodal diameters together, and the loads of each sector
+            added = None if speed.stiffness is None else circulant(speed.stiffness, self.sectors)
+            loads = [replace(load, direction=self._named(load.coefficients, j)) for j in sectors for load in speed.loads]
+            speed = SpeedDependence(speed.engine_order, added, tuple(loads))
         return FullDisk(
             structure,
-            tuple(self._contact(contact, j) for j in sectors for contact in self.contacts),
-            tuple(self._force(force, j) for j in sectors for force in self.forces),
-            tuple(self._output(output, j) for j in chosen for output in self.outputs),
+            contacts,
+            tuple(forces),
+            outputs,
             f"{self.heading}, all {self.sectors} sectors",
             tuple(replace(spring, direction=self._named(spring.direction, j)) for j in sectors for spring in self.mean_springs),
             self.sectors,
@@ -233,19 +247,8 @@ class TunedDisk(Problem):
             self.wave_stiffnesses,
             self.surface,
             self.disk.stresses,
-            speed=self._full_speed(),
+            speed=speed,
         )
-
-    def _full_speed(self) -> SpeedDependence | None:
-        """Of all sectors: K₁ of the nodal diameters together, and the loads of each sector."""
-        speed = self.speed
-        if speed is None:
-            return None
-        added = None if speed.stiffness is None else circulant(speed.stiffness, self.sectors)
-        loads = [
-            replace(each, direction=self._named(each.coefficients, j)) for j in range(1, self.sectors + 1) for each in speed.loads
-        ]
-        return SpeedDependence(speed.engine_order, added, tuple(loads))
 
     def _named(self, direction: Mapping[str, float], sector: int) -> dict[str, float]:
         """A direction of the first sector in the names of another one and of the one that follows it."""
@@ -256,6 +259,7 @@ class TunedDisk(Problem):
         }
 
     def _contact(self, contact: Contact, sector: int) -> Contact:
+        """A contact of the first sector in another one."""
         if sector > 1 and any(isinstance(start, TractionRatio) for start in contact.starts):
             raise InputError(
                 "Start states of a full disk must be slider offsets or mean tractions, but contact "
@@ -264,15 +268,6 @@ class TunedDisk(Problem):
         tangential = tuple(self._named(direction, sector) for direction in contact.tangential)
         normal = None if contact.normal is None else self._named(contact.normal, sector)
         return replace(contact, name=f"{sector} {contact.name}", tangential=tangential, normal=normal, nodes=())
-
-    def _force(self, force: Force, sector: int) -> Force:
-        turn = np.exp(-2j * np.pi * self.engine_order * (sector - 1) / self.sectors)
-        amplitudes = {h: amplitude * turn**h for h, amplitude in force.amplitudes.items()}
-        return replace(force, direction=self._named(force.coefficients, sector), amplitude=amplitudes)
-
-    def _output(self, output: str | Output, sector: int) -> Output:
-        given = Output.of(output)
-        return Output(f"{sector}/{given.name}", self._named(given.direction, sector))
 
 
 def _under_orders(force: Force, factors: Mapping[int, complex]) -> Force:
@@ -288,13 +283,9 @@ def _under_orders(force: Force, factors: Mapping[int, complex]) -> Force:
 
 def sectors_of(what: str, given: Sequence[int], sectors: int) -> tuple[int, ...]:
     """Sectors of a disk, each from 1 to `sectors` and given once."""
-    found = tuple(whole(what, sector) for sector in several(what, given))
-    unknown = [sector for sector in found if not 1 <= sector <= sectors]
+    numbers = tuple(whole(what, sector) for sector in several(what, given))
+    unknown = [sector for sector in numbers if not 1 <= sector <= sectors]
     if unknown:
         raise fault(what, f"must hold sectors from 1 to {sectors}", unknown)
-    unique(what, found)
-    return found
-
-
-def _is_whole(value: object) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+    unique(what, numbers)
+    return numbers

@@ -27,6 +27,7 @@ def bisected(places: Array, areas: Array, count: int) -> list[Index]:
 
 
 def _parts(places: Array, areas: Array, points: Index, count: int) -> list[Index]:
+    """The parts of some of the points, halved again and again."""
     if count == 1:
         return [np.sort(points)]
     own = areas[points]

@@ -147,6 +147,7 @@ class BliskSector:
         return type(kept)(np.stack([radius * np.cos(angle), radius * np.sin(angle), kept.p[2]]), kept.t)
 
     def _radii(self) -> Array:
+        """The radius of each layer of nodes, from the hub to the tip."""
         disk, shank, blade = self.cells
         bottom, top = self.platform_radius, self.platform_radius + self.platform_thickness
         parts = [
@@ -202,14 +203,13 @@ class BliskSector:
 
     def contact_nodes(self) -> dict[str, Array]:
         """{"right_1": point, ..., "left_5": point} on the lower platform edges; sides as seen from the blade."""
-        sides = (("right", 1), ("left", -1))
-        return {f"{name}_{k}": place for name, side in sides for k, place in enumerate(self._edge(side), start=1)}
-
-    def _edge(self, side: int) -> Array:
-        """The five nodes of an edge, (5, 3): mesh nodes and the middles of the straight lines between them."""
-        corners = np.array([self.place(side * self.edge_angle, self.platform_radius, z) for z in self.line[::2]])
-        middles = 0.5 * (corners[1:] + corners[:-1])
-        return np.array([corners[0], middles[0], corners[1], middles[1], corners[2]])
+        nodes: dict[str, Array] = {}
+        for name, side in (("right", 1), ("left", -1)):
+            first, second, third = (self.place(side * self.edge_angle, self.platform_radius, z) for z in self.line[::2])
+            # Nodes of the mesh, and the middles of the straight lines between them.
+            edge = (first, 0.5 * (second + first), second, 0.5 * (third + second), third)
+            nodes |= {f"{name}_{k}": point for k, point in enumerate(edge, start=1)}
+        return nodes
 
     def tip(self) -> Array:
         """The middle of the blade's tip."""

@@ -6,7 +6,6 @@ The chains and the single mass are the problems on which harmonic balance codes 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import cos, radians, sin
 
 import numpy as np
@@ -28,7 +27,8 @@ def single_mass(
 
     mass [kg], damping [N s/m], stiffness, kt [N/m], limit, force amplitude (cosine) [N]. The defaults are the benchmark.
     """
-    structure = Structure(_matrix([[mass]]), _matrix([[stiffness]]), ("1.x",), C=_matrix([[damping]]))
+    M, K, C = (np.array([[value]], dtype=float) for value in (mass, stiffness, damping))
+    structure = Structure(M, K, ("1.x",), C=C)
     return Problem(structure, (_slider("1.x", "ground", kt, limit),), (Force("1.x", force),), ("1.x",), "Single mass")
 
 
@@ -109,8 +109,14 @@ def three_mass_wedge(
     pull: static force on D.y [N]; excitation: sine amplitudes on 1.y and 2.x [N]; kt, kn [N/m], mu of both contacts.
     Source: the three-mass planar oscillator of the literature on non-unique friction forces, numbers of this project.
     """
-    structure = _wedge_structure(mass=1.0, damper_mass=0.1, damping=20.0, k=3e5, k12=7e5)
-    structure = replace(structure, outlines={"D": wedge_outline(platform_angle)} if 0.0 < platform_angle < 90.0 else {})
+    # Blades: ground springs k, x and y coupled by k, blade to blade by k12; damper: x and y coupled by k, else free.
+    k, k12, couple = 3e5, 7e5, np.array([[1.0, -1.0], [-1.0, 1.0]])
+    K = np.zeros((6, 6))
+    K[:4, :4] = k * np.eye(4) + k * np.kron(np.eye(2), couple) + k12 * np.kron(couple, np.eye(2))
+    K[4:, 4:] = k * couple
+    M, C = np.diag([1.0] * 4 + [0.1] * 2), np.diag([20.0] * 4 + [0.0] * 2)
+    outlines = {"D": wedge_outline(platform_angle)} if 0.0 < platform_angle < 90.0 else {}
+    structure = Structure(M, K, ("1.x", "1.y", "2.x", "2.y", "D.x", "D.y"), C=C, outlines=outlines)
     start = TractionRatio(traction_ratio) if isinstance(traction_ratio, int | float) else traction_ratio
     c, s = cos(radians(platform_angle)), sin(radians(platform_angle))
     law = Macroslip(kt, mu, kn)
@@ -120,16 +126,6 @@ def three_mass_wedge(
     )
     loads = (Force("1.y", -1j * excitation[0]), Force("2.x", -1j * excitation[1]), Force("D.y", static=pull))
     return Problem(structure, contacts, loads, ("2.y", "1.y", "1.x", "2.x"), "Two blades and a wedge damper")
-
-
-def _wedge_structure(mass: float, damper_mass: float, damping: float, k: float, k12: float) -> Structure:
-    """Blades: ground springs k, x and y coupled by k, blade to blade by k12; damper: x and y coupled by k, else free."""
-    couple = np.array([[1.0, -1.0], [-1.0, 1.0]])
-    K = np.zeros((6, 6))
-    K[:4, :4] = k * np.eye(4) + k * np.kron(np.eye(2), couple) + k12 * np.kron(couple, np.eye(2))
-    K[4:, 4:] = k * couple
-    M = np.diag([mass] * 4 + [damper_mass] * 2)
-    return Structure(M, K, ("1.x", "1.y", "2.x", "2.y", "D.x", "D.y"), C=np.diag([damping] * 4 + [0.0] * 2))
 
 
 def _relative(blade: str, x: float, y: float) -> dict[str, float]:
@@ -150,10 +146,7 @@ def _slider(a: str, b: str, kt: float, limit: float) -> Contact:
 
 
 def _check_masses(masses: int, used: Sequence[int]) -> None:
+    """Refuse numbers of masses that a chain does not have."""
     outside = sorted({i for i in used if not 1 <= i <= masses})
     if outside:
         raise fault("Numbers of masses", f"must lie between 1 and {masses}", outside)
-
-
-def _matrix(rows: Sequence[Sequence[float]]) -> Array:
-    return np.array(rows, dtype=float)

@@ -81,15 +81,12 @@ class PlatformBlade:
         beside = np.abs(centres[0]) > half
         off_platform = (centres[1] < self.platform_bottom) | (centres[1] > self.platform_top)
         mesh = block.remove_elements(np.flatnonzero(beside & off_platform))
-        return type(mesh)(self._inclined(mesh.p), mesh.t)
-
-    def _inclined(self, points: Array) -> Array:
-        """Platform nodes (3, nodes) moved so that the underside rises outwards; its top stays."""
-        overhang = np.maximum(np.abs(points[0]) - 0.5 * self.thickness, 0.0)
-        moved = points.copy()
+        # The underside of the platform rises outwards, its top stays.
+        overhang = np.maximum(np.abs(mesh.p[0]) - 0.5 * self.thickness, 0.0)
         slope = overhang * tan(radians(self.platform_angle)) / self.platform_height
-        moved[1] = self.platform_top - (self.platform_top - points[1]) * (1.0 - slope)
-        return np.where(overhang > 0.0, moved, points)
+        inclined = mesh.p.copy()
+        inclined[1] = self.platform_top - (self.platform_top - mesh.p[1]) * (1.0 - slope)
+        return type(mesh)(np.where(overhang > 0.0, inclined, mesh.p), mesh.t)
 
     def clamped(self) -> Solid:
         """The meshed blade, clamped at its root y = 0."""

@@ -31,6 +31,7 @@ import numba
 from numba.core import caching, serialize
 from numba.core.compiler import CompileResult
 
+from stickslip.support.files import replacing
 from stickslip.support.kernels.sources import digest_of
 
 _PACKAGE = Path(__file__).parents[2]
@@ -77,10 +78,9 @@ class KernelCache(caching._Cache):
             raise TypeError(f"{self._name} holds an address of this process, and cannot be kept.")
         path = FOLDER / self._file(sig, data.codegen.magic_tuple())
         with suppress(OSError):
-            FOLDER.mkdir(parents=True, exist_ok=True)
-            with tempfile.NamedTemporaryFile(dir=FOLDER, delete=False) as file:
-                file.write(serialize.dumps(data._reduce()))
-            os.replace(file.name, path)
+            with replacing(path) as temporary:
+                temporary.touch(mode=0o600)  # what lies here is run: others must not write to it
+                temporary.write_bytes(serialize.dumps(data._reduce()))
             for old in FOLDER.glob(f"{self._name}-*"):
                 if self._sources[:16] not in old.name and time.time() - old.stat().st_mtime > UNUSED_SECONDS:
                     old.unlink()
