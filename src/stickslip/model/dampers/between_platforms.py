@@ -165,6 +165,7 @@ class BetweenPlatforms:
             if law in PLAIN:
                 laws.append(PLAIN[law](one.kt, one.mu, one.kn))
             else:
+                # Gaps spread evenly from nothing to `reach`, twice their mean: `gaps` as a share of N/kn, N the pull of one line.
                 reach = 2.0 * gaps * float(frame.pull[1]) / (len(frame.laws) * one.kn)
                 laws.append(MicroslipArray.from_totals(one.kt, one.kn, one.mu, reach))
         return replace(frame, laws=tuple(laws))

@@ -85,10 +85,10 @@ class TunedDisk(Problem):
     @property
     def orders_in_words(self) -> str:
         """`engine order 2`, `engine orders 2 and 3`, or the first of many."""
-        words = [str(order) for order in self.excited_orders]
-        if len(words) == 1:
-            return f"engine order {words[0]}"
-        listed = first_of(words, MOST_NAMED) if len(words) > MOST_NAMED else f"{', '.join(words[:-1])} and {words[-1]}"
+        orders = [str(order) for order in self.excited_orders]
+        if len(orders) == 1:
+            return f"engine order {orders[0]}"
+        listed = first_of(orders, MOST_NAMED) if len(orders) > MOST_NAMED else f"{', '.join(orders[:-1])} and {orders[-1]}"
         return f"engine orders {listed}"
 
     @property

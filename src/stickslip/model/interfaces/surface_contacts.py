@@ -59,15 +59,7 @@ def surface_contacts(
     most = len(surface.nodes) if points is None else between("points", points, 1)
     along = surface.long_axis if tangent is None else vector("tangent", tangent, 3)
     places = [surface.motion(k) for k in range(len(surface.nodes))]
-    opposites: dict[int, Motion] = {}
-    for k, point in enumerate(surface.points):
-        opposite: Motion | None = ground
-        if isinstance(against, NodeSurface):
-            opposite = against.at(point.tolist())
-        elif against is not None:
-            opposite = against(point)
-        if opposite is not None:
-            opposites[k] = opposite
+    opposites = {k: motion for k, point in enumerate(surface.points) if (motion := _opposite(against, point)) is not None}
     if not opposites:
         raise InputError(f"Surface {surface.name!r} must touch what lies opposite, but none of its nodes does.")
     touching = np.array(list(opposites))
@@ -83,13 +75,7 @@ def surface_contacts(
         own: Any = law.share(part)
         own = replace(own, gap=own.gap + float(shares @ gaps[members])) if mesh_gap else own
         a, b = (mean([side[k] for k in members], shares) for side in (places, opposites))
-        n = normal / np.linalg.norm(normal)
-        across = along - (along @ n) * n
-        size = float(np.linalg.norm(across))
-        if size < 1e-3 * float(np.linalg.norm(along)) or not size:
-            raise fault(f"The tangent of {name}", "must be a direction that is not the normal", along.tolist())
-        frame = np.stack([across / size, np.cross(n, across / size), n])
-        contact = contact_in_space(title, own, a, b, frame, start)
+        contact = contact_in_space(title, own, a, b, _frame(name, normal / np.linalg.norm(normal), along), start)
         return replace(contact, balanced=balanced, area=part * surface.area)
 
     titles = [f"{name} {surface.nodes[k].rpartition('/')[2]}" for k in touching]
@@ -114,3 +100,19 @@ def _shares(surface: NodeSurface, members: Index) -> Array:
     """The share of each of some nodes in their area."""
     areas = surface.weights[members]
     return np.asarray(areas / areas.sum())
+
+
+def _opposite(against: Opposite, point: Array) -> Motion | None:
+    """The motion of what lies opposite a point; None where another surface has nothing there."""
+    if against is None:
+        return ground
+    return against.at(point.tolist()) if isinstance(against, NodeSurface) else against(point)
+
+
+def _frame(name: str, normal: Array, along: Array) -> Array:
+    """Rows t1, t2, n: t1 is the part of a direction that lies in the surface."""
+    t1 = along - (along @ normal) * normal
+    size = float(np.linalg.norm(t1))
+    if size < 1e-3 * float(np.linalg.norm(along)) or not size:
+        raise fault(f"The tangent of {name}", "must be a direction that is not the normal", along.tolist())
+    return np.stack([t1 / size, np.cross(normal, t1 / size), normal])

@@ -60,6 +60,7 @@ def normal_loads_at_rest(problem: Problem) -> dict[str, float]:
         if target is None or all(one.same(other) for one, other in zip(states, rest.states(target), strict=True)):
             motion = target
             break
+        # On the way contacts may change their states, for which the step is too long: it must bring a tenth of what it promises.
         share, left = 1.0, rest.left_over(motion)
         while share > SHORTEST and rest.left_over(motion + share * (target - motion)) >= (1.0 - 0.1 * share) * left:
             share *= 0.5

@@ -314,6 +314,7 @@ class Problem:
         return self.structure.K
 
     def _stiffened(self, added: NDArray[Any]) -> Structure:
+        """The structure with a part added to K; its damping is that of the structure without it."""
         return replace(self.structure, K=self.structure.K + added, C=self.structural_damping, damping=None)
 
     def load_powers(self, harmonics: int) -> Array:

@@ -193,7 +193,7 @@ def _nodes(lines: Iterator[str]) -> Iterator[tuple[str, list[float], bool]]:
         if text.startswith("N,") or text.strip() == "-1":
             return
         start = sum(widths)
-        angles = bool(text[start + 3 * wide :].strip(" 0.E+-"))
+        angles = bool(text[start + 3 * wide :].strip(" 0.E+-"))  # whatever is left is a digit of one that is not 0
         yield text[: widths[0]], [coordinate(text[start + k * wide : start + (k + 1) * wide]) for k in range(3)], angles
 
 
@@ -233,6 +233,7 @@ def _members(lines: Iterator[str], count: int) -> Iterator[int]:
     own = (next(lines, "") for _ in range(-(-count // each)))
     for text in chain.from_iterable(_cut(line, each, width) for line in own):
         number, left = integer(text), left + 1
+        # −9 after 4 stands for 5, 6, 7, 8, 9.
         span = range(last + 1, -number + 1) if number < 0 else range(number, number + 1)
         total += len(span)
         if total > MOST_GENERATED:

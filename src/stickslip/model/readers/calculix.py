@@ -40,6 +40,7 @@ def read(path: Path) -> Content:
             raise fault(file.name, "must hold a matrix", "empty", WRITE_THEM)
         refuse_cut(file, CUT_SHORT)
         entries[letter] = table(file, 3)
+    # CalculiX writes both matrices over the same pattern of entries: a lost or damaged line of one shows beside the other.
     if len(entries["K"]) != len(entries["M"]):
         raise fault(mass.name, f"must have as many lines as {stiffness.name}, {len(entries['K'])}", len(entries["M"]), CUT_SHORT)
     differing = np.flatnonzero(np.any(entries["K"][:, :2] != entries["M"][:, :2], axis=1))

@@ -62,13 +62,13 @@ def translation_mass(model: Model) -> Array:
     Nodes with negative numbers are internal ones of Abaqus, and those without a place beside others that have one the
     incompatible modes of CalculiX: they move relative to the others.
     """
-    found = []
+    masses = []
     internal = {node for node in model.directions if node.startswith("-") or (model.nodes and node not in model.nodes)}
     for axis in "xyz":
         pairs = (name.rpartition(".") for name in model.dofs)
         r = np.array([float(direction == axis and node not in internal) for node, _, direction in pairs])
-        found.append(float(r @ (model.M @ r)) if r.any() else np.nan)
-    return np.array(found)
+        masses.append(float(r @ (model.M @ r)) if r.any() else np.nan)
+    return np.array(masses)
 
 
 def extent(model: Model) -> Array | None:

@@ -67,7 +67,7 @@ def read(path: Path) -> Content:
 
 def _counts(what: str, line: bytes, least: int) -> list[int]:
     """The whole numbers of a line of the header."""
-    words = line.decode("ascii", "replace").split()
-    if len(words) not in (least, least + 1) or not all(re.fullmatch(r"\d{1,14}", word) for word in words):
-        raise fault(what, f"must hold {least} or {least + 1} counts", " ".join(words)[:60])
-    return [int(word) for word in words]
+    counts = line.decode("ascii", "replace").split()
+    if len(counts) not in (least, least + 1) or not all(re.fullmatch(r"\d{1,14}", word) for word in counts):
+        raise fault(what, f"must hold {least} or {least + 1} counts", " ".join(counts)[:60])
+    return [int(word) for word in counts]

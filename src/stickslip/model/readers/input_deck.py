@@ -77,9 +77,9 @@ def read_deck(path: Path) -> Deck:
                 if met.obeys(card.keyword, card.line.place):
                     READ[card.keyword](reader, card)
             except InputError as error:
-                said = str(error)
-                located = f"line {card.line.number}" in said
-                raise error if located else InputError(f"{card.line.place}, *{card.keyword}: {said}") from None
+                message = str(error)
+                located = f"line {card.line.number}" in message
+                raise error if located else InputError(f"{card.line.place}, *{card.keyword}: {message}") from None
     deck = reader.deck(path.name)
     if met.missing:  # elements that are not read share the stress at a node
         deck.solids = None
@@ -228,8 +228,8 @@ class _Reader:
         if len(rows) > 2 or len(turn) not in (0, 7) or (rows and len(rows[0]) > 3):
             rule = "must be placed by a translation, and a line of two points and an angle"
             raise fault("*INSTANCE", rule, self.mesh.placed[:3])
-        place = turned_about(shift, turn)
-        self.mesh.nodes = {node: place(point) for node, point in self.mesh.nodes.items()}
+        moved = turned_about(shift, turn)
+        self.mesh.nodes = {node: moved(point) for node, point in self.mesh.nodes.items()}
         self.mesh = self.whole
 
     def end_part(self, card: Card) -> None:
@@ -249,6 +249,7 @@ class _Reader:
     def _assembled(self, file: str) -> Deck:
         """The deck of an assembly: nodes of the only instance keep their numbers, those of several are INSTANCE.NUMBER."""
         (first, only), *others = self.instances.items()
+        # Rows of matrices have the plain numbers of the only instance, unless the assembly has nodes with the same ones.
         plain = not others and not only.nodes.keys() & self.whole.nodes.keys()
         names = {f"{first}.{node}": node for node in only.nodes} if plain else {}
         nodes, own = dict(self.whole.nodes), list[tuple[str, tuple[str, ...]]]()
@@ -257,6 +258,7 @@ class _Reader:
             nodes |= {named[node]: point for node, point in mesh.nodes.items()}
             own += [(f"{instance}.{name}", tuple(named.get(node, node) for node in each)) for name, each in mesh.sets.items()]
         sets = {name: tuple(names.get(node, node) for node in members) for name, members in self.whole.sets.items()}
+        # A set that only one instance has may be named without it.
         bare = Counter(name.rpartition(".")[2] for name, _ in own)
         alone = {name.rpartition(".")[2]: each for name, each in own if bare[name.rpartition(".")[2]] == 1}
         notes = () if plain else (NUMBERED_ANEW.format(file=file, node=f"{first}.{next(iter(only.nodes), 1)}"),)

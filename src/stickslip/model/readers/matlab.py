@@ -59,6 +59,6 @@ def _version_module(path: Path) -> str:
     """The module whose `arrays` reads the version of a file."""
     with path.open("rb") as file:
         start = file.read(USER_BLOCKS[-1] + len(HDF5))
-    if any(start[place : place + len(HDF5)] == HDF5 for place in USER_BLOCKS):
+    if any(start[offset : offset + len(HDF5)] == HDF5 for offset in USER_BLOCKS):
         return "stickslip.model.readers.matlab_73"
     return "stickslip.model.readers.octave_text" if start.startswith(OCTAVE) else "stickslip.model.readers.matlab_5"

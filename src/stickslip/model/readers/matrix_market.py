@@ -29,8 +29,8 @@ def read(path: Path) -> Content:
     within_memory(path.name, 12 * path.stat().st_size)
     head, _, body = path.read_bytes().partition(b"\n")
     layout, field, symmetry = _header(path.name, head)
-    place = COMMENTS_AND_SIZE.match(body)
-    words = place[1].decode("ascii", "replace").split() if place else []
+    sizes = COMMENTS_AND_SIZE.match(body)
+    words = sizes[1].decode("ascii", "replace").split() if sizes else []
     coordinates = layout == "coordinate"
     if len(words) != (3 if coordinates else 2) or not all(re.fullmatch(r"\d{1,18}", word) for word in words):
         what = "rows, columns and entries" if coordinates else "rows, columns"
@@ -41,7 +41,7 @@ def read(path: Path) -> Content:
     triangle = rows * (rows - 1) // 2 if symmetry == "skew-symmetric" else rows * (rows + 1) // 2
     count = entries[0] if coordinates else rows * columns if symmetry == "general" else triangle
     width = (2 if coordinates else 0) + (2 if field == "complex" else 1)
-    numbers = number_lines(path.name, body[place.end() if place else 0 :])
+    numbers = number_lines(path.name, body[sizes.end() if sizes else 0 :])
     if numbers.shape != (count, width) and (count or numbers.size):
         raise fault(path.name, f"must hold {count} lines of {counted(width, 'number')}, as it says", numbers.shape)
     numbers = numbers.reshape(count, width)

@@ -73,11 +73,11 @@ class Model:
     @cached_property
     def directions(self) -> dict[str, tuple[str, ...]]:
         """The directions that each node has, in the order of the rows."""
-        found: dict[str, list[str]] = {}
+        of_nodes: dict[str, list[str]] = {}
         for name in self.dofs:
             node, _, direction = name.rpartition(".")
-            found.setdefault(node, []).append(direction)
-        return {node: tuple(directions) for node, directions in found.items()}
+            of_nodes.setdefault(node, []).append(direction)
+        return {node: tuple(directions) for node, directions in of_nodes.items()}
 
     @cached_property
     def located(self) -> tuple[tuple[str, ...], Array]:

@@ -130,8 +130,8 @@ def _deck(reader: Callable[[Path], Deck], path: Path) -> Deck:
             warnings.simplefilter("ignore")
             return reader(path)
     except InputError as error:
-        said = str(error)
-        raise InputError(said if said.startswith(path.name) else f"{path.name}: {said}") from None
+        message = str(error)
+        raise InputError(message if message.startswith(path.name) else f"{path.name}: {message}") from None
     except MemoryError:
         raise fault(path.name, "must fit into the memory", "larger") from None
     except Exception as error:  # whatever a damaged deck leads to

@@ -65,7 +65,7 @@ def bulk_lines(path: Path, memory: int) -> Iterator[Line]:
 
 def entries(lines: Iterable[Line]) -> Iterator[Entry]:
     """Each bulk data entry with its continuations, replicated ones written out; up to ENDDATA."""
-    entry: Entry | None = None
+    entry: Entry | None = None  # the last one, until a line shows that no continuation of it follows
     mark = ""
     pattern: list[str] = []
     made = 0
@@ -80,7 +80,7 @@ def entries(lines: Iterable[Line]) -> Iterator[Entry]:
         if first.startswith("=") and entry is not None:
             yield entry
             count = REPEAT.fullmatch(first)
-            pattern = pattern if count else rest
+            pattern = pattern if count else rest  # =(3) repeats the pattern of the line before, = has one of its own
             times = int(count[1]) if count else 1
             made += times
             if made > MOST_REPLICATED or not pattern or len(entry.fields) > SMALL + 1:
@@ -132,7 +132,7 @@ def _fields(text: str, line: Line) -> list[str]:
             )
         return (words + [""] * count)[: count + 1]
     width = 64 // count
-    return [text[:8].strip(), *(text[place : place + width].strip() for place in range(8, 72, width))]
+    return [text[:8].strip(), *(text[start : start + width].strip() for start in range(8, 72, width))]
 
 
 def _replicated(previous: list[str], pattern: list[str], line: Line) -> list[str]:

@@ -182,30 +182,30 @@ def _cut_off(matrix: Matrix) -> InputError:
 
 def _records(content: bytes, order: str) -> Iterator[bytes]:
     """The records of a Fortran file: each between two copies of its length."""
-    place = 0
-    while place < len(content):
-        if place + 4 > len(content):
+    start = 0
+    while start < len(content):
+        if start + 4 > len(content):
             raise fault("The file", "must end with a whole record", "cut off")
-        (length,) = struct.unpack_from(f"{order}i", content, place)
-        end = place + 4 + length
-        if length < 0 or content[place : place + 4] != content[end : end + 4]:
-            raise fault(f"The record at byte {place}", "must stand between two copies of its length", length)
-        yield content[place + 4 : end]
-        place = end + 4
+        (length,) = struct.unpack_from(f"{order}i", content, start)
+        end = start + 4 + length
+        if length < 0 or content[start : start + 4] != content[end : end + 4]:
+            raise fault(f"The record at byte {start}", "must stand between two copies of its length", length)
+        yield content[start + 4 : end]
+        start = end + 4
 
 
 def _take_column(matrix: Matrix, data: bytes, row: int, integer: np.dtype[np.int64]) -> None:
     """The values of a column, which is dense or comes in strings."""
     word, heads = integer.itemsize, 0 if row else 2 if matrix.big else 1
     number = np.dtype(f"{integer.str[0]}f{word * matrix.words}")
-    place = 0
-    while place < len(data):
-        head = np.frombuffer(data[place : place + heads * word], integer, heads).tolist()
-        place += heads * word
-        left = (len(data) - place) // word
+    start = 0
+    while start < len(data):
+        head = np.frombuffer(data[start : start + heads * word], integer, heads).tolist()
+        start += heads * word
+        left = (len(data) - start) // word
         first, words = matrix.string(head, left) if head else (row, left)
-        matrix.parts.append(np.frombuffer(data, number, matrix.add(first, words), place).astype(float))
-        place += words * word
+        matrix.parts.append(np.frombuffer(data, number, matrix.add(first, words), start).astype(float))
+        start += words * word
 
 
 def _formatted(content: bytes) -> Iterator[Matrix]:
@@ -224,8 +224,8 @@ def _formatted_matrix(header: str, lines: deque[bytes]) -> Matrix:
         raise fault("The header of a matrix", "must hold four integers, a name and a format as 1P,3E23.16", header[:60])
     (columns, rows, form, kind), rest = _integers(header, widths), header[sum(widths) :]
     matrix = Matrix(rest[:8].strip(" \0"), columns, rows, form, kind)
-    found = FORMAT.match(rest[8:].strip())
-    layout = (int(found[1]), int(found[2])) if found else USUAL_LAYOUT
+    stated = FORMAT.match(rest[8:].strip())
+    layout = (int(stated[1]), int(stated[2])) if stated else USUAL_LAYOUT
     values: list[bytes] = []
     while lines:
         column, row, words = _announced(matrix, lines, 3)
@@ -233,7 +233,7 @@ def _formatted_matrix(header: str, lines: deque[bytes]) -> Matrix:
             _values(matrix, lines, 1, layout)
             matrix.parts.append(number_lines(matrix.name, b"\n".join(values)).ravel())
             return matrix
-        if row:
+        if row:  # a dense column; row 0 announces strings
             values += _values(matrix, lines, matrix.add(row, words * matrix.words // _unit(matrix, lines, words, layout)), layout)
         while not row and words > 0:
             head = _announced(matrix, lines, 2 if matrix.big else 1)

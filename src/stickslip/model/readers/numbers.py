@@ -30,12 +30,12 @@ def table(path: Path, columns: int | None) -> Array:
     within_memory(path.name, 12 * path.stat().st_size)
     refuse_utf_16(path)
     content = COMMENT.sub(b"", path.read_bytes()).replace(b",", b" ")
-    found = number_lines(path.name, content)
-    if found.size == 0 or (columns is not None and found.shape[1] != columns):
+    rows = number_lines(path.name, content)
+    if rows.size == 0 or (columns is not None and rows.shape[1] != columns):
         raise fault(
-            f"Each line of {path.name}", f"must have {columns or 'several'} numbers", found.shape[1] if found.size else "empty"
+            f"Each line of {path.name}", f"must have {columns or 'several'} numbers", rows.shape[1] if rows.size else "empty"
         )
-    return found
+    return rows
 
 
 def number_lines(what: str, content: bytes) -> Array:
@@ -48,6 +48,7 @@ def number_lines(what: str, content: bytes) -> Array:
         return np.zeros((0, 0))
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    # Fortran's D is an E to NumPy; no other letter of a number is changed, and words stay no numbers.
     text = content.translate(bytes.maketrans(b"Dd", b"Ee")).decode("ascii", "replace")
     try:
         try:
@@ -105,7 +106,7 @@ def fixed_words(what: str, lines: Sequence[bytes], count: int, layout: tuple[int
         number = min(per_line, count - first)
         own = line.split()
         if len(own) != number:
-            own = [line[place : place + width].strip() for place in range(0, len(line.rstrip()), width)]
+            own = [line[start : start + width].strip() for start in range(0, len(line.rstrip()), width)]
         if len(own) != number or any(word.count(b".") != real or len(word.split()) != 1 for word in own):
             raise fault(what, rule, line.decode("ascii", "replace")[:60])
         words += own

@@ -26,10 +26,10 @@ PLAIN, MOST_UNPACKED = 1 << 28, 100
 
 def read(path: Path) -> Content:
     """Every array of the archive; those that hold no matrix only by name."""
-    found = arrays(path)
-    if {"format", "data", "shape"} <= set(found):
-        return Content("scipy.sparse archive", {"": _sparse(found)})
-    return from_tables("NumPy archive", found)
+    members = arrays(path)
+    if {"format", "data", "shape"} <= set(members):
+        return Content("scipy.sparse archive", {"": _sparse(members)})
+    return from_tables("NumPy archive", members)
 
 
 def arrays(path: Path) -> dict[str, Any]:

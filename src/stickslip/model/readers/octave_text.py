@@ -89,10 +89,10 @@ class _Reader:
             raise fault(name, rule, "more", "The file is damaged.")
         if not rows * columns:
             return np.zeros((rows, columns))
-        found = number_lines(name, "\n".join(lines).encode("ascii", "replace"))
-        if found.shape != (rows, columns):
+        numbers = number_lines(name, "\n".join(lines).encode("ascii", "replace"))
+        if numbers.shape != (rows, columns):
             raise fault(name, rule, "others", "The file is damaged.")
-        return found
+        return numbers
 
     def _text(self) -> Iterator[str]:
         """The rows of a text, each after its length."""

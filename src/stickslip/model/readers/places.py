@@ -46,26 +46,26 @@ def places_of(model: Model, keep: Keep, metres: float = 1.0, surfaces: Sequence[
     surfaces: sets kept besides, of which nodes may stand elsewhere too: these have the names that they have there.
     """
     named = keep.items() if isinstance(keep, Mapping) else [("", where) for where in several("keep", keep)]
-    found, faults = [], []
+    places, faults = [], []
     for name, where in named:
         try:
-            found.append(_place(model, name, where, metres))
+            places.append(_place(model, name, where, metres))
         except InputError as error:
             faults.append(f"keep{f', {name}' if name else ''}: {error}")
-    names = [dof for place in found for dof in place.dofs]
-    rows = [row for place in found for row in place.dofs.values()]
+    names = [dof for place in places for dof in place.dofs]
+    rows = [row for place in places for row in place.dofs.values()]
     if len(set(rows)) < len(rows) or len(set(names)) < len(names):
         repeated = sorted({model.dofs[row] for row in rows if rows.count(row) > 1})
         faults.append(str(fault("keep", "must name each degree of freedom once", repeated[:5] or "repeated names")))
     if faults:
         raise Faults(faults)
-    taken = {node for place in found for node in place.nodes}
+    taken = {node for place in places for node in place.nodes}
     for name in surfaces:
         whole = _place(model, name, name, metres)
         fresh = {node: f"{name}/{node}" for node in whole.nodes if node not in taken}
         taken |= set(fresh)
-        found.append(Place(name, whole.nodes, _dofs(model, fresh)))
-    return tuple(found)
+        places.append(Place(name, whole.nodes, _dofs(model, fresh)))
+    return tuple(places)
 
 
 def _place(model: Model, name: str, where: Any, metres: float) -> Place:
@@ -109,6 +109,7 @@ def nearest_of(names: Sequence[str], points: Array, point: ArrayLike, metres: fl
         raise fault("Coordinates", "must go with a model that has coordinates", coordinates.tolist(), remedy)
     distances = np.linalg.norm(points - metres * coordinates, axis=1)
     index = int(distances.argmin())
+    # A mesh has its own measure of what is near: beyond the next node, another one or none at all was meant.
     around = np.linalg.norm(points - points[index], axis=1)
     spacing = float(np.min(around[around > 0.0], initial=np.inf))
     if distances[index] > spacing:

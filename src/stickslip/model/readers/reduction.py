@@ -119,8 +119,9 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, 
     C = np.zeros((0, 0)) if model.C is None else np.asarray(T.T @ (model.C @ T))
     numbers = np.zeros((0, 3), dtype=int) if model.surface is None else model.surface.numbers
     K = reduction.structure.K
+    # The reduced K must leave the same rigid motions free; rounding would hold them. Fixed-interface modes do not move in them.
     rigid = rigid_motions(model.K, model.dofs, model.nodes)
-    if rigid.shape[1]:  # the reduced K leaves the same rigid motions free, in which fixed-interface modes do not move
+    if rigid.shape[1]:
         motions = np.zeros((K.shape[0], rigid.shape[1]))
         motions[: len(kept)] = rigid[list(kept.values())]
         K = without_resistance(K, motions)

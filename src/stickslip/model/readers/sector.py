@@ -304,10 +304,10 @@ def sector_of_model(model: Model, faces: Faces) -> ReadSector:
             "or write CYCMPC=INACTIVE."
         )
     one_sided = np.zeros(0, dtype=np.int64)
-    if not faces.interpolated:
+    if not faces.interpolated:  # a node whose partner is fixed is fixed too
         one_sided = np.concatenate([numbers[pairs.left[left & ~right]], numbers[pairs.right[right & ~left]]]).ravel()
     kept = np.setdiff1d(np.arange(model.size), one_sided)
-    rows = np.full(model.size + 1, -1, dtype=np.int64)
+    rows = np.full(model.size + 1, -1, dtype=np.int64)  # the last entry is what −1, of fixed directions, leads to
     rows[kept] = np.arange(kept.size)
     reduced = Solid(model.M[kept][:, kept], model.K[kept][:, kept], points, rows[numbers])
     return ReadSector(replace(pairs, solid=reduced), rows[:-1], tuple(_notes(pairs, faces, left, right)))

@@ -48,16 +48,16 @@ def _translation(model: Model, direction: Array) -> Array:
 
 def prestress_note(model: Model, axis: RotationAxis, speed: float | None) -> str:
     """What K holds of the rotation, and whether that fits the speed in rev/min; "" where none is given or found."""
-    found = 60.0 / (2.0 * np.pi) * spin_softening(model, axis)
-    if speed is not None and found and abs(found - speed) > SAME_SPEED * max(found, speed):
+    softened = 60.0 / (2.0 * np.pi) * spin_softening(model, axis)
+    if speed is not None and softened and abs(softened - speed) > SAME_SPEED * max(softened, speed):
         raise fault(
             "The speed of a model",
-            f"must be that whose spin softening its K contains, {found:.6g} rev/min",
+            f"must be that whose spin softening its K contains, {softened:.6g} rev/min",
             speed,
-            f"Write {found:.6g}, or take the matrices of another step.",
+            f"Write {softened:.6g}, or take the matrices of another step.",
         )
-    if found:
-        return f"K contains the spin softening of {found:.6g} rev/min, and is assumed to contain its stress stiffening too"
+    if softened:
+        return f"K contains the spin softening of {softened:.6g} rev/min, and is assumed to contain its stress stiffening too"
     if speed:
         return (
             f"K is assumed to be that at {speed:g} rev/min, but contains no spin softening: was it written after a step with "

@@ -97,6 +97,7 @@ def stress_rows_of(model: Model, asked: Mapping[str, Where | StrainGauge], metre
     mean: Any = sparse.lil_array((6 * len(number), model.size + 1))  # fixed directions, −1, are the last column, left out below
     for k, columns, values in parts:
         mean[6 * k : 6 * k + 6, columns] += values / shares[k]
+    # A node may be that of several places: each gets its rows.
     order = np.concatenate([6 * number[node] + np.arange(6) for node in nodes.values()])
     strains = {}
     for name, gauge in gauges.items():

@@ -159,6 +159,7 @@ def blade_alone(disk: CyclicStructure, mode: int = 1) -> BladeMode:
     if not modes.squares[number] > 0.0:
         raise fault("mode", "must be one that stiffness holds", mode)
     row = M @ modes.shapes[:, number]
+    # The sign of an eigenvector is rounding's choice: its largest part is positive on every machine.
     row *= np.sign(row[int(np.argmax(np.abs(row)))])
     direction = {disk.dofs[int(k)]: float(value) for k, value in zip(held, row, strict=True) if value != 0.0}
     return BladeMode(direction, float(np.sqrt(modes.squares[number])) / (2.0 * np.pi))

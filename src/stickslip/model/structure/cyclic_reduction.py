@@ -74,10 +74,10 @@ class Sector:
         columns = np.broadcast_to(leaders[:, None, :], values.shape)
         moving = columns >= 0  # a leader that is clamped moves nothing
         independent = np.setdiff1d(np.arange(size), dependent)
-        place = np.full(size, -1)
-        place[independent] = np.arange(independent.size)
+        number = np.full(size, -1)
+        number[independent] = np.arange(independent.size)
         rows = np.concatenate([independent, rows[moving]])
-        columns = np.concatenate([np.arange(independent.size), place[columns[moving]]])
+        columns = np.concatenate([np.arange(independent.size), number[columns[moving]]])
         values = np.concatenate([np.ones(independent.size), values[moving]])
         return sparse.csc_array(sparse.coo_array((values, (rows, columns)), shape=(size, independent.size)))
 

@@ -102,17 +102,19 @@ class Structure:
         return y if self.shapes is None else np.asarray(self.shapes @ y)
 
     @cached_property
-    def _places(self) -> dict[str, int]:
-        return {dof: place for place, dof in enumerate(self.dofs)}
+    def _positions(self) -> dict[str, int]:
+        """The position of each degree of freedom, found once."""
+        return {dof: position for position, dof in enumerate(self.dofs)}
 
     @cached_property
     def _alone(self) -> dict[str, str]:
+        """The degrees of freedom of sets of one node by their short names, found once."""
         return of_single_nodes(self.dofs)
 
     def index(self, dof: str) -> int:
         """Position of a degree of freedom; tip.x stands for tip/1430.x where that is the only node of the set tip."""
         try:
-            return self._places[self._alone.get(dof, dof)]
+            return self._positions[self._alone.get(dof, dof)]
         except KeyError:
             raise InputError(f"Degree of freedom {dof!r} does not exist. {nearest_dof(dof, self.dofs)}") from None
 

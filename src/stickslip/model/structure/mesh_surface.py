@@ -116,8 +116,8 @@ def outer_faces(cells: Cells) -> Indices:
 
 def triangulated(faces: Indices) -> Indices:
     """Two triangles (t, 3) of each face, without those that have collapsed."""
-    found = np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
-    return found[np.all(found != np.roll(found, 1, axis=1), axis=1)]
+    triangles = np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
+    return triangles[np.all(triangles != np.roll(triangles, 1, axis=1), axis=1)]
 
 
 def thinned(points: Array, triangles: Indices, most: int = MOST_POINTS) -> tuple[Indices, Indices]:

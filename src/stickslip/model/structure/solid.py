@@ -80,13 +80,13 @@ class Solid:
 
     def node(self, point: ArrayLike, within: float | None = None) -> int:
         """The node nearest to `point` [m]; refused farther than `within` [m] (1e-5 of the body's diagonal unless given)."""
-        place = vector("point", point, 3)
-        distances = np.linalg.norm(self.points - place, axis=1)
+        target = vector("point", point, 3)
+        distances = np.linalg.norm(self.points - target, axis=1)
         nearest = int(distances.argmin())
         limit = 1e-5 * float(np.linalg.norm(np.ptp(self.points, axis=0))) if within is None else within
         if distances[nearest] > limit:
             raise fault(
-                f"The node nearest to {place.tolist()}",
+                f"The node nearest to {target.tolist()}",
                 f"must lie within {limit:g} m of it",
                 f"{distances[nearest]:g} m away at {self.points[nearest].tolist()}",
                 "Put a mesh line there, or widen `within`.",
@@ -151,6 +151,7 @@ class ShapeFunctions:
         rows = self.rows.reshape(matrices.shape[0], -1)
         i = np.broadcast_to(rows[:, :, None], matrices.shape)
         j = np.broadcast_to(rows[:, None, :], matrices.shape)
+        # Entries at one place add up; the sum is symmetric to rounding, and is made exactly so.
         total = sparse.coo_array((matrices.ravel(), (i.ravel(), j.ravel())), shape=(self.size, self.size)).tocsc()
         return sparse.csc_array(0.5 * (total + total.T))
 

@@ -153,6 +153,7 @@ def critical_plane(vibration: Array, mean: Array) -> tuple[float, float]:
     Source: D. F. Socie and G. B. Marquis, Multiaxial Fatigue, SAE (2000), critical planes of normal stress.
     """
     sizes = principal_size(vibration)
+    # Equal up to rounding: of several such instants, as in pure shear, all planes are tried.
     near = vibration[sizes >= (1.0 - EQUAL) * sizes.max()]
     _, axes = np.linalg.eigh(near[:, TENSOR].reshape(-1, 3, 3))
     normal = normal_rows(axes.swapaxes(1, 2).reshape(-1, 3))
