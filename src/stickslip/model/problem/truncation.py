@@ -97,7 +97,8 @@ def truncated(problem: Problem, modes_to: float) -> Problem:
 
 def load_and_output_rows(problem: Problem) -> Array:
     """The directions of loads and outputs over the degrees of freedom, (rows, n)."""
-    harmonic = np.hstack([powers[:, np.any(powers != 0.0, axis=0)] for powers in problem.load_powers(highest_load(problem))])
+    highest = max(harmonic for force in problem.forces for harmonic in force.factors)
+    harmonic = np.hstack([powers[:, np.any(powers != 0.0, axis=0)] for powers in problem.load_powers(highest)])
     return np.vstack([problem.static_powers, harmonic.T, problem.output_rows])
 
 
@@ -148,8 +149,3 @@ def can_be_truncated(problem: Problem) -> bool:
     moved = any(isinstance(force, BaseMotion) for force in problem.forces)
     one_sector = not problem.systems.one_for_vibration and not problem.systems.stiffens
     return (type(problem.systems) is HarmonicSystems or one_sector) and problem.modes_to is None and not moved
-
-
-def highest_load(problem: Problem) -> int:
-    """The highest harmonic in which a force acts."""
-    return max(harmonic for force in problem.forces for harmonic in force.factors)

@@ -14,7 +14,7 @@ from scipy import sparse
 
 from stickslip.model.readers.content import Content
 from stickslip.model.readers.limits import rows_with_entries, within_memory
-from stickslip.model.readers.numbers import compressed_columns, fixed_fields, whole
+from stickslip.model.readers.numbers import compressed_columns, fixed_words, number_lines, whole
 from stickslip.model.structure.sparse import both_triangles
 from stickslip.support.checks import fault
 
@@ -51,9 +51,11 @@ def read(path: Path) -> Content:
             lines[3][:72].decode("ascii", "replace"),
         )
     numbers, first = [], 0
-    for what, count, length, (repeat, letter, width) in zip(PARTS, (columns + 1, entries, entries), parts, formats, strict=False):
+    for part, count, length, (repeat, letter, width) in zip(PARTS, (columns + 1, entries, entries), parts, formats, strict=False):
         layout = int(repeat or 1), int(width)
-        numbers.append(fixed_fields(f"{path.name}, {what},", body[first : first + length], count, layout, real=letter in REAL))
+        what = f"{path.name}, {part},"
+        words = fixed_words(what, body[first : first + length], count, layout, real=letter in REAL)
+        numbers.append(number_lines(what, b"\n".join(words)).ravel())
         first += length
     starts = whole(f"{path.name}, {PARTS[0]},", numbers[0], 1, entries + 1) - 1
     indices = whole(f"{path.name}, {PARTS[1]},", numbers[1], 1, rows) - 1

@@ -85,11 +85,6 @@ def numbers_in(text: str) -> Array:
     return number_lines("a matrix", b"\n".join(text.encode("ascii", "replace").replace(b",", b" ").split())).ravel()
 
 
-def fixed_fields(what: str, lines: Sequence[bytes], count: int, layout: tuple[int, int], *, real: bool = True) -> Array:
-    """The numbers of `fixed_words`, (count,)."""
-    return number_lines(what, b"\n".join(fixed_words(what, lines, count, layout, real=real))).ravel()
-
-
 def fixed_words(what: str, lines: Sequence[bytes], count: int, layout: tuple[int, int], *, real: bool = True) -> list[bytes]:
     """`count` numbers, each as a word, from fields of one width, between which there need be no blanks.
 

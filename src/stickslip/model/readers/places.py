@@ -84,7 +84,7 @@ def _place(model: Model, name: str, where: Any, metres: float) -> Place:
         raise InputError(f"Node or set {word!r} does not exist. {nearest(word, [*model.sets, *model.directions])}")
     if not isinstance(where, list | tuple | np.ndarray):
         raise fault("A place", "must be a node, a set or coordinates (x, y, z)", where)
-    node, distance = nearest_node(model, where, metres)
+    node, distance = nearest_of(*model.located, where, metres)
     return Place(name or node, (node,), _dofs(model, {node: name or node}), distance)
 
 
@@ -93,16 +93,12 @@ def _dofs(model: Model, names: Mapping[str, str]) -> dict[str, int]:
     return {f"{name}.{axis}": model.rows[f"{node}.{axis}"] for node, name in names.items() for axis in model.directions[node]}
 
 
-def nearest_node(model: Model, point: ArrayLike, metres: float = 1.0) -> tuple[str, float]:
-    """The node nearest to `point` (in units of `metres`) and its distance, m; refused where no node is near.
+def nearest_of(names: Sequence[str], points: Array, point: ArrayLike, metres: float = 1.0) -> tuple[str, float]:
+    """The node, of those with coordinates `points` (nodes, 3) [m], nearest to `point` (in units of `metres`) and its distance, m;
+    refused where no node is near.
 
     Near means: not farther than that node's own nearest neighbour.
     """
-    return nearest_of(*model.located, point, metres)
-
-
-def nearest_of(names: Sequence[str], points: Array, point: ArrayLike, metres: float = 1.0) -> tuple[str, float]:
-    """The same of nodes with coordinates `points` (nodes, 3), m."""
     coordinates = vector("Coordinates", point, 3)
     if not names:
         remedy = "Name nodes, or give a file of names."

@@ -200,13 +200,16 @@ def disks_of(
         )
         for waves in arrays["K"]
     ]
+    notes = [*map(str, places), *(stress.notes if stress else ())]
+    if stress is not None and mean is not None:
+        notes.append(rotation_note(stress, mean, speed))
+    notes += read.notes
+    if faces.interpolated:
+        error = 100.0 * float(arrays["error"])
+        notes.append(f"The lowest frequencies change by up to {error:.1g} % if the other face follows instead")
     speed_of: Sequence[float | None] = speeds or [None] * len(models)
-    prestress = [prestress_note(each, faces.axis, speed) for each, speed in zip(models, speed_of, strict=True)]
-    change = f"The lowest frequencies change by up to {100.0 * float(arrays['error']):.1g} % if the other face follows instead"
-    error_note = (change,) if faces.interpolated else ()
-    means = () if stress is None or mean is None else (rotation_note(stress, mean, speed),)
-    known = (*map(str, places), *(stress.notes if stress else ()), *means, *read.notes, *error_note)
-    return disks, (*known, *filter(None, prestress))
+    notes += filter(None, (prestress_note(each, faces.axis, own) for each, own in zip(models, speed_of, strict=True)))
+    return disks, tuple(notes)
 
 
 def refuse_stress_on_faces(model: Model, faces: Faces, stress: StressRows | None) -> None:

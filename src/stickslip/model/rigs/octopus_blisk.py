@@ -118,22 +118,18 @@ def line_contacts(shape: BliskSector, body: RigidBody, law: Macroslip, start: St
     """Five points on this platform's right edge and five on the next one's left edge: w = frame (u_damper − u_blade)."""
     nodes = shape.contact_nodes()
     turn = rotation(shape.sectors)
+    across, outwards, along = shape.damper_axes()
     contacts = []
     for side, sense in (("right", 1.0), ("left", -1.0)):
-        frame = contact_frame(shape, sense)
+        c, s = cos(radians(shape.platform_angle)), sense * sin(radians(shape.platform_angle))
+        # Rows t1 across, t2 along the damper, n into the platform.
+        frame = np.array([c * across + s * outwards, along, c * outwards - s * across])
         for k in range(1, POINTS + 1):
             name = f"{side}_{k}"
             place = nodes[name] if side == "right" else turn @ nodes[name]
             opposite = node(name) if side == "right" else following_node(name, turn)
             contacts.append(contact_in_space(f"{side} edge {k}", law, body.at(place, "damper"), opposite, frame, start))
     return tuple(contacts)
-
-
-def contact_frame(shape: BliskSector, sense: float) -> Array:
-    """Rows t1 across, t2 along the damper, n into the platform; sense 1: of this blade, −1: of the next one."""
-    across, outwards, along = shape.damper_axes()
-    c, s = cos(radians(shape.platform_angle)), sense * sin(radians(shape.platform_angle))
-    return np.array([c * across + s * outwards, along, c * outwards - s * across])
 
 
 def following_node(name: str, turn: Array) -> Motion:

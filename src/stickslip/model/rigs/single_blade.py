@@ -114,7 +114,10 @@ def single_blade(
     offsets = {"centre_offset": centre_offset, "cylinder_offset": cylinder_offset}
     dampers = placed_dampers(blade, damper_shape(blade, **offsets, mass=damper_mass, flat_points=flat_points), pull)
     separator = ForceSeparator(mass=separator_mass, cell_stiffness=cell_stiffness)
-    behind = tuple(behind_cylinder(damper, separator, platform_angle) for damper in dampers) if separators else ()
+    behind: list[Separator] = []
+    for damper in dampers if separators else ():
+        middle, side = np.asarray(damper.surface("cylinder").points).mean(axis=0), -1 if damper.label == "left" else 1
+        behind.append(separator.placed(f"separator_{damper.label}", middle, side, platform_angle))
     largest_gap = 2.0 * gap_factor * static_normal_load(pull, platform_angle) / parameters.cylinder_kn
     contacts = all_contacts(dampers, parameters, largest_gap, start, cylinder_elements, behind)
     structure, pushed = assembled(blade, dampers, modes, behind), "blade/force.x"
@@ -177,12 +180,6 @@ def pads(damper: Damper) -> tuple[tuple[str, Place], ...]:
     """The blade's nodes opposite the flat: (name, place), "left_pad_1", ..."""
     points = np.asarray(damper.surface("flat").points)
     return tuple((f"{damper.label}_pad_{i}", (float(x), float(y), float(z))) for i, (x, y, z) in enumerate(points, start=1))
-
-
-def behind_cylinder(damper: Damper, separator: ForceSeparator, platform_angle: float) -> Separator:
-    """The separator that the cylinder side of a damper presses against."""
-    middle = np.asarray(damper.surface("cylinder").points).mean(axis=0)
-    return separator.placed(f"separator_{damper.label}", middle, -1 if damper.label == "left" else 1, platform_angle)
 
 
 def rigid(point: Place) -> Motion:
