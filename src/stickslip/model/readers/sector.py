@@ -174,16 +174,7 @@ def disks_of(
     speed = speeds[0] if speeds and stress is not None else 0.0
     if speed:
         refuse_own_axes(model)
-    face_nodes = [(node, model.nodes[node]) for face in (faces.low, faces.high) for node in model.sets[face]]
-    reduction = [each.fingerprint for each in models], faces, face_nodes, list(kept.values()), number
-    key = repr((stickslip.__version__, *reduction, stress and stress.bytes, speed))
-    file = cache_folder() / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
-    arrays = from_cache(file, ("M", "K", "error", "stress", "rotation"))
-    if arrays is None:
-        arrays = _reduced(read, stiffnesses, faces, kept, number, stress, speed, progress)
-        to_cache(file, arrays)
-    else:
-        progress(1.0, f"reduction found in {file}")
+    arrays = _reduced(models, read, stiffnesses, faces, kept, number, stress, speed, progress)
     dofs = (*kept, *mode_names(number))
     whole = {name: row for place in places for name, row in place.dofs.items()}
     nodes, sets = kept_nodes(model, whole), kept_sets(model, tuple(places))
@@ -221,6 +212,7 @@ def refuse_stress_on_faces(model: Model, faces: Faces, stress: StressRows | None
 
 
 def _reduced(
+    models: Sequence[Model],
     read: ReadSector,
     stiffnesses: Sequence[Sparse],
     faces: Faces,
@@ -230,11 +222,19 @@ def _reduced(
     speed: float,
     progress: Progress,
 ) -> dict[str, NDArray[Any]]:
-    """What the cache keeps of a reduction on the shapes of the mean K: M of all nodal diameters (N//2 + 1, m, m), K of each model
-    (models, N//2 + 1, m, m), the stress (N//2 + 1, rows, m), that due to rotation (rows,), and the error of the interpolation.
+    """The reduction on the shapes of the mean K, from the cache if it is there: M of all nodal diameters (N//2 + 1, m, m), K of
+    each model (models, N//2 + 1, m, m), stress (N//2 + 1, rows, m) and that due to rotation (rows,), error of the interpolation.
 
     Frequencies at both ends then err by the square of what the speed changes of the shapes.
     """
+    face_nodes = [(node, models[0].nodes[node]) for face in (faces.low, faces.high) for node in models[0].sets[face]]
+    reduction = [model.fingerprint for model in models], faces, face_nodes, list(kept.values()), modes
+    key = repr((stickslip.__version__, *reduction, stress and stress.bytes, speed))
+    file = cache_folder() / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
+    arrays = from_cache(file, ("M", "K", "error", "stress", "rotation"))
+    if arrays is not None:
+        progress(1.0, f"reduction found in {file}")
+        return arrays
     sector = read.sector
     rows = None if stress is None else stress.rows[:, np.flatnonzero(read.rows >= 0)]
     mean = stiffnesses[0] if len(stiffnesses) == 1 else sparse.csc_array(0.5 * (stiffnesses[0] + stiffnesses[-1]))
@@ -245,13 +245,15 @@ def _reduced(
         masses.append(wave.M)
         stresses.append(np.zeros((0, len(wave.M))) if rows is None else rows @ T)
         reduced.append([wave.K] if len(stiffnesses) == 1 else [hermitian(T.conj().T @ (K @ T)) for K in stiffnesses])
-    return {
+    arrays = {
         "M": np.array(masses, dtype=complex),
         "K": np.array(reduced, dtype=complex).swapaxes(0, 1),
         "error": np.array(interpolation_error(sector) if faces.interpolated else 0.0),
         "stress": np.array(stresses, dtype=complex),
         "rotation": np.zeros(0) if rows is None or not speed else rotation_stress(sector, rows, faces.axis, speed),
     }
+    to_cache(file, arrays)
+    return arrays
 
 
 def _stiffness(model: Model, other: Model, read: ReadSector) -> Sparse:
