@@ -19,7 +19,7 @@ from stickslip.support import console
 
 @pytest.fixture
 def record(tmp_path):
-    """Six cycles of one slider: kt 20 N/um, mu 0.4, 100 N; with noise."""
+    """Six cycles of one slider: kt 20 N/µm, mu 0.4, 100 N; with noise."""
     generator = np.random.default_rng(0)
     u, force = (np.tile(one, 6) for one in loop_of(np.ones(1), 20e6, 0.4, 100.0, 10e-6, 200))
     u, force = u + 5e-8 * generator.standard_normal(u.size), force + 0.2 * generator.standard_normal(u.size)
@@ -37,7 +37,7 @@ def test_a_record_becomes_an_answer_a_report_and_results(record, tmp_path, monke
     monkeypatch.chdir(tmp_path)
     shown = command("contact-law", record, "--normal-load", 100, "--figures")
     assert shown.exit_code == 0, shown.output
-    found = re.search(r"jenkins: kt = ([\d.]+) N/um, .*; mu = ([\d.]+), 95 %", shown.output)
+    found = re.search(r"jenkins: kt = ([\d.]+) N/µm, .*; mu = ([\d.]+), 95 %", shown.output)
     assert float(found[1]) == pytest.approx(20.0, rel=0.01)
     assert float(found[2]) == pytest.approx(0.4, rel=0.01)
     folder = tmp_path / "results" / "record"

@@ -147,7 +147,7 @@ def test_laws_of_other_shapes_are_not_taken_for_a_lag():
 
 
 def test_the_rig_in_series_is_corrected_and_its_error_enters():
-    """A contact of 17 N/um behind a rig of 30 N/um looks like 10.85; 1/17 = 1/10.85 - 1/30."""
+    """A contact of 17 N/µm behind a rig of 30 N/µm looks like 10.85; 1/17 = 1/10.85 - 1/30."""
     both = 1.0 / (1.0 / 17e6 + 1.0 / 30e6)
     assert both == pytest.approx(10.85e6, rel=1e-3)
     one = record(kt=both, gain=0.0, amplitude=20e-6)
@@ -308,7 +308,7 @@ def tribometer(tmp_path_factory):
 
 @pytest.mark.nightly
 def test_the_measured_record(tribometer):
-    """An independent trial found 49 cycles of 4.0000 s, kt 0.0406 N/um, mu 0.4727 and 0.466 in the first cycle."""
+    """An independent trial found 49 cycles of 4.0000 s, kt 0.0406 N/µm, mu 0.4727 and 0.466 in the first cycle."""
     data = tribometer.dataset
     assert "49 cycles of 4 s, amplitude 114 um, normal load 5 N" in repr(tribometer)
     fit = tribometer.fits["jenkins"]

@@ -25,7 +25,7 @@ def contact_law(
         typer.Option(help="jenkins, iwan, dahl, array or valanis; can be repeated. All but valanis by default."),
     ] = None,
     rig_stiffness: Annotated[
-        float | None, typer.Option(help="Of what yields between displacement sensor and contact, N/um; kt is corrected for it.")
+        float | None, typer.Option(help="Of what yields between displacement sensor and contact, N/µm; kt is corrected for it.")
     ] = None,
     lag: Annotated[
         float | None, typer.Option(help="Share of a period by which the force is recorded later than the displacement.")

@@ -34,7 +34,7 @@ OWN = {
 FACTOR = re.compile(r"([A-Za-zµ]+)(\^?-?[\d.]+|²|³)?")
 """A unit with its power inside of a compound one, as in m/(s2 N)."""
 HEAD = re.compile(r"(.* \[)([^\]]+)(\])|(.* in )(\S+)()")
-"""The head of a column with its unit, "amplitude [m]" or "kt in N/um"."""
+"""The head of a column with its unit, "amplitude [m]" or "kt in N/µm"."""
 SIZE = re.compile(r"(?<![\w.])(\d[\d.]*(?:e[+-]?\d+)?) (m kg\^0\.5|N/m|[µn]?m)(?![\w/^])")
 """A length, a modal amplitude or a stiffness in a sentence."""
 

@@ -26,7 +26,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
     laws = pd.DataFrame({"law": dataset["law"].values})
     least = dataset.attrs.get("least_mu")
-    for name, factor, unit in (("kt", 1e-6, " in N/um"), ("mu", 1.0, "")):
+    for name, factor, unit in (("kt", 1e-6, " in N/µm"), ("mu", 1.0, "")):
         if name == "mu" and least is not None:
             laws["mu, at least"] = float(least)
             continue
@@ -39,8 +39,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     cycles = pd.DataFrame(
         {
             "cycle": dataset["cycle_number"].values,
-            "kt in N/um": 1e-6 * dataset["cycle_kt"].values,
-            "standard deviation of kt in N/um": 1e-6 * dataset["cycle_kt_error"].values,
+            "kt in N/µm": 1e-6 * dataset["cycle_kt"].values,
+            "standard deviation of kt in N/µm": 1e-6 * dataset["cycle_kt_error"].values,
             **(friction if least is None else {}),
             "plateau of the force over the load": dataset["plateau"].values,
             "energy measured in mJ": 1e3 * dataset["energy_measured"].values,

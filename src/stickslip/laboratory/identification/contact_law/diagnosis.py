@@ -90,7 +90,7 @@ def warnings_about(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> li
             part = max(len(values) // 10, 1)
             first, last = float(np.mean(values[:part])), float(np.mean(values[-part:]))
             if abs(last - first) > CHANGE * first:
-                unit, factor = ("", 1.0) if name == "mu" else (" N/um", 1e-6)
+                unit, factor = ("", 1.0) if name == "mu" else (" N/µm", 1e-6)
                 found.append(
                     f"{name} changes from {factor * first:.4g} ({_which(work.numbers[:part])}) to {factor * last:.4g}{unit} "
                     f"({_which(work.numbers[-part:])}): one value for all is a mean."
@@ -114,7 +114,7 @@ def _lagging(work: ContactLawWork, fit: LawFit) -> list[str]:
     late = "late" if shown.lag > 0.0 else "early"
     return [
         f"The force comes {abs(shown.lag):.2%} of a period too {late} for a contact, which sticks at each reversal: with it in "
-        f"time the {fit.law} law has kt = {1e-6 * shown.kt:.4g} N/um. A force that is saturated looks "
+        f"time the {fit.law} law has kt = {1e-6 * shown.kt:.4g} N/µm. A force that is saturated looks "
         f"the same. Record both with one filter, or give lag = {shown.lag:.4f}."
     ]
 
@@ -126,8 +126,8 @@ def _over_loads(work: ContactLawWork, kt: Array) -> list[str]:
         return []
     middle = np.sqrt(loads.min() * loads.max())
     low, high = (float(np.median(kt[side])) for side in (loads < middle, loads >= middle))
-    about = f"kt is {rounded(1e-6 * low, 3)} N/um around {rounded(float(np.median(loads[loads < middle])), 4)} N and "
-    about += f"{rounded(1e-6 * high, 3)} N/um around {np.median(loads[loads >= middle]):.4g} N"
+    about = f"kt is {rounded(1e-6 * low, 3)} N/µm around {rounded(float(np.median(loads[loads < middle])), 4)} N and "
+    about += f"{rounded(1e-6 * high, 3)} N/µm around {np.median(loads[loads >= middle]):.4g} N"
     if abs(high - low) < CHANGE * low and work.rig_stiffness is None:
         return [f"kt is likely the rig's: {about}; that of a contact grows with the normal load."]
     return [f"One kt for all loads is a mean: {about}. Fit each load by itself."] if abs(high - low) >= CHANGE * low else []

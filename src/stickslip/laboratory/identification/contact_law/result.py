@@ -55,7 +55,7 @@ class LawFit:
 
     def __str__(self) -> str:
         low, high = (1e-6 * value for value in self.kt_interval)
-        kt = f"kt = {1e-6 * self.kt:.4g} N/um ({low:.4g} to {high:.4g})"
+        kt = f"kt = {1e-6 * self.kt:.4g} N/µm ({low:.4g} to {high:.4g})"
         mu = f"mu = {self.mu:.4g} ({self.mu_interval[0]:.4g} to {self.mu_interval[1]:.4g})"
         held_out = "" if np.isnan(self.held_out) else f", held out {self.held_out:.1%}"
         return f"{self.law}: {kt}, {mu}; misfit {self.misfit:.1%}{held_out}"
@@ -157,7 +157,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     kt, mu = 1e-6 * float(own["kt"]), float(own["mu"])
     low, high = 1e-6 * own["kt_interval"].values
     lines = [
-        f"{best}: kt = {kt:.4g} N/um, 95 % between {low:.4g} and {high:.4g}; "
+        f"{best}: kt = {kt:.4g} N/µm, 95 % between {low:.4g} and {high:.4g}; "
         + (
             f"mu ≥ {float(dataset.attrs['least_mu']):.4g}, the contact hardly slips"
             if "least_mu" in dataset.attrs
@@ -197,5 +197,5 @@ def _over_cycles(dataset: xr.Dataset) -> str:
     friction = "" if "least_mu" in dataset.attrs else f"mu {mu[0]:.4g} to {mu[1]:.4g}, "
     return (
         f"from cycle {first} to {last} ({counted(dataset.sizes['cycle'], 'fit')}): {friction}"
-        f"kt {kt[0]:.4g} to {kt[1]:.4g} N/um, plateau over load {plateau[0]:.4g} to {plateau[1]:.4g}"
+        f"kt {kt[0]:.4g} to {kt[1]:.4g} N/µm, plateau over load {plateau[0]:.4g} to {plateau[1]:.4g}"
     )

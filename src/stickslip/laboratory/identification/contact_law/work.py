@@ -105,15 +105,15 @@ class ContactLawWork:
             return self
         together = float(np.exp(fitted(self.loops, "jenkins").x[0]))
         if rig < SOFTEST_RIG * together:
-            rule = f"must be above {together:.4g} N/m ({1e-6 * together:.4g} N/um), the stiffness of rig and contact together"
-            remedy = "Is its unit N/m (N/um with --rig-stiffness), and is it of the place where the displacement was measured?"
+            rule = f"must be above {together:.4g} N/m ({1e-6 * together:.4g} N/µm), the stiffness of rig and contact together"
+            remedy = "Is its unit N/m (N/µm with --rig-stiffness), and is it of the place where the displacement was measured?"
             raise fault("rig_stiffness", rule, rig, remedy)
-        said = f"The displacement is corrected by force over the rig's stiffness, {1e-6 * rig:.4g} N/um; "
-        said += f"without it the jenkins law has kt = {1e-6 * together:.4g} N/um."
+        said = f"The displacement is corrected by force over the rig's stiffness, {1e-6 * rig:.4g} N/µm; "
+        said += f"without it the jenkins law has kt = {1e-6 * together:.4g} N/µm."
         notes = []
         if rig > STIFFEST_RIG * together:
-            how = f"The rig's stiffness, {rig:.4g} N/m ({1e-6 * rig:.4g} N/um), is {rig / together:.2g} times that of the loops"
-            notes.append(f"{how} and corrects nothing. Is its unit N/m (N/um with --rig-stiffness)?")
+            how = f"The rig's stiffness, {rig:.4g} N/m ({1e-6 * rig:.4g} N/µm), is {rig / together:.2g} times that of the loops"
+            notes.append(f"{how} and corrects nothing. Is its unit N/m (N/µm with --rig-stiffness)?")
 
         def without_rig(loop: ContactLoop) -> ContactLoop:
             force = np.asarray(loop.force)
