@@ -172,7 +172,12 @@ def named_column(table: NumberTable, name: str, which: str | int) -> int:
 
 
 def matlab_tables(paths: Sequence[Path]) -> list[NumberTable]:
-    """The numbers of MATLAB files, read in one process of their own."""
+    """The loops of MATLAB files."""
+    return [_matlab_table(path.name, arrays) for path, arrays in zip(paths, matlab_arrays(paths), strict=True)]
+
+
+def matlab_arrays(paths: Sequence[Path]) -> list[dict[str, Any]]:
+    """The arrays of each of several MATLAB files by name, those of structs as "FRF.f", read in one process of their own."""
     with tempfile.TemporaryDirectory() as folder:
         listed = Path(folder) / "files.json"
         listed.write_text(json.dumps([str(path.absolute()) for path in paths]), encoding="utf-8")
@@ -181,7 +186,7 @@ def matlab_tables(paths: Sequence[Path]) -> list[NumberTable]:
     for key, values in found.items():
         number, name = key.split(":", 1)
         own[int(number)][name] = values
-    return [_matlab_table(path.name, arrays) for path, arrays in zip(paths, own, strict=True)]
+    return own
 
 
 def _matlab_table(name: str, arrays: dict[str, Any]) -> NumberTable:

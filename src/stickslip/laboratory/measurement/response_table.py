@@ -11,8 +11,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.laboratory.measurement.matlab_columns import response_columns
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
-from stickslip.laboratory.measurement.number_table import NumberTable, matlab_tables, named_column, text_table
+from stickslip.laboratory.measurement.number_table import NumberTable, matlab_arrays, named_column, text_table
 from stickslip.laboratory.measurement.response_units import (
     MOTIONS,
     UNITS,
@@ -97,6 +98,8 @@ def read_measured_response(
     those of the quantity, with exp(+iωt). A title with the word lag turns the sign. Rows at 0 Hz are left out.
     A file holds one curve; one with several, which a column titled curve, test or run numbers, is refused:
     `read_measured_responses` reads it.
+    Of a MATLAB file the vectors of one struct, or those beside all structs, are the columns; where several would do,
+    columns={"amplitude": "Signal_1"} or "run.H" says which, and "H(:,2)" a column of a matrix.
     Of a universal file (UFF, UNV; data sets 58 and 58b) that holds several functions, columns={"amplitude": "12:+Z / 1:+X"} says
     which response against which reference is meant, or its number in the file. A spectrum of the force at the reference gives
     the force levels unless `force` does; columns={"force": ...} names another. units: of "frequency", "amplitude" or "force".
@@ -146,13 +149,17 @@ def _read(
     about = {"name": file.stem, **about}
     if is_universal(file):
         return _of_universal_file(file, by, columns or {}, units or {}, asked, phase_of, about)
-    table = matlab_tables([file])[0] if file.suffix.lower() == ".mat" else text_table(file)
-    found = _chosen(table, columns or {}, asked, "force" in about)
+    named: dict[str, str | int] = dict(columns or {})
+    if file.suffix.lower() == ".mat":
+        table, named = response_columns(file.name, matlab_arrays([file])[0], named)
+    else:
+        table = text_table(file)
+    found = _chosen(table, named, asked, "force" in about)
     number = None if by is None else named_column(table, "the curves", by)
     if number is not None and number in {column.index for column in found.values()}:
         raise fault("by", "must be a column that holds nothing else", by)
     notes = [*table.notes, *_not_used(table, found, number)]
-    stated = dict(units or {})
+    stated = {"real" if key == "amplitude" and "real" in found else key: unit for key, unit in (units or {}).items()}
     for key, other in (("real", "imaginary"), ("imaginary", "real")):
         if key in stated:
             stated.setdefault(other, stated[key])
