@@ -7,6 +7,7 @@ import pytest
 from identification.test_identify_response import FREE, measured, one_mass
 
 import stickslip as ss
+from stickslip.laboratory.identification.response.diagnosis import SUSPICION
 from stickslip.laboratory.identification.response.mistakes import notes_on_mistakes
 
 SOUND = [measured(force, 3, frequencies=np.linspace(0.14, 0.24, 15)) for force in (0.3, 1.0, 2.0)]
@@ -63,7 +64,7 @@ def test_a_mistake_is_named(name):
     assert len(said) == 1
     first, *rest = [note for note in found.notes if "is assumed" not in note]
     assert first in said  # the cause, and none of its consequences
-    assert rest == ["Values and intervals mean nothing before the mistake above is mended."]
+    assert rest == [SUSPICION]
 
 
 def test_a_sound_fit_and_a_wrong_model_are_no_mistakes():

@@ -47,6 +47,11 @@ UNEXPLAINED = 2.0
 OUTSIDE = 2.0
 """Distance from the bounds, in standard errors, from which on a point counts as outside."""
 
+SUSPICION = (
+    "What comes first here is a suspicion: a model with a wrong mass or stiffness looks the same. Values and intervals mean "
+    "nothing before the cause is found."
+)
+
 
 def notes(
     tests: Sequence[MeasuredResponse],
@@ -55,14 +60,14 @@ def notes(
     solution: Mapping[str, Any],
     remarks: Sequence[str],
 ) -> tuple[str, ...]:
-    """What must be known of the result. Where a mistake in the tests is named, all else may be its consequence."""
+    """What must be known of the result. Where a mistake in the tests is suspected, all else may be its consequence."""
     mistakes = notes_on_mistakes(tests, dataset["misfit"].values, solution) if "plain_gain" in solution else []
     about = [(test.name, note) for test in tests for note in (*test.notes, *([] if mistakes else flat_top(test)))]
     found = [*mistakes, *assumed_units(tests), *(() if mistakes else mixed_units(tests)), *joined(about), *remarks]
     if "bounds" in solution:
         found += notes_on_bounds(dataset, solved[0])
     if mistakes:
-        return (*found, "Values and intervals mean nothing before the mistake above is mended.", *_repeated(solved[0]))
+        return (*found, SUSPICION, *_repeated(solved[0]))
     return (*found, *notes_of_fit(*solved, dataset))
 
 

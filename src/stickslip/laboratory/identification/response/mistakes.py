@@ -50,7 +50,7 @@ GAINS = (
 LARGE = "as where a force in kN is given as in N, or a response in mm as in m. State the unit, such as --unit force=kN"
 SMALL = "as where a force in N is given as in kN, or in mN as in N. State the unit, such as --unit force=N"
 
-CALIBRATION = "check the calibration, or free the gain (--free-gain)"
+CALIBRATION = "check the calibration and the mass of the model, or free the gain (--free-gain)"
 
 SWAPPED = (
     "the columns of force and response seem to be swapped: so exchanged, the model fits. Say which they are, --column force=..., "
