@@ -6,14 +6,17 @@ method from other starts at the same frequencies finds neither more often than t
 
 from __future__ import annotations
 
-from itertools import pairwise
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from itertools import chain, pairwise
 
 import numpy as np
 
-from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.continuation import solve_cold, trace
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, solve_at
+from stickslip.solve.continuation.newton import Correction
 from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array
@@ -42,17 +45,17 @@ def other_motion_warning(balance: HarmonicBalance, curve: Curve, measure: Measur
     if ends[0].point.omega > ends[1].point.omega:
         ends = ends[1], ends[0]
     own = _sizes(balance, curve.points, measure)
-    upwards, downwards = [(*ends, 1.0 / beyond) for beyond in BEYOND], [(*ends[::-1], beyond) for beyond in BEYOND]
-    for edge, other, outside in (*downwards, *upwards):
-        points = _entering(balance, curve, edge, outside * edge.point.omega, other.point.omega)
-        if not points:
-            continue
+    upwards, downwards = [1.0 / factor for factor in BEYOND], BEYOND
+    for begin, points in chain(
+        _entering(balance, curve, *ends[::-1], downwards),
+        _entering(balance, curve, *ends, upwards),
+    ):
         sizes = _sizes(balance, points, measure)
         ratios = sizes.max(axis=0) / np.maximum(own.max(axis=0), np.finfo(float).tiny)
         output = int(np.argmax(np.where(own.max(axis=0) > 0.0, ratios, 0.0)))
         if ratios[output] > HIGHER:
             highest = balance.hertz(points[int(np.argmax(sizes[:, output]))].point.omega)
-            enters, begins = (balance.hertz(omega) for omega in (edge.point.omega, outside * edge.point.omega))
+            enters, begins = (balance.hertz(omega) for omega in (points[0].point.omega, begin))
             return (
                 f"Another motion enters the band at {enters:.6g} Hz, with {ratios[output]:.3g} times the highest "
                 f"{balance.problem.output_names[output]} of this curve, at {highest:.6g} Hz. Which of them a vibration takes "
@@ -61,35 +64,66 @@ def other_motion_warning(balance: HarmonicBalance, curve: Curve, measure: Measur
     return ""
 
 
-def _entering(balance: HarmonicBalance, curve: Curve, edge: CurvePoint, outside: float, far: float) -> list[CurvePoint]:
-    """The points inside the band of the curve that comes from outside through an edge, ω in rad/s; none where it is the curve
-    itself that it meets there, and where it cannot be followed with what may be spent."""
-    left = max(LEAST_SPENT, SHARE * sum(float(point.iterations) * point.active**3 for point in curve.points))
-    first = solve_cold(balance, outside, curve.level)
+def _entering(
+    balance: HarmonicBalance, curve: Curve, edge: CurvePoint, far: CurvePoint, beyond: Sequence[float]
+) -> Iterator[tuple[float, list[CurvePoint]]]:
+    """The curves that enter the band through an edge: ω in rad/s at which each begins, and its points inside, that at the edge
+    first. The one from nearby is not followed where that from farther away leads through its first point."""
+    near, away = (solve_cold(balance, factor * edge.point.omega, curve.level) for factor in beyond)
+    farther, through = _inside(balance, curve, edge, far, away, near)
+    found = [(near, farther)] if through else [(near, _inside(balance, curve, edge, far, near)[0]), (away, farther)]
+    yield from ((first.evaluation.point.omega, points) for first, points in found if points)
+
+
+def _inside(
+    balance: HarmonicBalance,
+    curve: Curve,
+    edge: CurvePoint,
+    far: CurvePoint,
+    first: Correction,
+    between: Correction | None = None,
+) -> tuple[list[CurvePoint], bool]:
+    """The points inside the band of the curve from a motion outside, and whether it led through another motion to the edge.
+
+    None where it is the curve itself that it meets at the edge, and where it cannot be followed with what may be spent.
+    """
     if not first.converged:
-        return []
+        return [], False
+    left = max(LEAST_SPENT, SHARE * sum(float(point.iterations) * point.active**3 for point in curve.points))
     inside: list[CurvePoint] = []
-    omega, low, high = edge.point.omega, *sorted((edge.point.omega, far))
+    through, omega = False, edge.point.omega
+    low, high = sorted((omega, far.point.omega))
     try:
-        for before, point in pairwise(trace(balance, first, "omega", far, StepControl(points=MOST_POINTS))):
+        for before, point in pairwise(trace(balance, first, "omega", far.point.omega, StepControl(points=MOST_POINTS))):
             left -= max(point.iterations, 1.0) * float(point.active) ** 3
+            if between is not None and between.converged and not inside:
+                through = through or _passes(balance, before, point, between.evaluation)
             if not inside and (before.point.omega - omega) * (point.point.omega - omega) < 0.0:
-                crossing = solve_at(balance, before, point, "omega", omega)
-                if _same(crossing, edge):
-                    return []
-                inside.append(crossing)
+                inside.append(solve_at(balance, before, point, "omega", omega))
+                if _same(inside[0].evaluation, edge.evaluation):
+                    return [], through
             if inside and low <= point.point.omega <= high:
                 inside.append(point)
             if left < 0.0:
                 break
     except LostCurveError:
         pass
-    return inside
+    return inside, through and len(inside) > 0
 
 
-def _same(one: CurvePoint, other: CurvePoint) -> bool:
-    """Whether two points at one frequency are one motion."""
-    a, b = one.evaluation.w[:, 1:], other.evaluation.w[:, 1:]
+def _passes(balance: HarmonicBalance, before: CurvePoint, point: CurvePoint, motion: Evaluation) -> bool:
+    """Whether a step passes a motion."""
+    omega = motion.point.omega
+    if (before.point.omega - omega) * (point.point.omega - omega) >= 0.0:
+        return False
+    with suppress(LostCurveError):
+        return _same(solve_at(balance, before, point, "omega", omega).evaluation, motion)
+    return False
+
+
+def _same(one: Evaluation, other: Evaluation) -> bool:
+    """Whether two solutions at one frequency are one motion."""
+    a, b = one.w[:, 1:], other.w[:, 1:]
     return float(np.linalg.norm(a - b)) <= SAME * float(np.linalg.norm(b))
 
 

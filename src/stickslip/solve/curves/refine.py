@@ -123,6 +123,7 @@ class _Step:
         plane = current.across("omega")
         first, last = (plane.rate(point.evaluation.w, point.point.omega) for point in (current, following))
         self.plane, self.reach = replace(plane, target=first), last - first
+        self.ends = self._amplitudes(current.evaluation), self._amplitudes(following.evaluation)
 
     def inside(self, tolerance: float) -> list[CurvePoint]:
         """Solved points inside: none, or so many that the error of straight lines, of second order, is below tolerance."""
@@ -152,8 +153,7 @@ class _Step:
         """Relative error of the straight line over frequency between both ends, at a point of the curve inside."""
         low, high, omega = self.omega.a, self.omega.b, inside.point.omega
         share = (omega - low) / (high - low) if min(low, high) < omega < max(low, high) else 0.5
-        ends = [self._amplitudes(point.evaluation) for point in (self.current, self.following)]
-        line, amplitude = (1.0 - share) * ends[0] + share * ends[1], self._amplitudes(inside)
+        line, amplitude = (1.0 - share) * self.ends[0] + share * self.ends[1], self._amplitudes(inside)
         return float(np.max(np.abs(line - amplitude) / np.maximum(amplitude, np.finfo(float).tiny)))
 
     def _amplitudes(self, evaluation: Evaluation) -> Array:
