@@ -6,8 +6,7 @@ import pytest
 from scipy import io
 
 import stickslip as ss
-from stickslip.laboratory.measurement.contact_cycles import contact_cycles, loop_area
-from stickslip.laboratory.measurement.passages import reversals
+from stickslip.laboratory.measurement.contact_cycles import contact_cycles, loop_area, reversals
 from stickslip.laboratory.measurement.synthetic import loop_of
 from stickslip.support.checks import InputError
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 import stickslip as ss
-from stickslip.laboratory.measurement.response_scales import assumed_units, joined, mixed_units
+from stickslip.laboratory.measurement.measured_response import assumed_units, joined, mixed_units
 
 FREQUENCY = np.linspace(60.0, 100.0, 21)
 

@@ -6,16 +6,16 @@ noise of the displacement looks like motion: unsmoothed it makes kt too low and 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import compress, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.laboratory.measurement.contact_record import ContactRecord
-from stickslip.laboratory.measurement.cycles import analysis, delayed, fitted_cycle, synthesis
-from stickslip.laboratory.measurement.passages import FEW_CYCLES, cycle_ends
+from stickslip.laboratory.measurement.cycles import analysis, columns_at, delayed, fitted_cycle, synthesis
 from stickslip.support.checks import Array, Index, between, counted, fault, rounded
 
 HARMONICS = (30, 60, 120, 240)
@@ -66,6 +66,28 @@ TIMES_USUAL = 3.0
 
 AT_END, FEWEST_AT_END = 0.05, 4
 """Share of a cycle, and least number of samples, from which the force at its beginning or end is found."""
+
+TURN = 0.2
+"""Part of the displacement's range by which it must turn back for a reversal: smaller motions are noise, or are dropped."""
+
+CLOSED = 0.1
+"""Largest distance of the last sample of a single cycle from its first, relative to the range of the displacement."""
+
+FEW_CYCLES = 3
+"""Up to so many whole cycles, strokes that the record begins or ends with are used if they pass the middle at all."""
+
+WHOLE_STROKE = 0.9
+"""Part of a stroke that the record must begin or end with for its passage to count: a virgin contact may begin there."""
+
+ABOUT, FEWEST_ON_LINE = 0.2, 4
+"""Part of a stroke on either side of its middle through which a line gives the passage, and fewest samples of it."""
+
+
+QUIET = 8.0
+"""Standard deviations of noise that a reversal must exceed: where noise is larger, neighbouring samples are averaged first."""
+
+LONGEST_MEAN = 101
+"""Samples that are averaged at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +187,8 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
     most = (shortest - 3) // 2
     if harmonics is not None and harmonics > most:
         notes.append(f"Cycles of {shortest} samples are smoothed to {most} harmonics, not {harmonics}.")
-    count = min(most, harmonics or _enough(several[0], spans[0], most))
+    enough = partial(_left, several[0], spans[0])
+    count = min(most, harmonics or _enough(enough, float(np.min(np.diff(spans[0]))), most))
     numbered = zip(several, spans, _first_numbers(several, spans), strict=True)
     cuts, open_loops = _closed([_cut(record, span, count, number) for record, span, number in numbered])
     notes += open_loops
@@ -217,14 +240,8 @@ def smoothed_motion(displacement: Array, harmonics: int | None = None) -> tuple[
     and the standard errors (H,) of their cosines and sines [m]."""
     size = displacement.size
     power = np.abs(np.fft.rfft(displacement - displacement.mean())) ** 2 * 2.0 / size**2
-    allowed = [count for count in HARMONICS if SAMPLES_A_HARMONIC * count <= size] or _of_few(size, (size - 3) // 3)
-    count = min(harmonics, (size - 3) // 2) if harmonics is not None else allowed[-1]
-    if harmonics is None:
-        for few, more in pairwise(allowed):
-            left, still = float(np.sum(power[few + 1 :])), float(np.sum(power[more + 1 :]))
-            if left - still <= STRUCTURE * still * 2.0 * (more - few) / max(size - 2.0 * more - 1.0, 1.0):
-                count = few
-                break
+    enough = _enough(lambda count: float(np.sum(power[count + 1 :])), size, (size - 3) // 3)
+    count = enough if harmonics is None else min(harmonics, (size - 3) // 2)
     error = np.sqrt(2.0 * float(np.sum(power[count + 1 :])) / (size - 2 * count - 1))
     found = analysis(displacement, count)
     lost = _lost(found[None], error)
@@ -247,20 +264,16 @@ def _regular(record: ContactRecord, span: Array) -> Array:
     return line if _left(record, line, count) <= _left(record, span, count) else span
 
 
-def _enough(record: ContactRecord, span: Array, most: int) -> int:
-    """The first number of `HARMONICS` beyond which the displacement of a record has nothing but noise."""
-    fewest = float(np.min(np.diff(span)))
-    allowed = [count for count in HARMONICS if SAMPLES_A_HARMONIC * count <= fewest] or _of_few(fewest, most)
+def _enough(left: Callable[[int], float], samples: float, most: int) -> int:
+    """The first number of `HARMONICS` beyond which a displacement has nothing but noise; of few samples first so many that noise
+    does not follow. left: sum of squares that so many harmonics leave."""
+    few = int(samples / SAMPLES_A_HARMONIC)
+    allowed = [count for count in HARMONICS if count <= few] or [*([few] if FEWEST <= few < most else []), most]
     for count, more in pairwise(allowed):
-        left, still = (_left(record, span, number) for number in (count, more))
-        if left - still <= STRUCTURE * still * 2.0 * (more - count) / max(fewest - 2.0 * more - 1.0, 1.0):
+        still = left(more)
+        if left(count) - still <= STRUCTURE * still * 2.0 * (more - count) / max(samples - 2.0 * more - 1.0, 1.0):
             return count
     return allowed[-1]
-
-
-def _of_few(samples: float, most: int) -> list[int]:
-    """To how many harmonics a cycle of few samples is smoothed: first to so many that noise does not follow."""
-    return [count for count in (int(samples / SAMPLES_A_HARMONIC),) if FEWEST <= count < most] + [most]
 
 
 def _left(record: ContactRecord, span: Array, harmonics: int) -> float:
@@ -296,7 +309,7 @@ def _cut(record: ContactRecord, span: Array, harmonics: int, number: int = 1) ->
         values = signals[:, parts[k]]
         found = fitted_cycle(phase, values, harmonics)
         forces.append(_at_ends(phase, values[1]))
-        residuals.append((values - found @ _columns_at(phase, harmonics))[:2])
+        residuals.append((values - found @ columns_at(phase, harmonics).T)[:2])
         cycles.append(found)
     first = cycles[0][0]
     if len(periods) == 1 or np.sum(first[2::2] * np.arange(1, harmonics + 1)) < 0.0:  # not an upward passage at its beginning
@@ -354,14 +367,6 @@ def _drift(signals: Array, clock: Array, parts: list[Index]) -> Array:
         return np.zeros(len(signals))
     times = np.array([clock[part].mean() for part in parts])
     return np.array([np.polyfit(times - times[0], [signal[part].mean() for part in parts], 1)[0] for signal in signals])
-
-
-def _columns_at(phase: Array, harmonics: int) -> Array:
-    """cos and sin of all harmonics at phases, (2H+1, samples)."""
-    angles = 2.0 * np.pi * np.arange(1, harmonics + 1)[:, None] * phase
-    found = np.ones((2 * harmonics + 1, phase.size))
-    found[1::2], found[2::2] = np.cos(angles), np.sin(angles)
-    return found
 
 
 def _from_middle(cycle: Array) -> Array:
@@ -433,3 +438,97 @@ def _turned(u: Array, force: Array) -> bool:
     area = float(np.sum(loop_area(u, force)))
     size = float(np.sum(np.ptp(u @ synthesis(120, (u.shape[1] - 1) // 2).T, axis=1) * np.sqrt(np.sum(force**2, axis=1))))
     return area < 0.0 if abs(area) > 0.02 * size else float(np.sum(u * force)) < 0.0
+
+
+def cycle_ends(record: ContactRecord) -> Array:
+    """Where cycles begin and end, (cycles + 1,) in samples: upward passages through the middle between two reversals, or
+    downward ones where these give more cycles; a single closed cycle begins with its first sample and ends where that
+    would come again."""
+    u = _quiet(record.displacement)
+    turns = reversals(u, TURN * float(np.ptp(u)))
+    for part, fewest in ((WHOLE_STROKE, FEW_CYCLES), (0.0, 1)):
+        passages = max((_passages(sign * u, turns, part) for sign in (1.0, -1.0)), key=len)
+        if len(passages) > fewest:
+            return np.array(passages)
+    apart = abs(u[-1] - u[0])
+    if 1 <= len(turns) <= 2 and apart <= CLOSED * np.ptp(u):
+        same = abs(record.force[-1] - record.force[0]) < 0.01 * np.ptp(record.force)
+        repeated = same and apart < 0.1 * np.median(np.abs(np.diff(u)))
+        return np.array([0.0, float(u.size - 1 if repeated else u.size)])
+    if not turns:
+        shown = f"rising or falling throughout, from {u[0]:.4g} m to {u[-1]:.4g} m"
+        remedy = "Is it the right column? A cycle needs motion in both directions."
+        raise fault(f"Displacement of {record.name}", "must reverse", shown, remedy)
+    shown = f"{counted(len(turns), 'reversal')}, ends {apart / np.ptp(u):.0%} of the range apart"
+    raise fault(record.name, "must hold at least one whole cycle", shown, "Record more cycles, or cut one out that is closed.")
+
+
+def _quiet(u: Array) -> Array:
+    """A displacement (n,) as mean over so many neighbours that noise alone makes no reversal; unchanged where it is low.
+
+    Third differences show the noise: those of white noise are √20 times as large, those of a finely sampled motion vanish.
+    """
+    noise = float(np.median(np.abs(np.diff(u, 3)))) / (0.6745 * np.sqrt(20.0))
+    width = 1
+    mean = u
+    while TURN * float(np.ptp(mean)) < QUIET * noise / np.sqrt(width) and width < min(LONGEST_MEAN, u.size // 8):
+        width += 2
+        mean = np.convolve(np.pad(u, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")
+    return mean
+
+
+def reversals(values: Array, least: float) -> list[int]:
+    """Places of the highest and lowest samples between which a signal turns back by at least `least`, in turn.
+
+    The first and the last sample are none, nor is noise near them: a signal must come to a reversal from `least` away.
+    """
+    found: list[int] = []
+    high = low = 0
+    rising = 0
+    for n in range(values.size):
+        if values[n] > values[high]:
+            high = n
+        if values[n] < values[low]:
+            low = n
+        if rising >= 0 and values[high] - values[n] >= least:
+            if rising or values[high] - values[0] >= least:
+                found.append(high)
+            rising, low = -1, n
+        elif rising <= 0 and values[n] - values[low] >= least:
+            if rising or values[0] - values[low] >= least:
+                found.append(low)
+            rising, high = 1, n
+    return found
+
+
+def _passages(u: Array, turns: list[int], part: float) -> list[float]:
+    """Where the displacement passes upwards through the middle between two reversals, in samples.
+
+    part: of a stroke that must lie before the first reversal, or after the last one, for the passage there to count.
+    """
+    if len(turns) < 2:
+        return []
+    strokes = [(a, b, 0.5 * (u[a] + u[b]), 0.0) for a, b in pairwise(turns)]
+    ends = [(0, turns[0], 0), (turns[-1], u.size - 1, -1)]
+    first, last = ((a, b, strokes[k][2], part * abs(u[turns[k]] - u[turns[1 if k == 0 else -2]])) for a, b, k in ends)
+    return [
+        _passage(u, a, b, middle)
+        for a, b, middle, least in (first, *strokes, last)
+        if u[a] < middle <= u[b] and u[b] - u[a] >= least
+    ]
+
+
+def _passage(u: Array, start: int, end: int, middle: float) -> float:
+    """Where the displacement passes a value upwards between two samples, in samples: by a straight line through the samples about
+    it, since noise would shift a single sample."""
+    part = u[start : end + 1]
+    n = int(np.argmax(part >= middle))
+    half = ABOUT * float(part.max() - part.min())
+    below, above = np.flatnonzero(part[:n] < middle - half), np.flatnonzero(part[n:] > middle + half)
+    first, last = (int(below[-1]) + 1 if below.size else 0), (n + int(above[0]) if above.size else part.size)
+    if last - first < FEWEST_ON_LINE:
+        return start + n - 1 + float((middle - part[n - 1]) / (part[n] - part[n - 1]))
+    places = np.arange(first, last) - n
+    slope, value = np.polyfit(places, part[first:last] - middle, 1)
+    found = -value / slope if slope > 0.0 else 0.0
+    return start + n + float(np.clip(found, places[0], places[-1]))

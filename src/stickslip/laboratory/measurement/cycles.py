@@ -1,18 +1,21 @@
 """Harmonics of the whole cycles of a record, with mean, scatter, frequency, and the cycles that were rejected.
 
 Each cycle is fitted by harmonics (30 by default), which smooths it: measured displacements drive a model, and their noise
-would look like motion of the contacts. Eight harmonics are too few for kt, a single unsmoothed cycle is worse.
+would look like motion of the contacts. Eight harmonics are too few for kt, a single unsmoothed cycle is worse. The motion of
+a platform that drives a damper is smoothed alike.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from stickslip.laboratory.measurement.records import BLADE_CELLS, IDLE, Record
+from stickslip.laboratory.measurement.records import BLADE_CELLS, IDLE, Record, read_record
+from stickslip.model.dampers.platform_motion import PlatformMotion
 from stickslip.support.checks import Array, fault
 
 HARMONICS = 30
@@ -23,6 +26,9 @@ GAP = 1.5
 
 DRIFT = 0.02
 """Drift over the record, relative to the peak-to-peak value, from which it is stated."""
+
+CLOSED = 1e-6
+"""Difference of the first and the last row, relative to the range, at which the last repeats the first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +92,7 @@ class CycleSet:
 
 def synthesis(samples: int, harmonics: int) -> Array:
     """From harmonics to values at equal times of one cycle, (samples, 2H+1)."""
-    return _columns(np.arange(samples) / samples, harmonics)
+    return columns_at(np.arange(samples) / samples, harmonics)
 
 
 def analysis(values: Array, harmonics: int) -> Array:
@@ -108,7 +114,8 @@ def delayed(harmonics: Array, angle: Array | float) -> Array:
     return found
 
 
-def _columns(phase: Array, harmonics: int) -> Array:
+def columns_at(phase: Array, harmonics: int) -> Array:
+    """1, cos and sin of all harmonics at phases, (samples, 2H+1)."""
     angles = 2.0 * np.pi * phase[:, None] * np.arange(1, harmonics + 1)
     matrix = np.ones((phase.size, 2 * harmonics + 1))
     matrix[:, 1::2], matrix[:, 2::2] = np.cos(angles), np.sin(angles)
@@ -204,7 +211,7 @@ def _fitted(record: Record, phase: Array, k: int, harmonics: int) -> Array:
 
 def fitted_cycle(phase: Array, values: Array, harmonics: int) -> Array:
     """Harmonics (signals, 2H+1) of values (signals, samples) at phases (samples,) in [0, 1) by least squares."""
-    return np.asarray(np.linalg.lstsq(_columns(phase, harmonics), values.T, rcond=None)[0].T)
+    return np.asarray(np.linalg.lstsq(columns_at(phase, harmonics), values.T, rcond=None)[0].T)
 
 
 def _said_drift(name: str, channels: tuple[str, ...], harmonics: Array, kept: list[int]) -> list[str]:
@@ -218,3 +225,43 @@ def _said_drift(name: str, channels: tuple[str, ...], harmonics: Array, kept: li
         if abs(slope) > max(DRIFT * span, 4.0 * chance) and span > 0.0:
             warnings.append(f"{name}: {channel} drifts by {slope:.3g} over the record, {abs(slope) / span:.0%} of its range.")
     return warnings
+
+
+def read_motion(path: str | Path, harmonics: int = HARMONICS, frequency: float | None = None) -> PlatformMotion:
+    """The motion of the left platform from a table with `time`, `platform_x`, `platform_y` and their units; `platform_motion`."""
+    return platform_motion(read_record(path), harmonics, frequency)
+
+
+def platform_motion(record: Record, harmonics: int = HARMONICS, frequency: float | None = None) -> PlatformMotion:
+    """The motion smoothed to so many harmonics; phase 0 is the first row, and a direction that is missing is at rest.
+
+    frequency None: the table is one period, its last row one step short of the next (or a repetition of the first).
+    frequency [Hz]: the mean of the whole cycles of a longer record.
+    """
+    names = [name for name in ("platform_x", "platform_y") if name in record.signals]
+    if not names:
+        raise fault(f"Columns of {record.name}", "must hold platform_x or platform_y", sorted(record.signals))
+    if frequency is None:
+        found = _one_period(record, names, harmonics)
+    else:
+        cycles = whole_cycles(record, frequency, harmonics)
+        found = {name: cycles.channel(name) for name in names}
+    rest = np.zeros(2 * harmonics + 1)
+    return PlatformMotion([found.get("platform_x", rest), found.get("platform_y", rest)])
+
+
+def _one_period(record: Record, names: list[str], harmonics: int) -> dict[str, Array]:
+    """Harmonics of one period by least squares."""
+    signals = np.stack([record.signals[name] for name in names])
+    closed = np.all(np.abs(signals[:, -1] - signals[:, 0]) <= CLOSED * np.ptp(signals, axis=1).max())
+    rows = record.time.size - int(closed)
+    if rows < 2 * harmonics + 3:
+        rule = f"must have more than {2 * harmonics + 2} rows for {harmonics} harmonics"
+        raise fault(f"{record.name}", rule, rows, "Ask for fewer harmonics.")
+    span = float(record.time[-1] - record.time[0]) + (0.0 if closed else float(np.median(np.diff(record.time))))
+    values = fitted_cycle((record.time[:rows] - record.time[0]) / span, signals[:, :rows], harmonics)
+    strength = np.sum(values[:, 1::2] ** 2 + values[:, 2::2] ** 2, axis=0)
+    if int(np.argmax(strength)) > 0:
+        rule = "must be one period of the motion"
+        raise fault(f"{record.name}", rule, f"{np.argmax(strength) + 1} periods or so", "Cut one out, or give `frequency`.")
+    return dict(zip(names, values, strict=True))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycle import CycleWork
-from stickslip.laboratory.measurement.platform import read_motion
+from stickslip.laboratory.measurement.cycles import read_motion
 from stickslip.model.dampers import BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
 from stickslip.model.dampers.between_platforms import LAWS, suitable_gaps
 from stickslip.runs.work import Arrays

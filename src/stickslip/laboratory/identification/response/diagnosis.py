@@ -12,8 +12,7 @@ from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
 from stickslip.laboratory.identification.response.intervals import FEWEST_TESTS, FitStatistics, above_noise
 from stickslip.laboratory.identification.response.mistakes import notes_on_mistakes
 from stickslip.laboratory.identification.response.outliers import moved, notes_on_outliers
-from stickslip.laboratory.measurement.measured_response import MeasuredResponse, flat_top
-from stickslip.laboratory.measurement.response_scales import assumed_units, joined, mixed_units
+from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units
 from stickslip.support.checks import Array, first_of, rounded
 
 if TYPE_CHECKING:
@@ -160,7 +159,9 @@ def _about_misfit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset
     apart, stated = float(np.median(dataset["misfit"].values)), float(np.median([model.test.error for model in fit.tests]))
     large, series = apart > UNEXPLAINED * stated, fit.series(x)
     sizes = f"misfit {rounded(100.0 * apart, 2)} % in the median, stated errors {rounded(100.0 * stated, 2)} %"
-    suspects = f"quantity, units, contact law, the number of harmonics{_about_phase(fit)}"
+    suspects = "quantity, units, contact law, the number of harmonics"
+    if any(model.test.phase is not None for model in fit.tests):
+        suspects += " and the phase (of the displacement, not of the acceleration, which is 180° from it)"
     words = f"The model does not explain the tests: {sizes}. Check {suspects}"
     if "lower" in dataset or min(one.size for one in series) < FEWEST_POINTS:
         return [f"{words}; the intervals mean little."] if large else []
@@ -178,12 +179,6 @@ def _about_misfit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset
     else:
         held += ", but hold only if the model is right."
     return [f"{words}. {together}. {held}" if large else f"{together}: the model lacks something. {held}"]
-
-
-def _about_phase(fit: ResponseFit) -> str:
-    """What to check of phases, where there are any."""
-    known = any(model.test.phase is not None for model in fit.tests)
-    return " and the phase (of the displacement, not of the acceleration, which is 180° from it)" if known else ""
 
 
 def _repeated(fit: ResponseFit) -> list[str]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.analyses.variability.bounds_search import LOWER, SIGNS, UPPER, BoundsSearch
 from stickslip.analyses.variability.start_draws import search_cloud
-from stickslip.laboratory.identification.response.model import Complex, ComputedResponse, FittedTest, Values, slips
+from stickslip.laboratory.identification.response.model import ComputedResponse, FittedTest, Values, slips
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import HarmonicBalance, Point
@@ -126,18 +126,11 @@ class EnclosedTest:
                 continue
             nearest = place.beyond_the_edge(SIGNS[LOWER if nearest is low else UPPER], nearest)
             found.per_force[k] = self.model.per_force(nearest.balance, nearest.evaluation)
-            for name, slope in zip(names, self._slopes(place.space, nearest, sides), strict=True):
+            at = {name: [place.space.balance(side, nearest.variables) for side in both] for name, (*both, _) in sides.items()}
+            there = {name: (high, low, sides[name][2]) for name, (high, low) in at.items()}
+            for name, slope in zip(names, self.model.slopes(nearest.balance, nearest.evaluation, there), strict=True):
                 found.by_value[name][k] = slope
         return found
-
-    def _slopes(
-        self, space: StartSpace, one: Extreme, sides: dict[str, tuple[HarmonicBalance, HarmonicBalance, float]]
-    ) -> Complex:
-        there = {
-            name: (space.balance(high, one.variables), space.balance(low, one.variables), distance)
-            for name, (high, low, distance) in sides.items()
-        }
-        return self.model.slopes(one.balance, one.evaluation, there)
 
     def _places(self, base: HarmonicBalance) -> Iterator[tuple[int, Place, float]]:
         """The points of the test: number, where the response is searched, and the measured amplitude; none where the virgin
@@ -145,18 +138,15 @@ class EnclosedTest:
         test = self.test
         omega, force = 2.0 * np.pi * np.asarray(test.frequency), np.asarray(test.force)
         ends = np.unique([omega.min(), np.median(omega), omega.max()])
+        measure = Measure(quantity_named(test.quantity)[0])
         with suppress(InputError):
             space = explored_space(base, ends.tolist(), float(force.max()), self.rule, self.share)
             for k in range(omega.size):
                 yield (
                     k,
-                    Place(base, space, self._measure, test.output, float(omega[k]), float(force[k])),
+                    Place(base, space, measure, test.output, float(omega[k]), float(force[k])),
                     float(np.asarray(test.amplitude)[k]),
                 )
-
-    @property
-    def _measure(self) -> Measure:
-        return Measure(quantity_named(self.test.quantity)[0])
 
     def _bounds(self, k: int, place: Place, amplitude: float) -> tuple[Extreme | None, Extreme | None]:
         """Start states with a response below and above the measured one, or those that come nearest to it."""

@@ -15,8 +15,7 @@ import numpy as np
 from stickslip.laboratory.identification.response.enclosed import EnclosedTest
 from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
 from stickslip.laboratory.identification.response.model import FittedTest
-from stickslip.laboratory.measurement.measured_response import MeasuredResponse
-from stickslip.laboratory.measurement.response_scales import THOUSAND
+from stickslip.laboratory.measurement.measured_response import THOUSAND, MeasuredResponse
 from stickslip.support.checks import Array, first_of
 
 POOR = 0.1
