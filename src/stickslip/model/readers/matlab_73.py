@@ -31,8 +31,11 @@ def _items(file: Any, name: str, item: Any, depth: int) -> Iterator[tuple[str, A
     import h5py
 
     if isinstance(item, h5py.Group):
-        if "MATLAB_sparse" in item.attrs:
-            yield name, _sparse_group(name, item)
+        if "MATLAB_sparse" in item.attrs:  # the number of rows; data, ir and jc are compressed columns
+            rows, columns = int(item.attrs["MATLAB_sparse"]), int(item["jc"].size) - 1
+            data, indices = (_dense(name, item[key]) if key in item else np.zeros(0, np.int64) for key in ("data", "ir"))
+            rows_with_entries(name, max(rows, columns), data.size)
+            yield name, compressed_columns(name, data, indices, _dense(name, item["jc"]), (rows, columns))
         elif depth:
             for field in item:
                 yield from _items(file, f"{name}.{field}", item[field], depth - 1)
@@ -48,15 +51,6 @@ def _dense(name: str, item: Any) -> Any:
     refuse_odd_numbers(name, item)
     values = item[()]
     return values["real"] + 1j * values["imag"] if item.dtype.names else values
-
-
-def _sparse_group(name: str, group: Any) -> Any:
-    """The compressed columns data, ir, jc; the attribute holds the number of rows."""
-    rows, columns = int(group.attrs["MATLAB_sparse"]), int(group["jc"].size) - 1
-    data, indices = (_dense(name, group[key]) if key in group else np.zeros(0, np.int64) for key in ("data", "ir"))
-    rows_with_entries(name, max(rows, columns), data.size)
-    starts = _dense(name, group["jc"])
-    return compressed_columns(name, data, indices, starts, (rows, columns))
 
 
 def _names(file: Any, item: Any) -> list[str]:

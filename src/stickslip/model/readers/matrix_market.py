@@ -28,20 +28,26 @@ def read(path: Path) -> Content:
     """The matrix, with both triangles."""
     within_memory(path.name, 12 * path.stat().st_size)
     head, _, body = path.read_bytes().partition(b"\n")
-    layout, field, symmetry = _header(path.name, head)
-    sizes = COMMENTS_AND_SIZE.match(body)
-    words = sizes[1].decode("ascii", "replace").split() if sizes else []
+    first_line = head[:400].decode("ascii", "replace").strip()
+    words = first_line.lower().split()[1:]
+    known = (("matrix",), ("coordinate", "array"), FIELDS, SYMMETRIES)
+    if len(words) != len(known) or not all(word in names for word, names in zip(words, known, strict=True)):
+        rule = f"must say matrix, coordinate or array, {', '.join(FIELDS)}, and {', '.join(SYMMETRIES)}"
+        raise fault(f"The first line of {path.name}", rule, first_line[:80])
+    _, layout, field, symmetry = words
+    line = COMMENTS_AND_SIZE.match(body)
+    sizes = line[1].decode("ascii", "replace").split() if line else []
     coordinates = layout == "coordinate"
-    if len(words) != (3 if coordinates else 2) or not all(re.fullmatch(r"\d{1,18}", word) for word in words):
+    if len(sizes) != (3 if coordinates else 2) or not all(re.fullmatch(r"\d{1,18}", size) for size in sizes):
         what = "rows, columns and entries" if coordinates else "rows, columns"
-        raise fault(f"The line of sizes of {path.name}", f"must hold the numbers of {what}", " ".join(words)[:60])
-    rows, columns, *entries = map(int, words)
+        raise fault(f"The line of sizes of {path.name}", f"must hold the numbers of {what}", " ".join(sizes)[:60])
+    rows, columns, *entries = map(int, sizes)
     if symmetry != "general" and rows != columns:
         raise fault(f"A {symmetry} matrix", "must be square", (rows, columns))
     triangle = rows * (rows - 1) // 2 if symmetry == "skew-symmetric" else rows * (rows + 1) // 2
     count = entries[0] if coordinates else rows * columns if symmetry == "general" else triangle
     width = (2 if coordinates else 0) + (2 if field == "complex" else 1)
-    numbers = number_lines(path.name, body[sizes.end() if sizes else 0 :])
+    numbers = number_lines(path.name, body[line.end() if line else 0 :])
     if numbers.shape != (count, width) and (count or numbers.size):
         raise fault(path.name, f"must hold {count} lines of {counted(width, 'number')}, as it says", numbers.shape)
     numbers = numbers.reshape(count, width)
@@ -56,17 +62,6 @@ def read(path: Path) -> Content:
     again = count - stored.nnz
     notes = (f"{path.name} repeats places of entries {again} times: the entries of one place are added up.",) if again else ()
     return Content("Matrix Market", {"": _filled(stored, symmetry)}, notes=notes)
-
-
-def _header(file: str, line: bytes) -> tuple[str, str, str]:
-    """Layout, field and symmetry, from the first line."""
-    head = line[:400].decode("ascii", "replace").strip()
-    words = head.lower().split()[1:]
-    known = len(words) == 4 and words[0] == "matrix" and words[1] in ("coordinate", "array")
-    if not known or words[2] not in FIELDS or words[3] not in SYMMETRIES:
-        rule = f"must say matrix, coordinate or array, {', '.join(FIELDS)}, and {', '.join(SYMMETRIES)}"
-        raise fault(f"The first line of {file}", rule, head[:80])
-    return words[1], words[2], words[3]
 
 
 def _array(values: Array, rows: int, columns: int, symmetry: str) -> Array:

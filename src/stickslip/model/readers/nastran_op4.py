@@ -135,24 +135,18 @@ def read(path: Path) -> Content:
     """All matrices of the file."""
     within_memory(path.name, 12 * path.stat().st_size)
     content = path.read_bytes()
-    order = _byte_order(content)
+    # The first record of a binary file is a header of six words: its length shows the order of bytes, and how many a word has.
+    first = content[:4]
+    orders = ((order, word) for order in "<>" for word in (4, 8) if first == struct.pack(f"{order}i", 6 * word))
+    binary = next(orders, None)
     matrices: dict[str, sparse.coo_array] = {}
-    for matrix in _formatted(content) if order is None else _binary(content, *order):
+    for matrix in _binary(content, *binary) if binary else _formatted(content):
         if matrix.name in matrices and matrix.name in MODEL:
             raise fault(f"Matrix {matrix.name}", "must occur once in the file", "repeated", "Are these two files in one?")
         matrices[matrix.name] = matrix.assembled()
     if not matrices:
         raise fault(path.name, "must hold matrices", "none")
-    return Content(f"Nastran OUTPUT4, {'formatted' if order is None else 'binary'}", matrices)
-
-
-def _byte_order(content: bytes) -> tuple[str, int] | None:
-    """Byte order and bytes of a word, by the length of the first record; None where the file is text."""
-    for order in "<>":
-        for word in (4, 8):
-            if len(content) >= 4 and struct.unpack_from(f"{order}i", content)[0] == 6 * word:
-                return order, word
-    return None
+    return Content(f"Nastran OUTPUT4, {'binary' if binary else 'formatted'}", matrices)
 
 
 def _binary(content: bytes, order: str, word: int) -> Iterator[Matrix]:

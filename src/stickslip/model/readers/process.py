@@ -49,14 +49,11 @@ def arrays_of(path: Path, reader: str) -> dict[str, Any]:
             raise InputError(ended.stderr.strip()[:500])
         if not target.is_file():
             raise fault("The file", "must be sound", f"damaged (its reader ended with {ended.returncode})")
-        return _assembled(numpy_archive.arrays(target))
-
-
-def _assembled(parts: dict[str, Any]) -> dict[str, Any]:
-    """Sparse matrices out of their parts NAME/data, NAME/indices, ..., which are not believed; everything else as it is."""
-    arrays = {name: value for name, value in parts.items() if "/" not in name}
-    for name in {name.partition("/")[0] for name in parts if "/" in name}:
-        data, indices, starts, shape = (parts[f"{name}/{part}"] for part in PARTS)
+        members = numpy_archive.arrays(target)
+    # Sparse matrices out of their parts NAME/data, NAME/indices, ..., which are not believed; everything else as it is.
+    arrays = {name: value for name, value in members.items() if "/" not in name}
+    for name in {name.partition("/")[0] for name in members if "/" in name}:
+        data, indices, starts, shape = (members[f"{name}/{part}"] for part in PARTS)
         arrays[name] = compressed_columns(name, data, indices, starts, (int(shape[0]), int(shape[1])))
         if not arrays[name].has_canonical_format:
             raise fault(name, "must hold each entry once, and those of a column by rising rows", "otherwise")
