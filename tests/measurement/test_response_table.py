@@ -238,3 +238,38 @@ def test_messages_show_the_numbers_of_the_file(tmp_path):
         ss.read_measured_response(written(tmp_path, "f [Hz],a [g],force [N]\n80,1,1\n81,-2,1\n82,1,1\n"))
     with pytest.raises(ss.InputError, match=r"frequency in level_2\.csv must be finite and positive, but is '-0\.5 in row 1"):
         ss.read_measured_response(written(tmp_path, "f [kHz],a [g],force [N]\n-0.5,1,1\n81,2,1\n82,1,1\n"))
+
+
+LOGGERS = {
+    "names and units": "Frequency,Acceleration,Force\nHz,m/s2,N\n80,1,1\n81,2,1\n82,1,1\n",
+    "units above names": "Hz,m/s2,N\nFrequency,Acceleration,Force\n80,1,1\n81,2,1\n82,1,1\n",
+    "a preamble": "Device;MX840\nDate;2026-01-02\n\nFrequency;Acceleration;Force\n[Hz];[m/s²];[N]\n80;1;1\n81;2;1\n82;1;1\n",
+    "named lines": "Channel name:\tFrequency\tAcceleration\tForce\nUnit:\tHz\tm/s2\tN\n\t80\t1\t1\n\t81\t2\t1\n\t82\t1\t1\n",
+    "named lines beside a number": "Name,Frequency,Acceleration,Force\nUnit,Hz,m/s2,N\n1,80,1,1\n2,81,2,1\n3,82,1,1\n",
+    "types": "Frequency,Acceleration,Force\nHz,m/s2,N\nfloat,float,float\n80,1,1\n81,2,1\n82,1,1\n",
+    "channels": "Channel 1,Channel 2,Channel 3\nFrequency,Acceleration,Force\nHz,m/s2,N\n80,1,1\n81,2,1\n82,1,1\n",
+    "sensors": "Frequency;Acceleration;Force\nsensor A;sensor B;sensor C\nHz;m/s2;N\n80;1;1\n81;2;1\n82;1;1\n",
+    "another unit": "Frequency,Acceleration,Force,Temperature\nHz,m/s2,N,°C\n80,1,1,20\n81,2,1,20\n82,1,1,20\n",
+    "times": "Time,Frequency,Acceleration,Force\ns,Hz,m/s2,N\n10:00:01,80,1,1\n10:00:02.5,81,2,1\n10:00:03,82,1,1\n",
+    "dates": "Date;Frequency;Acceleration;Force\n;Hz;m/s2;N\n2026-01-02 10:00;80;1;1\n2026-01-02;81;2;1\n02.01.2026;82;1;1\n",
+    "statistics": "Frequency [Hz],Acceleration [m/s2],Force [N]\nmin,1,1\n\n80,1,1\n81,2,1\n82,1,1\n",
+}
+"""Layouts of data loggers, all of one curve."""
+
+
+@pytest.mark.parametrize("layout", LOGGERS)
+def test_names_and_units_above_the_numbers_of_data_loggers(tmp_path, layout):
+    test = ss.read_measured_response(written(tmp_path, LOGGERS[layout]))
+    assert test.frequency == pytest.approx([80.0, 81.0, 82.0])
+    assert test.amplitude == pytest.approx([1.0, 2.0, 1.0])
+    assert test.quantity == "acceleration"
+    assert not any(unit.assumed for unit in test.units.values())
+
+
+def test_a_unit_of_a_data_logger_that_is_not_known_is_not_passed_over(tmp_path):
+    with pytest.raises(ss.InputError, match=r"unit of force in level_2\.csv must be one of n, .*, but is 'lbf'"):
+        ss.read_measured_response(written(tmp_path, LOGGERS["names and units"].replace(",N\n", ",lbf\n")))
+    with pytest.raises(
+        ss.InputError, match=r"column of frequency in level_2\.csv must be finite and positive, but is 'nan in row 2"
+    ):
+        ss.read_measured_response(written(tmp_path, LOGGERS["names and units"].replace("81,", "10:30,")))

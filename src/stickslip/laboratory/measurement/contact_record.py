@@ -226,7 +226,7 @@ def _tables(paths: Sequence[Path]) -> list[NumberTable]:
     """The numbers of all files; all MATLAB files are read in one process."""
     matlab = [path for path in paths if path.suffix.lower() == ".mat"]
     read = dict(zip(matlab, matlab_tables(matlab), strict=True)) if matlab else {}
-    return [read[path] if path in read else text_table(path) for path in paths]
+    return [read[path] if path in read else text_table(path, lambda title: _meant(title) is not None) for path in paths]
 
 
 def _file_numbers(paths: Sequence[Path]) -> Sequence[int | None]:
@@ -248,7 +248,7 @@ def _record(
     """The record of a table; units: those that are given, and those that are assumed where the file states none."""
     notes, (given, assumed) = list(table.notes), units
     if "normal" not in places and normal_load is None:
-        remedy = "Give normal_load in N (--normal-load), or name the column: columns={'normal': ...}."
+        remedy = "Give normal_load in N (--normal-load), or name the column: columns={'normal': ...} (--column normal=...)."
         raise fault(f"The normal load of {table.name}", "must be known", "missing", remedy)
     values: dict[str, Array] = {}
     shown: dict[str, str] = {}
@@ -285,7 +285,7 @@ def _places(table: NumberTable, columns: Mapping[str, str | int]) -> dict[str, i
             if name is None or name in columns or index in found.values():
                 continue
             if name in found:
-                remedy = f"Say which, such as columns={{'{name}': {index + 1}}}."
+                remedy = f"Say which, such as columns={{'{name}': {index + 1}}} (--column {name}={index + 1})."
                 raise fault(f"Columns of {table.name}", f"must hold {name} once", list(table.titles), remedy)
             found[name] = index
     elif not columns:
@@ -301,7 +301,8 @@ def _places(table: NumberTable, columns: Mapping[str, str | int]) -> dict[str, i
     missing = [name for name in ("displacement", "force") if name not in found]
     if missing:
         shown = list(table.titles) if table.titles is not None else f"{count} without titles"
-        remedy = f"Name it, such as columns={{'{missing[0]}': {shown[0] if table.titles is not None else 1!r}}}."
+        which = shown[0] if table.titles is not None else 1
+        remedy = f"Name it, such as columns={{'{missing[0]}': {which!r}}} (--column {missing[0]}={which})."
         raise fault(f"Columns of {table.name}", f"must hold {' and '.join(missing)}", shown, remedy)
     if len(set(found.values())) < len(found):
         raise fault(f"Columns of {table.name}", "must differ", {name: index + 1 for name, index in found.items()})

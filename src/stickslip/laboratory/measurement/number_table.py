@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,12 @@ SEPARATORS = ("\t", ";", ",", None)
 """None stands for blanks. The comma comes last but one: before it, it may be a decimal comma."""
 
 COMMENT = "#%!"
+STAMP = re.compile(
+    r"(?:\d{1,4}([-/.])\d{1,2}\1\d{1,4}(?:[ T]|$))?(?:\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?(?: ?[AP]M|Z)?)?(?<=.)", re.ASCII
+)
+"""A date, a time of day, or both."""
+LINE_NAME = re.compile(r".*:$|(?:names?|titles?|units?|channels?|signals?|quantit(?:y|ies))\b", re.IGNORECASE)
+"""What a line above the numbers is called, before its first column."""
 HYSTERESIS = "hyst"
 """Name of the matrix (displacement, force) in MATLAB files of single loops."""
 
@@ -36,16 +42,19 @@ class NumberTable:
     notes: tuple[str, ...] = ()
 
 
-def text_table(path: Path) -> NumberTable:
-    """The numbers of a text file: from the first line of at least two numbers that the next line continues."""
+def text_table(path: Path, knows: Callable[[str], bool] = lambda title: False) -> NumberTable:
+    """The numbers of a text file: from the first line of at least two numbers that the next line continues.
+
+    knows: whether a title is understood; of several lines above the numbers, the one with the most of these holds the titles.
+    """
     lines = [(number, line) for number, line in enumerate(_text(path).splitlines(), start=1) if line.strip()]
     for place, (_, line) in enumerate(lines[:-1]):
         for separator in SEPARATORS:
-            count = len(_split(line, separator))
-            if _all_numbers(line, separator) and count == len(_split(lines[place + 1][1], separator)):
+            count = len(_cells(line, separator))
+            if _all_numbers(line, separator) and count == len(_cells(lines[place + 1][1], separator)):
                 body = [pair for pair in lines[place:] if pair[1].lstrip()[0] not in COMMENT]
                 numbers = _numbers(path.name, body, separator, count)
-                titles, units = _head([text for _, text in lines[:place]], separator, count)
+                titles, units = _head([text for _, text in lines[:place]], separator, count, knows)
                 notes = (
                     () if titles is not None or place == 0 else (f"{path.name}: {place} lines above the numbers are no titles.",)
                 )
@@ -69,17 +78,25 @@ def _text(path: Path) -> str:
 
 
 def _split(line: str, separator: str | None) -> list[str]:
-    cells = [cell.strip().strip('"').strip() for cell in line.strip().split(separator)]
-    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+    return [cell.strip().strip('"').strip() for cell in line.strip("\r\n" if separator == "\t" else None).split(separator)]
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    """The cells of a line of numbers, without an empty first or last one."""
+    cells = _split(line, separator)
+    return cells[int(not cells[0]) : len(cells) - int(not cells[-1])] if len(cells) > 1 else cells
 
 
 def _number(cell: str, separator: str | None) -> float | None:
+    """The number of a cell; none (NaN) for a date or a time of day."""
+    if STAMP.fullmatch(cell):
+        return float("nan")
     return number_or_gap(cell if separator == "," else cell.replace(",", ".")) if cell else None
 
 
 def _all_numbers(line: str, separator: str | None) -> bool:
-    cells = _split(line, separator)
-    return len(cells) > 1 and all(_number(cell, separator) is not None for cell in cells)
+    numbers = [_number(cell, separator) for cell in _cells(line, separator) if not STAMP.fullmatch(cell)]
+    return len(numbers) > 1 and None not in numbers
 
 
 def _numbers(name: str, lines: Sequence[tuple[int, str]], separator: str | None, count: int) -> Array:
@@ -93,7 +110,7 @@ def _numbers(name: str, lines: Sequence[tuple[int, str]], separator: str | None,
         pass
     found = np.empty((len(lines), count))
     for row, (number, text) in enumerate(lines):
-        cells = _split(text, separator)
+        cells = _cells(text, separator)
         if len(cells) != count:
             raise fault(f"Line {number} of {name}", f"must have {count} cells", len(cells), "Is the file cut off?")
         for column, cell in enumerate(cells):
@@ -104,24 +121,36 @@ def _numbers(name: str, lines: Sequence[tuple[int, str]], separator: str | None,
     return found
 
 
-def _head(lines: Sequence[str], separator: str | None, count: int) -> tuple[tuple[str, ...] | None, tuple[str | None, ...]]:
-    """Titles and units from the lines above the numbers: one of titles with or without units, or a second one of units alone."""
+def _head(
+    lines: Sequence[str], separator: str | None, count: int, knows: Callable[[str], bool]
+) -> tuple[tuple[str, ...] | None, tuple[str | None, ...]]:
+    """Titles and units from the lines above the numbers: one of titles with or without units, and one of units alone."""
     rows = [cells for line in lines if (cells := _titles(line, separator, count))]
     if not rows:
         return None, (None,) * count
-    alone = [_known_unit(cell.strip("[]() ")) for cell in rows[-1]]
-    if len(rows) > 1 and all(
-        unit is not None or cell.strip("[]()- ") in ("", "1") for unit, cell in zip(alone, rows[-1], strict=True)
-    ):
-        return tuple(bare(title) for title in rows[-2]), tuple(alone)
-    return tuple(bare(title) for title in rows[-1]), tuple(stated_unit(title) for title in rows[-1])
+    units = next((row for row in reversed(rows) if len(rows) > 1 and _holds_units(row)), None)
+    titles = max((row for row in reversed(rows) if row is not units), key=lambda row: sum(knows(bare(title)) for title in row))
+    alone = [""] * count if units is None else [cell.strip("[]()- ") for cell in units]
+    stated = (cell if cell not in ("", "1") else stated_unit(title) for cell, title in zip(alone, titles, strict=True))
+    return tuple(bare(title) for title in titles), tuple(stated)
+
+
+def _holds_units(row: Sequence[str]) -> bool:
+    """Whether half of the cells or more are units or say that there is none, and more are units than the number 1."""
+    cells = [cell.strip("[]() ") for cell in row]
+    known = sum(_known_unit(cell) is not None for cell in cells)
+    without, ones = sum(not cell.strip("- ") for cell in cells), cells.count("1")
+    numbers = any(cell and cell != "1" and number_or_gap(cell) is not None for cell in cells)
+    return known > ones and not numbers and 2 * (known + without + ones) >= len(row)
 
 
 def _titles(line: str, separator: str | None, count: int) -> list[str]:
-    """The cells of a line of titles; empty unless there is one for each column."""
-    text = line.strip().lstrip(COMMENT).strip()
+    """The cells of a line of titles, with or without what the line is called before them; empty unless one for each column."""
+    text = line.strip("\r\n").lstrip(COMMENT + " ")
     for mark in dict.fromkeys((separator, "\t", ";", ",", None)):
         cells = _split(text, mark) if mark is not None else _WORD_AND_UNIT.findall(text)
+        cells = cells[:-1] if len(cells) > count and not cells[-1] else cells
+        cells = cells[1:] if len(cells) == count + 1 and (not cells[0] or LINE_NAME.match(cells[0])) else cells
         if len(cells) == count and any(re.search(r"[^\W\d]", cell) for cell in cells):
             return cells
     return []

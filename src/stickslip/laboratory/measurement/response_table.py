@@ -153,7 +153,7 @@ def _read(
     if file.suffix.lower() == ".mat":
         table, named = response_columns(file.name, matlab_arrays([file])[0], named)
     else:
-        table = text_table(file)
+        table = text_table(file, _is_known)
     found = _chosen(table, named, asked, "force" in about)
     number = None if by is None else named_column(table, "the curves", by)
     if number is not None and number in {column.index for column in found.values()}:
@@ -242,6 +242,12 @@ def _column(table: NumberTable, index: int) -> _Column:
         unit = (table.titles or ())[index].rsplit("_", 1)[-1].strip()
     rank = 10 * [*QUANTITY_TITLES, None].index(motion) if key == "amplitude" else 0
     return _Column(index, words, key, motion, per_force, rank + places.get(key or "", 0), None if of else unit)
+
+
+def _is_known(title: str) -> bool:
+    """Whether a title says what a column holds."""
+    words = tuple(re.findall(r"[^\W\d_]+", title.lower()))
+    return any(_place(words, known) is not None for known in (*TITLES.values(), *QUANTITY_TITLES.values()))
 
 
 def _place(words: Sequence[str], known: Sequence[str]) -> int | None:

@@ -43,17 +43,26 @@ GAINS = (
     (np.sqrt(0.5), "as where the response is an RMS value and the force an amplitude. Give amplitudes of both"),
     (2.0, "as where the response is a peak-to-peak value and the force an amplitude. Give amplitudes of both"),
     (0.5, "as where the force is a peak-to-peak value and the response an amplitude. Give amplitudes of both"),
-    (9.80665, "as where an acceleration in m/s2 is given as in g. State its unit, such as --unit amplitude=m/s2"),
-    (1.0 / 9.80665, "as where an acceleration in g is given as in m/s2. State its unit, such as --unit amplitude=g"),
+    (
+        9.80665,
+        "as where an acceleration in m/s2 is given as in g. State its unit, units={'amplitude': 'm/s2'} (--unit amplitude=m/s2)",
+    ),
+    (
+        1.0 / 9.80665,
+        "as where an acceleration in g is given as in m/s2. State its unit, units={'amplitude': 'g'} (--unit amplitude=g)",
+    ),
 )
-LARGE = "as where a force in kN is given as in N, or a response in mm as in m. State the unit, such as --unit force=kN"
-SMALL = "as where a force in N is given as in kN, or in mN as in N. State the unit, such as --unit force=N"
+LARGE = (
+    "as where a force in kN is given as in N, or a response in mm as in m. State the unit, such as units={'force': 'kN'} "
+    "(--unit force=kN)"
+)
+SMALL = "as where a force in N is given as in kN, or in mN as in N. State the unit, such as units={'force': 'N'} (--unit force=N)"
 
-CALIBRATION = "check the calibration and the mass of the model, or free the gain (--free-gain)"
+CALIBRATION = "check the calibration and the mass of the model, or free the gain, free_gain=True (--free-gain)"
 
 SWAPPED = (
-    "the columns of force and response seem to be swapped: so exchanged, the model fits. Say which they are, --column force=..., "
-    "--column amplitude=...."
+    "the columns of force and response seem to be swapped: so exchanged, the model fits. Say which they are, "
+    "columns={'force': ..., 'amplitude': ...} (--column force=... --column amplitude=...)."
 )
 
 Phases = Callable[[Array], Array]
@@ -65,19 +74,25 @@ PHASES: tuple[tuple[Phases, str], ...] = (
     ),
     (
         lambda phase: phase + np.pi,
-        "are 180° from those of the displacement: they are the acceleration's (--phase-of quantity), or the sign of a sensor is "
-        "turned",
+        "are 180° from those of the displacement: they are the acceleration's, phase_of='quantity' (--phase-of quantity), or the "
+        "sign of a sensor is turned",
     ),
     (
         lambda phase: np.pi - phase,
-        "are those of the acceleration with the opposite sign. Turn the sign and say --phase-of quantity",
+        "are those of the acceleration with the opposite sign. Turn the sign and say phase_of='quantity' (--phase-of quantity)",
     ),
     (lambda phase: phase + 0.5 * np.pi, "are 90° ahead of those of the displacement, as a velocity's are. Take off 90°"),
     (lambda phase: phase - 0.5 * np.pi, "are 90° behind those of the displacement, as against a cosine for a sine. Add 90°"),
     (lambda phase: 0.5 * np.pi - phase, "are those of swapped real and imaginary parts. Swap them"),
     (lambda phase: -0.5 * np.pi - phase, "are those of swapped real and imaginary parts. Swap them"),
-    (lambda phase: phase * np.pi / 180.0, "seem to be radians that are given as degrees. State the unit, --unit phase=rad"),
-    (lambda phase: phase * 180.0 / np.pi, "seem to be degrees that are given as radians. State the unit, --unit phase=deg"),
+    (
+        lambda phase: phase * np.pi / 180.0,
+        "seem to be radians that are given as degrees. State the unit, units={'phase': 'rad'} (--unit phase=rad)",
+    ),
+    (
+        lambda phase: phase * 180.0 / np.pi,
+        "seem to be degrees that are given as radians. State the unit, units={'phase': 'deg'} (--unit phase=deg)",
+    ),
 )
 """What the measured phase would be [rad] with a mistake, from the right one; and the mistake."""
 
