@@ -25,7 +25,7 @@ STAMP = re.compile(
     r"(?:\d{1,4}([-/.])\d{1,2}\1\d{1,4}(?:[ T]|$))?(?:\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?(?: ?[AP]M|Z)?)?(?<=.)", re.ASCII
 )
 """A date, a time of day, or both."""
-LINE_NAME = re.compile(r".*:$|(?:names?|titles?|units?|channels?|signals?|quantit(?:y|ies))\b", re.IGNORECASE)
+LINE_NAME = re.compile(r".*:$|(?:names?|titles?|units?|channels?|signals?|quantity|quantities)\b", re.IGNORECASE)
 """What a line above the numbers is called, before its first column."""
 HYSTERESIS = "hyst"
 """Name of the matrix (displacement, force) in MATLAB files of single loops."""
