@@ -105,23 +105,23 @@ class Animation(MovingPicture):
     @property
     def note(self) -> str:
         """What is magnified, and by how much."""
-        words = []
+        notes = []
         if self.motion.bodies:
-            words.append(f"Displacements about their means, magnified {self.magnification:g} times")
+            notes.append(f"Displacements about their means, magnified {self.magnification:g} times")
         if self.motion.wheel is not None:
             largest = _length(self.motion.wheel.amplitude.max(), self.motion.system)
-            words.append(f"blades: the largest of {largest} drawn as {0.25 * BLADE:.2g} of the radius")
-        return "; ".join((*words, *filter(None, (self.motion.note,))))
+            notes.append(f"blades: the largest of {largest} drawn as {0.25 * BLADE:.2g} of the radius")
+        return "; ".join((*notes, *filter(None, (self.motion.note,))))
 
     @cached_property
     def parts(self) -> tuple[Polyline, ...]:
         """Everything that is drawn."""
-        found: list[Polyline] = []
+        drawn: list[Polyline] = []
         if self.motion.bodies:
-            found += self._section()
+            drawn += self._section()
         if self.motion.wheel is not None:
-            found += _wheel(self.motion.wheel, self.motion.system)
-        return (*found, *self._loops())
+            drawn += _wheel(self.motion.wheel, self.motion.system)
+        return (*drawn, *self._loops())
 
     @cached_property
     def panels(self) -> tuple[str, ...]:
@@ -165,14 +165,14 @@ class Animation(MovingPicture):
         shown = largest_loops(self.motion, MOST_LOOPS)
         unit = self._length_unit
         frames = frames_of(len(self.motion.loops[0].displacement))
-        found = []
+        lines = []
         for k, number in enumerate(shown):
             loop = self.motion.loops[number]
             u, force = loop.displacement / unit[0], loop.force / self._force_unit[0]
             shade = f"contact {k}"
-            found.append(Polyline("loops", _closed(u[None]), _closed(force[None]), shade, loop.label))
-            found.append(Polyline("loops", u[frames, None], force[frames, None], shade, marker=10.0))
-        return found
+            lines.append(Polyline("loops", _closed(u[None]), _closed(force[None]), shade, loop.label))
+            lines.append(Polyline("loops", u[frames, None], force[frames, None], shade, marker=10.0))
+        return lines
 
     @cached_property
     def _length_unit(self) -> tuple[float, str]:
@@ -205,8 +205,8 @@ class Animation(MovingPicture):
             data = [dict(zip(("x", "y"), self.parts[k].at(frame), strict=True)) for k in moving]
             data.append({key: self._cursor(frame)[key] for key in ("x", "y")})
             frames.append({"name": str(frame), "data": data, "traces": [*moving, len(traces) - 1]})
-        words = {"title": self.title, "note": self.note, "data": traces, "frames": frames}
-        return words | {name: self._layout(name == "narrow") for name in ("wide", "narrow")}
+        described = {"title": self.title, "note": self.note, "data": traces, "frames": frames}
+        return described | {name: self._layout(name == "narrow") for name in ("wide", "narrow")}
 
     def _axis(self, panel: str) -> dict[str, str]:
         number = (*self.panels, "states").index(panel) + 1
@@ -268,15 +268,15 @@ class Animation(MovingPicture):
                 | {"range": [len(labels) - 0.5, -0.5], "automargin": True}
                 | (shown if len(labels) <= 6 else {"showticklabels": False})
             )
-        words = {
+        title = {
             "section": {"x": "x in mm", "y": "y in mm"},
             "loops": {"x": f"relative displacement in {self._length_unit[1]}", "y": f"contact force in {self._force_unit[1]}"},
             "wheel": {"x": "", "y": ""},
         }[name][key]
-        found = plainly | {"title": {"text": words}, "range": self._range(name, key)}
+        look = plainly | {"title": {"text": title}, "range": self._range(name, key)}
         if name in ("section", "wheel") and key == "y":
-            found |= {"scaleanchor": own["xaxis"], "scaleratio": 1.0}
-        return found | ({"showticklabels": False} if name == "wheel" else {})
+            look |= {"scaleanchor": own["xaxis"], "scaleratio": 1.0}
+        return look | ({"showticklabels": False} if name == "wheel" else {})
 
     def _range(self, name: str, key: str) -> list[float]:
         """Limits that hold every frame."""
@@ -295,8 +295,8 @@ class Animation(MovingPicture):
             axes = {name: figure.add_subplot(grid[0, k]) for k, name in enumerate(self.panels)}
             drawn = [_artist(axes[part.panel], part) for part in self.parts]
             for name, each in axes.items():
-                words = [self._look(name, key, {"xaxis": "x", "yaxis": "y"})["title"]["text"] for key in "xy"]
-                each.set(xlabel=words[0], ylabel=words[1], xlim=self._range(name, "x"), ylim=self._range(name, "y"))
+                titles = [self._look(name, key, {"xaxis": "x", "yaxis": "y"})["title"]["text"] for key in "xy"]
+                each.set(xlabel=titles[0], ylabel=titles[1], xlim=self._range(name, "x"), ylim=self._range(name, "y"))
                 if name != "loops":
                     each.set_aspect("equal")
                 handles, labels = each.get_legend_handles_labels()
@@ -360,7 +360,7 @@ def _wheel(wheel: Wheel, system: UnitSystem | None) -> list[Polyline]:
     count, largest = len(wheel.amplitude), float(wheel.amplitude.max()) or 1.0
     angle = 2.0 * np.pi * np.arange(count) / count
     ring = np.linspace(0.0, 2.0 * np.pi, 97)
-    found = [Polyline("wheel", HUB * np.cos(ring)[None], HUB * np.sin(ring)[None], "pale", filled=True)]
+    drawn = [Polyline("wheel", HUB * np.cos(ring)[None], HUB * np.sin(ring)[None], "pale", filled=True)]
     bend = 0.25 * BLADE * wheel.displacement / largest
     steps = np.minimum((BINS * wheel.amplitude / largest).astype(int), BINS - 1)
     width = 0.5 * np.pi / count
@@ -373,13 +373,13 @@ def _wheel(wheel: Wheel, system: UnitSystem | None) -> list[Polyline]:
                 y.append(r * np.sin(turned))
             x.append(np.full(len(bend), np.nan))
             y.append(np.full(len(bend), np.nan))
-        words = (
+        label = (
             f"amplitude up to {_length((step + 1) / BINS * largest, system)}"
             if len(np.unique(steps)) > 1
             else f"amplitude {_length(largest, system)}"
         )
-        found.append(Polyline("wheel", np.stack(x, axis=1), np.stack(y, axis=1), f"level {step}/{BINS}", words, filled=True))
-    return found
+        drawn.append(Polyline("wheel", np.stack(x, axis=1), np.stack(y, axis=1), f"level {step}/{BINS}", label, filled=True))
+    return drawn
 
 
 def _trace(part: Polyline, at: tuple[Array, Array], axes: dict[str, str]) -> dict[str, Any]:

@@ -37,38 +37,33 @@ def contact_forces(
 
     samples: of the same force level, drawn behind, best solved at that frequency alone; summed: over the points of a surface.
     """
-    found = bound_cycles(dataset, case, frequency, summed)
-    chosen = [found.row(name) for name in rows] if rows else most_different(found.force)
+    cycles = bound_cycles(dataset, case, frequency, summed)
+    chosen = [cycles.row(name) for name in rows] if rows else most_different(cycles.force)
     labels = _labels(dataset, case, frequency)
     behind = None if samples is None else sample_cycles(samples, float(dataset["force_level"][case]), summed)
     panels = []
     for row in chosen:
         layers: list[Layer] = []
         if behind is not None:
-            of_samples = behind.force[:, behind.row(found.rows[row])]
+            of_samples = behind.force[:, behind.row(cycles.rows[row])]
             layers += [Line(behind.phase, force, SAMPLE, "samples", listed=not k) for k, force in enumerate(of_samples)]
-        layers += [Line(found.phase, found.force[bound, row], style, labels[bound]) for bound, (_, style) in enumerate(BOUNDS)]
-        panels.append(Panel(PERIOD, Axis("contact force", "N"), layers, found.rows[row], 1.7))
+        layers += [Line(cycles.phase, cycles.force[bound, row], style, labels[bound]) for bound, (_, style) in enumerate(BOUNDS)]
+        panels.append(Panel(PERIOD, Axis("contact force", "N"), layers, cycles.rows[row], 1.7))
     return Chart(f"Contact forces at the bounds, force {float(dataset['force_level'][case]):g}", panels, columns=2)
 
 
 @FIGURES.of("ResponseBounds", "force_ratios")
 def force_ratios(dataset: xr.Dataset, case: int = 0, frequency: float | None = None, summed: bool = False) -> Chart:
     """T/N over a cycle at both bounds, for every contact, or surface, with a tangential and a normal direction."""
-    found = bound_cycles(dataset, case, frequency, summed)
-    if not found.contacts:
-        raise fault("The result", "must have contacts with a normal direction", list(found.rows))
+    cycles = bound_cycles(dataset, case, frequency, summed)
+    if not cycles.contacts:
+        raise fault("The result", "must have contacts with a normal direction", list(cycles.rows))
     axis = Axis("ratio T/N along t1")
-    panels = [
-        Panel(
-            PERIOD,
-            axis,
-            [Line(found.phase, ratio(found, name)[bound], contact(i, width=1.2), name) for i, name in enumerate(found.contacts)],
-            f"{word} bound",
-            2.9,
-        )
-        for bound, (word, _) in enumerate(BOUNDS)
-    ]
+    panels = []
+    for bound, (word, _) in enumerate(BOUNDS):
+        ratios = ((name, ratio(cycles, name)[bound]) for name in cycles.contacts)
+        lines = [Line(cycles.phase, values, contact(i, width=1.2), name) for i, (name, values) in enumerate(ratios)]
+        panels.append(Panel(PERIOD, axis, lines, f"{word} bound", 2.9))
     return Chart(f"Ratio of friction to normal force, force {float(dataset['force_level'][case]):g}", panels, columns=2)
 
 
@@ -82,25 +77,25 @@ def loops(
     summed: bool = False,
 ) -> Chart:
     """Hysteresis loops T against displacement at both bounds; arguments as of `contact_forces`. A stuck side is a line."""
-    found = bound_cycles(dataset, case, frequency, summed)
-    tangential = [k for k, name in enumerate(found.rows) if not name.endswith(" n")]
-    chosen = [found.row(name) for name in rows] if rows else [tangential[k] for k in most_different(found.force[:, tangential])]
+    cycles = bound_cycles(dataset, case, frequency, summed)
+    tangential = [k for k, name in enumerate(cycles.rows) if not name.endswith(" n")]
+    chosen = [cycles.row(name) for name in rows] if rows else [tangential[k] for k in most_different(cycles.force[:, tangential])]
     behind = None if samples is None else sample_cycles(samples, float(dataset["force_level"][case]), summed)
     labels = _labels(dataset, case, frequency)
     panels = []
     for row in chosen:
         layers: list[Layer] = []
         if behind is not None:
-            one = behind.row(found.rows[row])
-            layers += [_loop(behind, k, one, Line([], [], SAMPLE, "samples", listed=not k)) for k in range(len(behind.force))]
-        layers += [_loop(found, bound, row, Line([], [], style, labels[bound])) for bound, (_, style) in enumerate(BOUNDS)]
-        panels.append(Panel(Axis("displacement", "µm"), Axis("tangential force", "N"), layers, found.rows[row], 2.2))
+            own, like = behind.row(cycles.rows[row]), Line([], [], SAMPLE, "samples")
+            layers += [replace(_loop(behind, k, own, like), listed=not k) for k in range(len(behind.force))]
+        layers += [_loop(cycles, bound, row, Line([], [], style, labels[bound])) for bound, (_, style) in enumerate(BOUNDS)]
+        panels.append(Panel(Axis("displacement", "µm"), Axis("tangential force", "N"), layers, cycles.rows[row], 2.2))
     return Chart(f"Loops at the bounds, force {float(dataset['force_level'][case]):g}", panels, columns=2)
 
 
-def ratio(found: Cycles, contact: str) -> Array:
+def ratio(cycles: Cycles, contact: str) -> Array:
     """T/N along t1, (curve, sample), NaN where the contact is open."""
-    tangential, load = found.force[:, found.row(f"{contact} t1")], found.force[:, found.row(f"{contact} n")]
+    tangential, load = cycles.force[:, cycles.row(f"{contact} t1")], cycles.force[:, cycles.row(f"{contact} n")]
     closed_there = load > 1e-9 * np.nanmax(np.abs(load), initial=0.0)
     return np.asarray(np.where(closed_there, tangential / np.where(closed_there, load, 1.0), np.nan))
 
@@ -111,9 +106,9 @@ def most_different(force: Array) -> list[int]:
     return sorted(np.argsort(-difference, kind="stable")[:MOST_ROWS].tolist())
 
 
-def _loop(found: Cycles, curve: int, row: int, like: Line) -> Line:
+def _loop(cycles: Cycles, curve: int, row: int, like: Line) -> Line:
     """The closed loop of a row, with style and label of a line."""
-    return replace(like, x=closed(found.motion[curve, row]) / um, y=closed(found.force[curve, row]))
+    return replace(like, x=closed(cycles.motion[curve, row]) / um, y=closed(cycles.force[curve, row]))
 
 
 def _labels(dataset: xr.Dataset, case: int, frequency: float | None) -> list[str]:

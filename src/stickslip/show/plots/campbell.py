@@ -49,9 +49,9 @@ def interference(dataset: xr.Dataset) -> Chart:
     frequencies, sectors = dataset["disk_frequency"].values, int(dataset.attrs["sectors"])
     diameters = dataset["nodal_diameter"].values
     layers: list[Layer] = []
-    for state, (words, dash) in enumerate((("without contacts", "dot"), ("contacts stuck", "solid"))):
+    for state, (label, dash) in enumerate((("without contacts", "dot"), ("contacts stuck", "solid"))):
         style = contact(state, dash=dash, marker="circle", width=1.0, size=3.5)
-        layers += [Line(diameters, curve, style, words, listed=k == 0) for k, curve in enumerate(frequencies[state].T)]
+        layers += [Line(diameters, curve, style, label, listed=k == 0) for k, curve in enumerate(frequencies[state].T)]
     orders = np.arange(int(dataset["engine_order"].max()) + 1)
     turns = orders[(orders % sectors == 0) | (2 * orders % sectors == 0) | (orders == orders[-1])]
     ends = np.unique(np.concatenate([turns, 0.5 * sectors * np.arange(2 * int(orders[-1]) // sectors + 1)]))
@@ -60,9 +60,9 @@ def interference(dataset: xr.Dataset) -> Chart:
     layers.append(Line(folded, ends * speed / 60.0, Style("grey", width=1.0), f"excitation at {speed:g} rev/min"))
     margins = dataset["margin"].sel(state="stuck").values
     for place, o in enumerate(np.argsort(np.abs(margins))[:NEAREST]):
-        one, dots = dataset.isel(engine_order=int(o)), level(place, NEAREST, marker="circle", dash="none", size=6.0)
-        words = f"engine order {int(one['engine_order'])}: {100.0 * margins[o]:+.1f} %"
-        layers.append(Line([int(one["excited_diameter"])], [float(one["excitation_frequency"])], dots, words))
+        order, dots = dataset.isel(engine_order=int(o)), level(place, NEAREST, marker="circle", dash="none", size=6.0)
+        label = f"engine order {int(order['engine_order'])}: {100.0 * margins[o]:+.1f} %"
+        layers.append(Line([int(order["excited_diameter"])], [float(order["excitation_frequency"])], dots, label))
     highest = 1.2 * max(float(dataset["excitation_frequency"].max()), float(np.nanmin(frequencies[1])))
     panel = Panel(Axis("nodal diameter"), Axis("frequency", "Hz", limits=(0.0, highest)), layers, height=4.2)
     return Chart(str(dataset.attrs["title"]), [panel], note="margins of the nearest stuck mode")

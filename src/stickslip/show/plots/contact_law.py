@@ -29,11 +29,11 @@ def loops_and_fit(dataset: xr.Dataset) -> Chart:
     shown = names[spread(len(names), MOST_LOOPS)]
     axes, panels = (Axis("displacement", "µm"), Axis("friction force", "N")), []
     for name in shown:
-        one = dataset.sel(loop=name)
-        u = 1e6 * one["displacement"].values
+        loop = dataset.sel(loop=name)
+        u = 1e6 * loop["displacement"].values
         there = np.isfinite(u)
         layers = [
-            Line(closed(u[there]), closed(one[variable].values[there]), style, label)
+            Line(closed(u[there]), closed(loop[variable].values[there]), style, label)
             for variable, label, style in (
                 ("force_measured", "measured", contact(0, width=2.4)),
                 ("force_fitted", str(dataset.attrs["best"]), contact(1, width=1.2)),

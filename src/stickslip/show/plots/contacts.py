@@ -97,9 +97,9 @@ def loops_at(dataset: xr.Dataset, rows: list[ContactRow], samples: int) -> Calla
             at = (case, point, row.contact, row.direction)
             motion, force = _series(motions[at], waves), _series(forces[at], waves)
             shares = {state: float(share[at]) for state, share in states.items()}
-            words = ", ".join(f"{100.0 * share:.0f} % {state}" for state, share in shares.items() if share > 0.0)
+            states_text = ", ".join(f"{100.0 * share:.0f} % {state}" for state, share in shares.items() if share > 0.0)
             if np.all(np.isfinite(motion + force)):
-                layers.append(Line(motion / metres, force, contact(k), f"{row.label}: {words}"))
+                layers.append(Line(motion / metres, force, contact(k), f"{row.label}: {states_text}"))
         title = f"{levels[case]}, {hertz[case, point]:.7g} {truncated}"
         return Chart(title, [Panel(*axes, layers, height=3.4)])
 
@@ -157,7 +157,7 @@ def _states_of(dataset: xr.Dataset, case: int, rows: list[ContactRow], height: f
     if descending and not folded:
         hertz, shares = hertz[::-1], shares[:, ::-1]
     names = {float(k): row.label for k, row in enumerate(rows)}
-    words = [
+    texts = [
         [f"{row.label}, {f:.2f} Hz: {_state_text(share)}" for f, share in zip(hertz, along, strict=True)]
         for row, along in zip(rows, shares, strict=True)
     ]
@@ -167,7 +167,7 @@ def _states_of(dataset: xr.Dataset, case: int, rows: list[ContactRow], height: f
         x = Axis("frequency along the curve", "Hz", names={float(tick): f"{hertz[tick]:.4g}" for tick in ticks})
     edges = edges_between(np.arange(hertz.size, dtype=float) if folded else hertz)
     rounded = np.round(STEPS * shares) / STEPS
-    cells = Cells(edges, state_colour(*np.moveaxis(rounded, -1, 0)), words)
+    cells = Cells(edges, state_colour(*np.moveaxis(rounded, -1, 0)), texts)
     return Panel(x, Axis("", names=names, upside_down=True), [cells, *STATES], title, height)
 
 

@@ -49,8 +49,8 @@ def bound_cycles(dataset: xr.Dataset, case: int = 0, frequency: float | None = N
     """The lower and the upper bound of one force level, at the frequency nearest to the given one."""
     k = 0 if frequency is None else int(np.nanargmin(np.abs(dataset["frequency"].values - frequency)))
     rows = tuple(str(name) for name in dataset["row"].values)
-    found = Cycles(rows, dataset["contact_motion"].values[case, :, k], dataset["contact_force"].values[case, :, k])
-    return found.summed() if summed else found
+    cycles = Cycles(rows, dataset["contact_motion"].values[case, :, k], dataset["contact_force"].values[case, :, k])
+    return cycles.summed() if summed else cycles
 
 
 def sample_cycles(dataset: xr.Dataset, level: float, summed: bool = False) -> Cycles:
@@ -61,15 +61,15 @@ def sample_cycles(dataset: xr.Dataset, level: float, summed: bool = False) -> Cy
     flat = (motion.shape[0], len(names), motion.shape[-1])
     there = np.any(np.isfinite(force), axis=(0, 3)).ravel()
     rows = tuple(name for name, used in zip(names, there, strict=True) if used)
-    found = Cycles(rows, motion.reshape(flat)[:, there], force.reshape(flat)[:, there])
-    return found.summed() if summed else found
+    cycles = Cycles(rows, motion.reshape(flat)[:, there], force.reshape(flat)[:, there])
+    return cycles.summed() if summed else cycles
 
 
 def run_cycles(dataset: xr.Dataset, runs: Index, summed: bool = False) -> Cycles:
     """Some runs of a history, each at its largest point."""
     rows = tuple(str(name) for name in dataset["row"].values)
-    found = Cycles(rows, dataset["largest_contact_motion"].values[runs], dataset["largest_contact_force"].values[runs])
-    return found.summed() if summed else found
+    cycles = Cycles(rows, dataset["largest_contact_motion"].values[runs], dataset["largest_contact_force"].values[runs])
+    return cycles.summed() if summed else cycles
 
 
 def _surface(row: str) -> str:

@@ -68,8 +68,8 @@ class DeformedShape(MovingPicture):
         """What is magnified, and by how much, and the largest amplitude."""
         largest, unit = float(self.motion.amplitude.max()), self._unit
         amplitude = f"colours: amplitude, largest {largest / unit.metres:.4g} {unit.name}"
-        words = (f"Displacements magnified {self.magnification:g} times", amplitude, self.motion.note)
-        return "; ".join(filter(None, words))
+        parts = (f"Displacements magnified {self.magnification:g} times", amplitude, self.motion.note)
+        return "; ".join(filter(None, parts))
 
     @property
     def _unit(self) -> Length:
@@ -168,6 +168,6 @@ class DeformedShape(MovingPicture):
             in_space(axes, sides, length)
             bar = figure.add_axes((0.86, 0.2, 0.025, 0.5))
             figure.colorbar(scale, cax=bar, label=f"amplitude in {unit.name}")
-            words = "\n".join((self.title, *wrapped(self.note, 84)))
-            figure.suptitle(plain(words), x=0.01, ha="left", fontsize=9.5)
+            heading = "\n".join((self.title, *wrapped(self.note, 84)))
+            figure.suptitle(plain(heading), x=0.01, ha="left", fontsize=9.5)
         return figure, lambda frame: surface.set_verts(metre * self.moved(frame)[motion.triangles][:, :, order])

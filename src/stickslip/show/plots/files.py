@@ -24,8 +24,8 @@ def write_figures(
     """Every figure of a dataset in every format; returns the paths."""
     paths = []
     for name, draw in figures.items():
-        found = draw(dataset)
-        figure = found.plot() if isinstance(found, Chart) else found
+        drawn = draw(dataset)
+        figure = drawn.plot() if isinstance(drawn, Chart) else drawn
         for suffix in formats:
             path = Path(directory) / f"{name}.{suffix}"
             write_figure(figure, path, suffix)

@@ -30,8 +30,8 @@ def force_plane(
 
     Slip off the lines and forces beyond them are what the static picture leaves out: inertia, other springs, rotation, lift-off.
     """
-    found = bound_cycles(dataset, case, frequency, summed)
-    paths = paths_in(found, plane)
+    cycles = bound_cycles(dataset, case, frequency, summed)
+    paths = paths_in(cycles, plane)
     reach = 1.15 * max(float(np.abs(paths).max()), float(np.abs(plane.corners()).max()))
     layers: list[Layer] = []
     for side, sense in ((0, -1), (0, 1), (1, -1), (1, 1)):
@@ -42,20 +42,20 @@ def force_plane(
     for k, (word, style) in enumerate(BOUNDS):
         path, label = paths[k], f"{word} bound"
         layers.append(Line(closed(path[:, 0]), closed(path[:, 1]), style, label))
-        slipping, dots = path[slips(found, plane, k)], replace(style, dash="none", marker="circle")
+        slipping, dots = path[slips(cycles, plane, k)], replace(style, dash="none", marker="circle")
         layers.append(Line(slipping[:, 0], slipping[:, 1], dots, label, listed=False))
     left, right = (Axis(f"tangential force of {side}", "N", limits=(-reach, reach)) for side in plane.sides)
     title = f"Tangential forces of both sides, force {float(dataset['force_level'][case]):g}"
     return Chart(title, [Panel(left, right, layers, height=4.0, equal=True)])
 
 
-def paths_in(found: Cycles, plane: ForcePlane) -> Array:
+def paths_in(cycles: Cycles, plane: ForcePlane) -> Array:
     """Tangential forces of both sides over the period, (curve, sample, 2)."""
-    return np.stack([found.force[:, found.row(f"{side} t1")] for side in plane.sides], axis=-1)
+    return np.stack([cycles.force[:, cycles.row(f"{side} t1")] for side in plane.sides], axis=-1)
 
 
-def slips(found: Cycles, plane: ForcePlane, curve: int) -> Array:
+def slips(cycles: Cycles, plane: ForcePlane, curve: int) -> Array:
     """Where a side of a curve has reached its own limit μN, (sample,)."""
-    loads = np.stack([found.force[curve, found.row(f"{side} n")] for side in plane.sides], axis=-1)
-    reached = np.abs(paths_in(found, plane)[curve]) >= SLIPPING * plane.friction * loads
+    loads = np.stack([cycles.force[curve, cycles.row(f"{side} n")] for side in plane.sides], axis=-1)
+    reached = np.abs(paths_in(cycles, plane)[curve]) >= SLIPPING * plane.friction * loads
     return np.asarray(np.any(reached, axis=-1))

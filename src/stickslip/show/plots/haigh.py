@@ -31,9 +31,9 @@ def haigh_diagram(dataset: xr.Dataset) -> Chart:
     limit = f"fatigue limit, {dataset.attrs['fatigue_criterion']}"
     drawn, sizes = dataset["haigh_mean"].values / MPa, dataset["haigh_limit"].values / MPa
     layers: list[Layer] = [Line(drawn, np.where(sizes > 0.0, sizes, np.nan), Style("grey", "dash", 1.4), limit)]
-    found = list(margins(dataset))
+    every_margin = list(margins(dataset))
     for case, line in enumerate(case_lines(dataset)):
-        here = [margin for margin in found if margin.case == case]
+        here = [margin for margin in every_margin if margin.case == case]
         if here:
             hover: dict[str, ArrayLike] = {
                 "": [margin.place for margin in here],
@@ -43,6 +43,6 @@ def haigh_diagram(dataset: xr.Dataset) -> Chart:
             means, sizes = (np.array([getattr(margin, name) for margin in here]) / MPa for name in ("mean", "alternating"))
             dots = replace(line["style"], dash="none", marker="circle", size=5.0)
             layers.append(Line(means, sizes, dots, line["label"], hover, line["listed"]))
-    far = all(margin.size > FAR for margin in found)
+    far = all(margin.size > FAR for margin in every_margin)
     axes = Axis("mean stress", "MPa"), Axis("stress amplitude", "MPa", log=far, limits=(None if far else 0.0, None))
     return Chart(f"Haigh diagram: {dataset.attrs['title']}", [Panel(*axes, layers, height=3.2)])

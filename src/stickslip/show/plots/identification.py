@@ -34,12 +34,12 @@ def loops_and_fit(dataset: xr.Dataset) -> Chart:
         moves = dataset.sel(case=case)["platform_motion"].values
         motion = closed(1e6 * moves[int(np.argmax(np.ptp(moves, axis=1)))])
         for channel in channels:
-            one = dataset.sel(case=case, channel=channel)
-            words, unit, factor = CHANNELS[channel]
-            measured = closed(factor * one["measured"].values)
-            fitted = closed(factor * (one["fitted"].values + float(one["zero"])))
+            loop = dataset.sel(case=case, channel=channel)
+            quantity, unit, factor = CHANNELS[channel]
+            measured = closed(factor * loop["measured"].values)
+            fitted = closed(factor * (loop["fitted"].values + float(loop["zero"])))
             layers = [Line(motion, measured, MEASURED, "measured"), Line(motion, fitted, FITTED, "fitted")]
-            panels.append(Panel(Axis("motion of the platform", "µm"), Axis(words, unit), layers, str(case), 2.3))
+            panels.append(Panel(Axis("motion of the platform", "µm"), Axis(quantity, unit), layers, str(case), 2.3))
     note = f"{len(cases)} of {len(all_cases)} cases" if len(cases) < len(all_cases) else ""
     return Chart("Measured and fitted loops", panels, columns=len(channels), note=note)
 
@@ -51,13 +51,13 @@ def residuals(dataset: xr.Dataset) -> Chart:
     cases = all_cases[spread(len(all_cases), len(CONTACTS))]
     phase, panels = np.arange(dataset.sizes["sample"]) / dataset.sizes["sample"], []
     for channel in channels:
-        words, unit, factor = CHANNELS[channel]
+        quantity, unit, factor = CHANNELS[channel]
         layers = []
         for k, case in enumerate(cases):
-            one = dataset.sel(case=case, channel=channel)
-            left = factor * (one["measured"].values - one["fitted"].values)
+            loop = dataset.sel(case=case, channel=channel)
+            left = factor * (loop["measured"].values - loop["fitted"].values)
             layers.append(Line(phase, left - left.mean(), contact(k, width=1.2), str(case)))
-        panels.append(Panel(Axis("share of the cycle"), Axis(words, unit), layers, height=1.7))
+        panels.append(Panel(Axis("share of the cycle"), Axis(quantity, unit), layers, height=1.7))
     note = f"{len(cases)} of {len(all_cases)} cases" if len(cases) < len(all_cases) else ""
     return Chart("Residuals: measured less fitted", panels, note=note, shared_x=True)
 

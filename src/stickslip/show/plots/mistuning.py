@@ -35,18 +35,19 @@ def all_blades(dataset: xr.Dataset, sample: int | None = None) -> Chart:
         sample = 0 if np.isnan(ratio).all() else int(np.nanargmax(ratio))
     if not 0 <= sample < dataset.sizes["sample"]:
         raise fault("sample", f"must lie between 0 and {dataset.sizes['sample'] - 1}", sample)
-    one = dataset.isel(sample=sample)
-    hertz, unit = one["frequency"].values, shown_unit(one["envelope"].attrs["units"], float(one["envelope"].max()))
+    shown = dataset.isel(sample=sample)
+    hertz, envelope = shown["frequency"].values, shown["envelope"]
+    unit = shown_unit(envelope.attrs["units"], float(envelope.max()))
     layers: list[Layer] = [
         Line(
             hertz, curve / unit.metres, Style("contact 4", width=0.6, opacity=0.7), "each blade", {"blade": [blade] * hertz.size}
         )
-        for blade, curve in zip(one["blade"].values.tolist(), one["amplitude"].values.T, strict=True)
+        for blade, curve in zip(shown["blade"].values.tolist(), shown["amplitude"].values.T, strict=True)
     ]
-    layers.append(Line(hertz, one["envelope"].values / unit.metres, Style("ink"), "envelope of all blades"))
+    layers.append(Line(hertz, envelope.values / unit.metres, Style("ink"), "envelope of all blades"))
     layers.append(Line(dataset["tuned_frequency"].values, dataset["tuned_amplitude"].values / unit.metres, TUNED, "tuned disk"))
-    if worst := int(one["worst_blade"]):
-        top = one.isel(blade=worst - 1)
+    if worst := int(shown["worst_blade"]):
+        top = shown.isel(blade=worst - 1)
         dot = Style("ink", "none", marker="circle", size=5.0)
         place = [float(top["blade_peak_frequency"])], [float(top["blade_peak"]) / unit.metres]
         layers.append(Line(*place, dot, f"highest: blade {worst}"))

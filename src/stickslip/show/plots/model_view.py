@@ -248,7 +248,7 @@ def _contact_arrows(structure: Structure, contact: Contact) -> dict[str, tuple[A
     """
     named = dict(zip(contact.direction_names, contact.directions, strict=True))
     bodies = _bodies(dof for direction in contact.directions for dof in direction)
-    found = {}
+    arrows = {}
     for name in named.keys() & {"n", "t1"}:
         own = {dof: c for dof, c in named[name].items() if dof.rpartition(".")[0] not in bodies}
         placed = _placed(structure, own)
@@ -260,8 +260,8 @@ def _contact_arrows(structure: Structure, contact: Contact) -> dict[str, tuple[A
                 point = np.asarray(structure.nodes[body] + arm_of(contact.directions, body))
                 placed = [(point, along) for _, along in placed]
         if placed:
-            found[name] = placed[0]
-    return found
+            arrows[name] = placed[0]
+    return arrows
 
 
 def _forces(problem: Problem, system: UnitSystem | None) -> Iterator[Arrows]:

@@ -64,15 +64,15 @@ class MovingPicture(ABC):
         """As a figure of plotly with frames: `.show()` or `.write_html(path)`; narrow: for a narrow screen."""
         from plotly.graph_objects import Figure as Interactive
 
-        found = self.description()
-        lines = wrapped(found["title"], NARROW) if narrow else [found["title"]]
-        notes = wrapped(found["note"], NARROW_NOTE) if narrow else [found["note"]]
+        described = self.description()
+        lines = wrapped(described["title"], NARROW) if narrow else [described["title"]]
+        notes = wrapped(described["note"], NARROW_NOTE) if narrow else [described["note"]]
         heads = [f"<b>{escaped(line)}</b>" for line in lines] + [f"<sup>{escaped(line)}</sup>" for line in notes]
         title, more = {"text": "<br>".join(heads), "x": 0.01}, LINE * (len(heads) - 2)
-        layout = found["narrow" if narrow else "wide"] | {"title": title, "paper_bgcolor": "@paper", "plot_bgcolor": "@paper"}
+        layout = described["narrow" if narrow else "wide"] | {"title": title, "paper_bgcolor": "@paper", "plot_bgcolor": "@paper"}
         layout["margin"] = layout["margin"] | {"t": 70 + more}
         layout["height"] = layout["height"] + 54 + more
-        return Interactive(resolved({"data": found["data"], "layout": layout, "frames": found["frames"]}, dark))
+        return Interactive(resolved({"data": described["data"], "layout": layout, "frames": described["frames"]}, dark))
 
     def to_html(self, *, dark: bool = False) -> str:
         """A page that needs nothing else: plotly.js is in it (5 MB)."""
@@ -123,9 +123,9 @@ class MovingPicture(ABC):
                 FuncAnimation(figure, shown, frames=self.frames, blit=False).save(temporary, writer=writer, dpi=90)
 
     def _repr_html_(self) -> str:
-        found = self.description()
-        page, title = html.escape(self.to_html(), quote=True), html.escape(found["title"])
-        height = found["wide"]["height"] + 150
+        described = self.description()
+        page, title = html.escape(self.to_html(), quote=True), html.escape(described["title"])
+        height = described["wide"]["height"] + 150
         return f'<iframe style="width:100%;height:{height}px;border:0" title="{title}" srcdoc="{page}"></iframe>'
 
 
@@ -136,18 +136,18 @@ def _ffmpeg() -> str:
     """
     from matplotlib import rcParams
 
-    found = shutil.which(rcParams["animation.ffmpeg_path"])
-    if found is None or not Path(found).is_absolute():
+    program = shutil.which(rcParams["animation.ffmpeg_path"])
+    if program is None or not Path(program).is_absolute():
         try:
             from imageio_ffmpeg import get_ffmpeg_exe
 
-            found = get_ffmpeg_exe()
+            program = get_ffmpeg_exe()
         except (ImportError, RuntimeError):
             raise InputError(
                 "A .mp4 file needs the program ffmpeg, which is not installed. `pip install 'stickslip[film]'` installs it; or "
                 "save a .gif."
             ) from None
-    return str(found)
+    return str(program)
 
 
 def step_script() -> str:

@@ -116,11 +116,11 @@ def _sizes(dataset: xr.Dataset, quantity: str) -> tuple[Axis, float]:
     if attributes["units"] != "1":
         shown = shown_unit(attributes["units"], float(np.nanmax(values, initial=0.0)))
         unit, scale = shown.name, 1.0 / shown.metres
-    words = str(attributes["long_name"])
+    quantity_text = str(attributes["long_name"])
     if quantity == "amplitude_per_force" and "force_ratio" in dataset.dims:
         measure = measure_in(dataset)
-        words = f"peak {'amplitude' if measure == DISPLACEMENT_AMPLITUDE else measure.symbol} per force"
-    return Axis(words, unit, log=bool(np.isfinite(values).any())), scale
+        quantity_text = f"peak {'amplitude' if measure == DISPLACEMENT_AMPLITUDE else measure.symbol} per force"
+    return Axis(quantity_text, unit, log=bool(np.isfinite(values).any())), scale
 
 
 def _name(dataset: xr.Dataset, case: int) -> str:
@@ -131,16 +131,16 @@ def _name(dataset: xr.Dataset, case: int) -> str:
 
 def _curve(dataset: xr.Dataset, case: int, quantity: str, x: Array, scale: float, look: dict[str, Any]) -> list[Layer]:
     """The peaks of one case, those on isolas, where another peak becomes the highest, and the optimum."""
-    one = dataset.isel(case=case)
-    height, style = scale * one[quantity].values, look["style"]
-    hover = {"frequency in Hz": one["frequency"].values, "loss factor": one["loss_factor"].values}
+    curve = dataset.isel(case=case)
+    height, style = scale * curve[quantity].values, look["style"]
+    hover = {"frequency in Hz": curve["frequency"].values, "loss factor": curve["loss_factor"].values}
     layers: list[Layer] = [
-        Line(x, height, **look, hover={**hover, "contacts": [_region(value) for value in one["region"].values]})
+        Line(x, height, **look, hover={**hover, "contacts": [_region(value) for value in curve["region"].values]})
     ]
-    share = one["detached_amplitude_per_force"].values / one["amplitude_per_force"].values
+    share = curve["detached_amplitude_per_force"].values / curve["amplitude_per_force"].values
     if np.isfinite(share).any() and "amplitude" in quantity:
         layers.append(Line(x, height * share, replace(style, dash="none", marker="diamond"), ISOLA))
-    swapped = np.sqrt(one["event_low"].values * one["event_high"].values)[one["event_kind"].values == "swapped"]
+    swapped = np.sqrt(curve["event_low"].values * curve["event_high"].values)[curve["event_kind"].values == "swapped"]
     layers += [
         Rule(place, replace(style, dash="dot", width=0.9), SWAPPED)
         for place in swapped * (x[0] / dataset["force_ratio"].values[0])
@@ -161,5 +161,5 @@ def _regions(dataset: xr.Dataset, case: int, x: Array) -> Cells:
     regions = dataset["region"].values[case]
     edges = np.concatenate([x[:1], edges_between(x, log=True)[1:-1], x[-1:]])
     colours = np.array([rgb(colour(_region(value))) if np.isfinite(value) else np.full(3, np.nan) for value in regions])
-    words = [f"{_name(dataset, case)}, F_C/F_E {ratio:.4g}: {_region(value)}" for ratio, value in zip(x, regions, strict=True)]
-    return Cells(edges, colours[None], [words], float(case))
+    texts = [f"{_name(dataset, case)}, F_C/F_E {ratio:.4g}: {_region(value)}" for ratio, value in zip(x, regions, strict=True)]
+    return Cells(edges, colours[None], [texts], float(case))

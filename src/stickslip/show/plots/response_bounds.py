@@ -92,13 +92,13 @@ def start_states(dataset: xr.Dataset, case: int = 0) -> Chart:
     panels = []
     for bound, word in enumerate(("lower", "upper")):
         values = variables[bound].T
-        words = [
+        texts = [
             [f"start variable {k + 1}, {f:.2f} Hz: {value:.3g}" for f, value in zip(hertz, along, strict=True)]
             for k, along in enumerate(values)
         ]
         # Mixtures of white, at zero, with the colour of the nearer end.
         mixed = 1.0 + np.abs(values)[..., None] * (np.where(values[..., None] < 0.0, *ends) - 1.0)
-        cells = Cells(edges_between(hertz), mixed, words)
+        cells = Cells(edges_between(hertz), mixed, texts)
         axis = Axis("start variable", limits=(-0.5, rows - 0.5), upside_down=True)
         panels.append(Panel(HERTZ, axis, [cells, *keys], f"{word} bound", 1.9))
     return Chart(f"Start states of the bounds, {force_text(dataset, case)}", panels, shared_x=True)

@@ -115,12 +115,12 @@ def compared_peaks(datasets: Mapping[str, xr.Dataset], output: str) -> Chart:
         sizes.append(Line(levels, per_force, style, label, {"frequency in Hz": frequencies, **names}))
         hertz.append(Line(levels, frequencies, style, label, names))
         if others:
-            alone, words = replace(style, dash="none", marker="diamond"), "other curves"
+            alone, label_of_others = replace(style, dash="none", marker="diamond"), "other curves"
             sized = [_scale(dataset, case, True, measure.quantity, unit) * peak.amplitude for case, peak in others]
             levels = dataset.force_level.values[[case for case, _ in others]]
             curves = [level_text(dataset, case) for case, _ in others]
-            sizes.append(Line(levels, sized, alone, words, {"curve": curves}))
-            hertz.append(Line(levels, [peak.frequency for _, peak in others], alone, words, {"curve": curves}))
+            sizes.append(Line(levels, sized, alone, label_of_others, {"curve": curves}))
+            hertz.append(Line(levels, [peak.frequency for _, peak in others], alone, label_of_others, {"curve": curves}))
     left = Panel(force, from_zero(response_axis(first, True, measure, unit)), sizes, "Highest peak", 2.8)
     return Chart(
         f"Highest peak of each force level: {output}",

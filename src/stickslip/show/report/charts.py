@@ -148,10 +148,10 @@ def _html(name: str, chart: Chart | MovingPicture, opening: Opening | None) -> s
     """The place that report.js fills: caption, controls, the chart in words for who cannot see it, and what a click opens."""
     panels = () if isinstance(chart, MovingPicture) else chart.panels
     axes = [f"{panel.y.label} over {panel.x.label}".strip() for panel in panels if panel.y.label and panel.x.label]
-    words = ". ".join(dict.fromkeys([chart.title, *axes]))
+    spoken = ". ".join(dict.fromkeys([chart.title, *axes]))
     frame = f'<figure class="place" data-place="{text(name)}"><figcaption></figcaption><div class="controls"></div>'
     steps = '<div class="steps"></div>' if isinstance(chart, MovingPicture) else ""
-    drawing = f'<div class="chart" id="{text(name)}" role="img" aria-label="{text(words)}"></div>{steps}</figure>'
+    drawing = f'<div class="chart" id="{text(name)}" role="img" aria-label="{text(spoken)}"></div>{steps}</figure>'
     if opening is None:
         return frame + drawing
     opened = f'<figure><figcaption aria-live="polite"></figcaption><div class="chart" id="{text(name)}-opened"></div></figure>'

@@ -182,19 +182,19 @@ def _size_of(dataset: xr.Dataset) -> str:
 
 def reference(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int = 0) -> tuple[float, float] | None:
     """The "free" or "stuck" resonance of the mode of a peak: natural frequency, Hz, and size of the linear curve."""
-    found = linear_peak(dataset, which, case, peak.frequency, output, peak.amplitude)
-    if found is None:
+    linear = linear_peak(dataset, which, case, peak.frequency, output, peak.amplitude)
+    if linear is None:
         return None
     natural = dataset[f"natural_frequency_{which}"].values
     natural = natural[np.isfinite(natural)]
-    near = natural[np.abs(natural / found[0] - 1.0) < 0.02] if natural.size else natural
-    return (float(near[np.argmin(np.abs(near - found[0]))]) if near.size else found[0]), found[1]
+    near = natural[np.abs(natural / linear[0] - 1.0) < 0.02] if natural.size else natural
+    return (float(near[np.argmin(np.abs(near - linear[0]))]) if near.size else linear[0]), linear[1]
 
 
 def _peaks(dataset: xr.Dataset, output: int) -> dict[int, Peak]:
     sweeps = [case for case, kind in enumerate(kinds_in(dataset)) if kind == CurveKind.SWEEP]
-    found = ((case, highest_peak(dataset, case, output)) for case in sweeps or range(dataset.sizes["case"]))
-    return {case: peak for case, peak in found if peak is not None and float(dataset.force_level[case]) != 0.0}
+    peaks = ((case, highest_peak(dataset, case, output)) for case in sweeps or range(dataset.sizes["case"]))
+    return {case: peak for case, peak in peaks if peak is not None and float(dataset.force_level[case]) != 0.0}
 
 
 def linear_limits(dataset: xr.Dataset) -> dict[str, str]:

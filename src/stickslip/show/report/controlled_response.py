@@ -48,14 +48,14 @@ def sentences(dataset: xr.Dataset) -> list[str]:
 
 def failures(dataset: xr.Dataset) -> list[str]:
     """A sentence for each amplitude whose curve did not arrive or misses frequencies."""
-    found = []
+    sentences = []
     for case in range(dataset.sizes["case"]):
         missing = int(np.count_nonzero(dataset["outcome"].values[case] > Outcome.CONVERGED))
         if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED:
-            found.append(f"{_name(dataset, case)}: {dataset['case_message'].values[case]}")
+            sentences.append(f"{_name(dataset, case)}: {dataset['case_message'].values[case]}")
         elif missing:
-            found.append(f"{_name(dataset, case)}: {counted(missing, 'frequency', 'frequencies')} could not be solved")
-    return found
+            sentences.append(f"{_name(dataset, case)}: {counted(missing, 'frequency', 'frequencies')} could not be solved")
+    return sentences
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:

@@ -72,9 +72,9 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     for name, words in (("platform_motion", "platform {} [m]"), ("force_on_right", "force on right {} [N]")):
         cycle |= {words.format(axis): dataset[name].sel(axis=axis).values for axis in dataset.axis.values}
     for contact in dataset.contact.values:
-        one = dataset.sel(contact=contact)
-        cycle |= {f"T {contact} [N]": one.friction_force.values, f"N {contact} [N]": one.normal_force.values}
-        cycle[f"state {contact} [1]"] = one.state.values
+        of_contact = dataset.sel(contact=contact)
+        cycle |= {f"T {contact} [N]": of_contact.friction_force.values, f"N {contact} [N]": of_contact.normal_force.values}
+        cycle[f"state {contact} [1]"] = of_contact.state.values
     columns = {"contacts": contacts, "harmonics": harmonics, "cycle": cycle}
     return {caption: pd.DataFrame(table) for caption, table in columns.items()}
 

@@ -46,10 +46,10 @@ def fatigue_sentences(dataset: xr.Dataset) -> list[str]:
     every = list(margins(dataset))
     for case, level in enumerate(dataset["force_level"].values):
         worst = min((margin for margin in every if margin.case == case), key=lambda margin: margin.size, default=None)
-        words = "no point was found"
+        answer = "no point was found"
         if worst:
-            words = f"margin {worst.size:.3g} at {worst.frequency:.6g} Hz, {worst.place}"
-        lines.append(f"  force {level:<8g} {words}")
+            answer = f"margin {worst.size:.3g} at {worst.frequency:.6g} Hz, {worst.place}"
+        lines.append(f"  force {level:<8g} {answer}")
     return lines
 
 

@@ -23,11 +23,11 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     """Every parameter with its interval, then what must be known."""
     rows, answer = [], []
     for name in dataset["parameter"].values:
-        one = dataset.sel(parameter=name)
-        units = str(one["parameter_units"].values)
+        parameter = dataset.sel(parameter=name)
+        units = str(parameter["parameter_units"].values)
         share, unit = in_system("N/µm", system_of(dataset))
         factor, shown = (1.0, "") if units == "1" else (1e-6 * share, f" {unit}")
-        value, (low, high) = float(one["value"]) * factor, one["interval"].values * factor
+        value, (low, high) = float(parameter["value"]) * factor, parameter["interval"].values * factor
         known = f"95 % between {low:.4g} and {high:.4g}{shown}" if np.isfinite(low) else "no interval"
         rows.append(f"{name:<6} {value:.4g}{shown}, {known}")
         answer.append(f"{name} = {value:.4g}{shown}")
@@ -69,12 +69,12 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         {
             "loop": [case for case, _, _ in rows],
             "cell": [cell for _, cell, _ in rows],
-            "zero in N": [float(one["zero"]) for _, _, one in rows],
-            "low (95 %)": [float(one["zero"] - CERTAINTY * one["zero_error"]) for _, _, one in rows],
-            "high (95 %)": [float(one["zero"] + CERTAINTY * one["zero_error"]) for _, _, one in rows],
+            "zero in N": [float(loop["zero"]) for _, _, loop in rows],
+            "low (95 %)": [float(loop["zero"] - CERTAINTY * loop["zero_error"]) for _, _, loop in rows],
+            "high (95 %)": [float(loop["zero"] + CERTAINTY * loop["zero_error"]) for _, _, loop in rows],
         }
     )
-    found = {"parameters": parameters, "misfit relative to the varying part": misfit, "gains": gains, "zeros": zeros}
+    frames = {"parameters": parameters, "misfit relative to the varying part": misfit, "gains": gains, "zeros": zeros}
     if "right_motion" in dataset:
         span = 1e6 * (dataset["right_motion"].max("sample") - dataset["right_motion"].min("sample"))
         error = 1e6 * dataset["right_motion_error"].max("sample")
@@ -82,10 +82,10 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         for name in dataset["motion"].values:
             motion[str(name)] = span.sel(motion=name).values
             motion[f"{name}: standard deviation, largest"] = error.sel(motion=name).values
-        found["measured motion at the right contact, peak to peak, µm"] = motion
+        frames["measured motion at the right contact, peak to peak, µm"] = motion
     if "held_out" in dataset:
-        found["laws"] = pd.DataFrame({"law": dataset["law"].values, "error on loops held out": dataset["held_out"].values})
-    return found
+        frames["laws"] = pd.DataFrame({"law": dataset["law"].values, "error on loops held out": dataset["held_out"].values})
+    return frames
 
 
 def figures(dataset: xr.Dataset) -> Figures:

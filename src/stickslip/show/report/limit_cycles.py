@@ -23,21 +23,21 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     """The largest negative damping that each mode holds, and what vibration does at every aerodynamic damping."""
     lines, output = [], str(dataset["output"].values[0])
     for case in range(dataset.sizes["case"]):
-        one = dataset.isel(case=case)
-        name, most = f"mode {int(one['mode_number'])}", float(one["held_damping"])
+        mode = dataset.isel(case=case)
+        name, most = f"mode {int(mode['mode_number'])}", float(mode["held_damping"])
         if not np.isfinite(most):
             lines.append(f"{name}: no motion was found")
             continue
-        size = length_text(float(one["held_amplitude"][0]), dataset)
-        where = f"{size} of {output} and {hertz(float(one['held_frequency']))} Hz"
-        edge = "" if float(one["held_inside"]) else ", an end of the computed amplitudes"
+        size = length_text(float(mode["held_amplitude"][0]), dataset)
+        where = f"{size} of {output} and {hertz(float(mode['held_frequency']))} Hz"
+        edge = "" if float(mode["held_inside"]) else ", an end of the computed amplitudes"
         if most > 0.0:
             lines.append(f"{name}: holds an aerodynamic damping of down to {number(-100.0 * most, 3)} %, at {where}{edge}")
         else:
             lines.append(f"{name}: vibration grows at all amplitudes, least at {where}{edge}")
         for ratio in dataset["aerodynamic_damping"].values:
-            words = str(one["limit_cycle_message"].sel(aerodynamic_damping=ratio).item())
-            lines.append(f"  {name}, aerodynamic damping {number(100.0 * float(ratio), 3)} %: {words}")
+            what = str(mode["limit_cycle_message"].sel(aerodynamic_damping=ratio).item())
+            lines.append(f"  {name}, aerodynamic damping {number(100.0 * float(ratio), 3)} %: {what}")
     return lines
 
 

@@ -101,7 +101,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     )
     if "stress_von_mises" in dataset:
         samples["largest stress [Pa]"] = dataset["stress_von_mises"].max(["blade", "place"]).values
-    found = {"samples": samples}
+    frames = {"samples": samples}
     if np.isfinite(dataset["amplification"].values).any():
         top = dataset.isel(sample=int(np.nanargmax(dataset["amplification"].values)))
         columns = {"blade": top["blade"], f"largest amplitude [{units}]": top["blade_peak"], "at Hz": top["blade_peak_frequency"]}
@@ -109,8 +109,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         if "stress_von_mises" in top:
             columns["largest stress [Pa]"] = top["stress_von_mises"].max("place")
         columns |= {name.replace("_", " "): top[name] for name in map(str, top) if name.endswith("_deviation")}
-        found["blades of the worst sample"] = pd.DataFrame({name: each.values for name, each in columns.items()})
-    return found
+        frames["blades of the worst sample"] = pd.DataFrame({name: each.values for name, each in columns.items()})
+    return frames
 
 
 def figures(dataset: xr.Dataset) -> Figures:

@@ -55,8 +55,8 @@ def motions(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
         several = len(datasets) > 1 and not all(map(has_motion, datasets.values()))
         place = f"chart-motion-{number}" if several else "chart-motion"
         places.append(charts.place(place, shown.__getitem__, [Choice(name, list(shown))], result="" if several else label))
-    words = " ".join(dict.fromkeys(notes))
-    return section("motion", "Motion", *places, f'<p class="note">{text(words)}</p>')
+    note = " ".join(dict.fromkeys(notes))
+    return section("motion", "Motion", *places, f'<p class="note">{text(note)}</p>')
 
 
 def moving_pictures(dataset: xr.Dataset) -> dict[str, MovingPicture]:

@@ -40,44 +40,46 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     """Where each mode begins and ends, and the largest damping ratio on the way."""
     lines = []
     for case in range(dataset.sizes["case"]):
-        one = dataset.isel(case=case)
-        there = np.flatnonzero(np.isfinite(one["frequency"].values))
-        name = f"mode {int(one['mode_number'])}"
+        mode = dataset.isel(case=case)
+        there = np.flatnonzero(np.isfinite(mode["frequency"].values))
+        name = f"mode {int(mode['mode_number'])}"
         if not there.size:
             lines.append(f"{name}: no motion was found")
             continue
-        most = int(np.nanargmax(one["damping_ratio"].values))
-        ends = [float(one["frequency"][int(k)]) for k in (there[0], there[-1])]
-        ratio, amplitude = float(one["damping_ratio"][most]), float(one["amplitude"][most, 0])
+        most = int(np.nanargmax(mode["damping_ratio"].values))
+        ends = [float(mode["frequency"][int(k)]) for k in (there[0], there[-1])]
+        ratio, amplitude = float(mode["damping_ratio"][most]), float(mode["amplitude"][most, 0])
         output = str(dataset["output"].values[0])
         lines.append(
             f"{name}: {hertz(ends[0])} Hz at the smallest amplitude, {hertz(ends[1])} Hz at the largest; most damping "
-            f"{percent(ratio)} at {hertz(float(one['frequency'][most]))} Hz, where {output} moves by "
+            f"{percent(ratio)} at {hertz(float(mode['frequency'][most]))} Hz, where {output} moves by "
             f"{length_text(amplitude, dataset)}"
         )
         if ratio > ROUGH:
             lines.append(f"  warning, {name}: {VERY_HIGH if ratio > 1.0 else HIGH}")
         if _has_levels(dataset):
-            lines += _level_lines(one, output)
-        if warning := str(one["synthesis_warning"].item()):
+            lines += _level_lines(mode, output)
+        if warning := str(mode["synthesis_warning"].item()):
             lines.append(f"  warning, {name}: {warning}")
         lines += [
-            f"  {name}: {words.rstrip('.')}." for words in str(one["case_message"].item()).split(". ") if "Internal" in words
+            f"  {name}: {sentence.rstrip('.')}."
+            for sentence in str(mode["case_message"].item()).split(". ")
+            if "Internal" in sentence
         ]
     return [*lines, FIRST] if str(dataset.attrs.get("extended", "")) == "first" and lines else lines
 
 
-def _level_lines(one: xr.Dataset, output: str) -> list[str]:
+def _level_lines(mode: xr.Dataset, output: str) -> list[str]:
     """The peak of each force level, by one mode."""
-    reached = np.flatnonzero(np.isfinite(one["level_amplitude"].values))
+    reached = np.flatnonzero(np.isfinite(mode["level_amplitude"].values))
     shown = reached[spread(reached.size, MOST_LEVELS)]
     lines = []
     for k in shown:
-        frequency, size = float(one["level_frequency"][k]), float(one["level_amplitude"][k])
-        solved = float(one["level_solved_amplitude"][k]) if "level_solved_amplitude" in one else np.nan
-        checked = f", solved {length_text(solved, one)}" if np.isfinite(solved) else ""
+        frequency, size = float(mode["level_frequency"][k]), float(mode["level_amplitude"][k])
+        solved = float(mode["level_solved_amplitude"][k]) if "level_solved_amplitude" in mode else np.nan
+        checked = f", solved {length_text(solved, mode)}" if np.isfinite(solved) else ""
         lines.append(
-            f"  force {float(one['force_level'][k]):g}: {output} peaks at {length_text(size, one)}, "
+            f"  force {float(mode['force_level'][k]):g}: {output} peaks at {length_text(size, mode)}, "
             f"{hertz(frequency)} Hz{checked}"
         )
     more = reached.size - shown.size
@@ -86,13 +88,13 @@ def _level_lines(one: xr.Dataset, output: str) -> list[str]:
 
 def failures(dataset: xr.Dataset) -> list[str]:
     """A sentence for each mode whose curve ended early, and for each that gives no peaks of some force levels."""
-    found = []
+    sentences = []
     for case, outcome in enumerate(dataset["case_outcome"].values):
         name = f"mode {int(dataset['mode_number'].values[case])}"
         if outcome != Outcome.CONVERGED:
-            found.append(f"{name}: {dataset['case_message'].values[case]}")
+            sentences.append(f"{name}: {dataset['case_message'].values[case]}")
         if message := str(dataset["synthesis_message"].values[case]):
-            found.append(f"{name}: no peaks of force levels. {message}")
+            sentences.append(f"{name}: no peaks of force levels. {message}")
         elif (
             _has_levels(dataset)
             and (beyond := dataset["force_level"].values[np.isnan(dataset["level_amplitude"].values[case])]).size
@@ -102,15 +104,15 @@ def failures(dataset: xr.Dataset) -> list[str]:
             ends = (dataset[each].values[case, there] for each in ("peak_force_level", "modal_amplitude"))
             why = "make more than its largest amplitude; compute it up to a larger one"
             why = f"are more than it needs at any of its amplitudes. {SATURATION}" if saturated(*ends) else why
-            found.append(f"{name}: force levels {levels} {why}")
-    return found
+            sentences.append(f"{name}: force levels {levels} {why}")
+    return sentences
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The peaks of the force levels, and the points of every mode."""
     import pandas as pd
 
-    found: dict[str, pd.DataFrame] = {}
+    frames_by_caption: dict[str, pd.DataFrame] = {}
     if _has_levels(dataset):
         rows = []
         for case, k in np.ndindex(dataset.sizes["case"], dataset.sizes["force_level"]):
@@ -118,22 +120,22 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             values = [float(at[name]) for name in ("force_level", "level_frequency", "level_amplitude")]
             rows.append((int(at["mode_number"]), *values))
         heads = ["mode", "force level", "frequency [Hz]", f"{dataset['output'].values[0]} [m]"]
-        found["peaks of force levels"] = pd.DataFrame(rows, columns=heads)
+        frames_by_caption["peaks of force levels"] = pd.DataFrame(rows, columns=heads)
     frames = []
     for case in range(dataset.sizes["case"]):
-        one = dataset.isel(case=case)
-        columns = {"mode": np.full(one.sizes["point"], int(one["mode_number"]))}
-        columns["modal amplitude [m kg^0.5]"] = one["modal_amplitude"].values
-        columns["frequency [Hz]"] = one["frequency"].values
-        columns["damping ratio"] = one["damping_ratio"].values
+        mode = dataset.isel(case=case)
+        columns = {"mode": np.full(mode.sizes["point"], int(mode["mode_number"]))}
+        columns["modal amplitude [m kg^0.5]"] = mode["modal_amplitude"].values
+        columns["frequency [Hz]"] = mode["frequency"].values
+        columns["damping ratio"] = mode["damping_ratio"].values
         for output, name in enumerate(dataset["output"].values):
-            columns[f"{name} [m]"] = one["amplitude"].values[:, output]
-        columns["energy [J]"] = one["energy"].values
-        columns["dissipated in contacts [J]"] = np.nansum(one["dissipated"].values, axis=1)
-        columns["dissipated by viscous damping [J]"] = one["viscous_work"].values
-        columns["force level of the peak"] = one["peak_force_level"].values
-        frames.append(pd.DataFrame(columns)[np.isfinite(one["frequency"].values)])
-    return found | {"nonlinear modes": pd.concat(frames, ignore_index=True)}
+            columns[f"{name} [m]"] = mode["amplitude"].values[:, output]
+        columns["energy [J]"] = mode["energy"].values
+        columns["dissipated in contacts [J]"] = np.nansum(mode["dissipated"].values, axis=1)
+        columns["dissipated by viscous damping [J]"] = mode["viscous_work"].values
+        columns["force level of the peak"] = mode["peak_force_level"].values
+        frames.append(pd.DataFrame(columns)[np.isfinite(mode["frequency"].values)])
+    return frames_by_caption | {"nonlinear modes": pd.concat(frames, ignore_index=True)}
 
 
 def _has_levels(dataset: xr.Dataset) -> bool:
@@ -142,11 +144,11 @@ def _has_levels(dataset: xr.Dataset) -> bool:
 
 def figures(dataset: xr.Dataset) -> Figures:
     """Frequency and damping over amplitude and over energy, peaks of all force levels, the change of shape, what contacts do."""
-    found: Figures = {"modes_over_amplitude": over_amplitude, "modes_over_energy": over_energy}
+    shown: Figures = {"modes_over_amplitude": over_amplitude, "modes_over_energy": over_energy}
     if np.isfinite(dataset["peak_force_level"].values).any():
-        found = {**found, "peaks_over_force": peaks_over_force}
-    found = {**found, "mode_shape": shape}
-    return {**found, "contact_states": contact_states} if dataset.sizes["contact"] else found
+        shown = {**shown, "peaks_over_force": peaks_over_force}
+    shown = {**shown, "mode_shape": shape}
+    return {**shown, "contact_states": contact_states} if dataset.sizes["contact"] else shown
 
 
 PRESENTATION = presents("nonlinear_modes", Presentation("Nonlinear modes", sentences, failures, figures, tables))

@@ -124,12 +124,12 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
 
 def common_title(titles: Sequence[str]) -> str:
     """One title of several results: the words that all begin with, then what distinguishes each; else all titles."""
-    words = [title.split() for title in titles]
-    common = next((k for k, at in enumerate(zip(*words, strict=False)) if len(set(at)) > 1), min(map(len, words)))
-    if len(titles) == 1 or common == 0 or common == min(map(len, words)):
+    split_titles = [title.split() for title in titles]
+    common = next((k for k, at in enumerate(zip(*split_titles, strict=False)) if len(set(at)) > 1), min(map(len, split_titles)))
+    if len(titles) == 1 or common == 0 or common == min(map(len, split_titles)):
         return " · ".join(titles)
-    rest = ", ".join(" ".join(own[common:]) for own in words)
-    return f"{' '.join(words[0][:common]).rstrip(',:;')}: {rest}"
+    rest = ", ".join(" ".join(own[common:]) for own in split_titles)
+    return f"{' '.join(split_titles[0][:common]).rstrip(',:;')}: {rest}"
 
 
 def _policy(scripts: Sequence[str]) -> str:

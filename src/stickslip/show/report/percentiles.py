@@ -49,9 +49,9 @@ def percentiles_table(dataset: xr.Dataset) -> pd.DataFrame:
     """The percentiles of `percentiles_of` at each force level and frequency, and how many start states they are of."""
     import pandas as pd
 
-    found = percentiles_of(dataset)
-    levels, frequencies = found["force_level"].values, found["frequency"].values
+    shares = percentiles_of(dataset)
+    levels, frequencies = shares["force_level"].values, shares["frequency"].values
     case, at = (index.ravel() for index in np.indices((levels.size, frequencies.size)))
-    columns = {"force_level": levels[case], "frequency [Hz]": frequencies[at], "solved": found["solved"].values[case, at]}
-    columns |= {f"{p:g} % [{found.attrs['units']}]": found.values[case, k, at] for k, p in enumerate(found["percent"].values)}
+    columns = {"force_level": levels[case], "frequency [Hz]": frequencies[at], "solved": shares["solved"].values[case, at]}
+    columns |= {f"{p:g} % [{shares.attrs['units']}]": shares.values[case, k, at] for k, p in enumerate(shares["percent"].values)}
     return pd.DataFrame(columns)

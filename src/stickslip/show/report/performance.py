@@ -24,21 +24,21 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines = []
     for case, mu in enumerate(dataset["friction"].values):
         keys = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency", "plateau_low", "plateau_high")
-        one = {key: float(dataset[key].values[case]) for key in keys}
+        best = {key: float(dataset[key].values[case]) for key in keys}
         name = "friction of the problem" if np.isnan(mu) else f"friction {mu:g}"
-        if not np.isfinite(one["optimum_ratio"]):
+        if not np.isfinite(best["optimum_ratio"]):
             lines.append(f"{name}: no resonance was found")
             continue
-        ends = [f"{one[key]:.4g}" if np.isfinite(one[key]) else "where the values end" for key in ("plateau_low", "plateau_high")]
+        plateau = (best["plateau_low"], best["plateau_high"])
+        ends = [f"{end:.4g}" if np.isfinite(end) else "where the values end" for end in plateau]
         lines.append(
-            f"{name}: lowest {resonance} {size_text(one['optimum_amplitude_per_force'], units, dataset)} at "
-            f"F_C/F_E = {one['optimum_ratio']:.4g} and {one['optimum_frequency']:.5g} Hz; "
+            f"{name}: lowest {resonance} {size_text(best['optimum_amplitude_per_force'], units, dataset)} at "
+            f"F_C/F_E = {best['optimum_ratio']:.4g} and {best['optimum_frequency']:.5g} Hz; "
             f"within 10 % of it from {ends[0]} to {ends[1]}"
         )
         if warning := str(dataset["optimum_warning"].values[case]):
             lines[-1] += f"; {warning}"
-        lines += [f"  {name}: {words}" for words in _detached(dataset, case)]
-        lines += [f"  {name}: {words}" for words in _happened(dataset, case)]
+        lines += [f"  {name}: {sentence}" for sentence in (*_detached(dataset, case), *_happened(dataset, case))]
     return lines
 
 
@@ -69,12 +69,13 @@ def _happened(dataset: xr.Dataset, case: int) -> list[str]:
 
 def failures(dataset: xr.Dataset) -> list[str]:
     """A sentence for each curve with points where no peak was found."""
-    found = []
+    sentences = []
     for case, outcomes in enumerate(dataset["outcome"].values):
         missing = dataset["force_ratio"].values[outcomes != 1]
         if missing.size:
-            found.append(f"curve {case + 1}: no peak was found at {missing.size} values of F_C/F_E, the first {missing[0]:.4g}")
-    return found
+            where = f"{missing.size} values of F_C/F_E, the first {missing[0]:.4g}"
+            sentences.append(f"curve {case + 1}: no peak was found at {where}")
+    return sentences
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:

@@ -40,14 +40,14 @@ def sentences(dataset: xr.Dataset) -> list[str]:
 
 def failures(dataset: xr.Dataset) -> list[str]:
     """A sentence for each value of F_C/F_E without a bound."""
-    found = []
+    sentences = []
     columns = (dataset[name].values for name in ("force_ratio", "outcome", "unsolved_share"))
     for ratio, outcomes, unsolved in zip(*columns, strict=True):
         bad = outcomes[outcomes != Outcome.CONVERGED]
         if bad.size:
             share = f" {percent(unsolved)} of the sampled start states have no solution." if unsolved else ""
-            found.append(f"F_C/F_E {ratio:.4g}: {Outcome(int(bad[0])).sentence}{share}")
-    return found
+            sentences.append(f"F_C/F_E {ratio:.4g}: {Outcome(int(bad[0])).sentence}{share}")
+    return sentences
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:

@@ -114,8 +114,8 @@ def message_sentences(dataset: xr.Dataset) -> list[str]:
 def level_line(dataset: xr.Dataset, case: int) -> str:
     """The highest peak of one case."""
     kind, level = kind_words(dataset, case), force_text(dataset, case)
-    words = f"{level}, {kind}" if kind else f"{level:<8}"
-    line = f"  {'' if level.startswith('force') else 'force '}{words} {peak_words(dataset, case)}"
+    head = f"{level}, {kind}" if kind else f"{level:<8}"
+    line = f"  {'' if level.startswith('force') else 'force '}{head} {peak_words(dataset, case)}"
     if ALL_NODES.variable not in dataset:
         return line
     change = float(dataset[ALL_NODES.variable].values[case, 0])
@@ -175,16 +175,16 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
     if not highest.local:
         what = "largest of the listed frequencies, at" if is_listed(dataset) else "no peak; largest at"
         return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
-    words = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
-    words += ", unstable" if peak_is_unstable(dataset, case, 0, highest.point) else ""
+    sentence = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
+    sentence += ", unstable" if peak_is_unstable(dataset, case, 0, highest.point) else ""
     unjudged = "" if none_is_judged(dataset) else peak_unjudged(dataset, case, 0)
-    words += f", stability {unjudged}" if unjudged else ""
-    words += ", curve incomplete" if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED else ""
+    sentence += f", stability {unjudged}" if unjudged else ""
+    sentence += ", curve incomplete" if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED else ""
     end = higher_end(dataset, case)
     if end is None:
-        return words
+        return sentence
     size = factor * end.amplitude / measure.per(float(dataset["force_level"][case]))
-    return f"{words}; higher at an end of the curve, {end.frequency:.6g} Hz: {size:.6g} {units}"
+    return f"{sentence}; higher at an end of the curve, {end.frequency:.6g} Hz: {size:.6g} {units}"
 
 
 def _unit(dataset: xr.Dataset, variable: str) -> tuple[float, str]:
@@ -208,11 +208,11 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """What only some results hold."""
-    found = {"bounds": bounds_table(detached(dataset))} if has_bounds(dataset) else {}
-    found |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
-    found |= {"stress": stress_table(dataset)} if has_stress(dataset) else {}
-    found |= {"strain": strain_table(dataset)} if has_gauges(dataset) else {}
-    return found | ({"fatigue": fatigue_table(dataset)} if has_fatigue(dataset) else {})
+    frames = {"bounds": bounds_table(detached(dataset))} if has_bounds(dataset) else {}
+    frames |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
+    frames |= {"stress": stress_table(dataset)} if has_stress(dataset) else {}
+    frames |= {"strain": strain_table(dataset)} if has_gauges(dataset) else {}
+    return frames | ({"fatigue": fatigue_table(dataset)} if has_fatigue(dataset) else {})
 
 
 def figures(dataset: xr.Dataset) -> Figures:

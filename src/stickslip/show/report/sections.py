@@ -125,7 +125,7 @@ def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
     if not rows:
         return None
     drawn = loops_at(dataset, largest_loops(dataset, rows, LOOPS_OF_A_POINT), SAMPLES_OF_A_LOOP)
-    found: list[Chart] = []
+    loops: list[Chart] = []
     points_of = {}
     for case in range(dataset.sizes["case"]):
         kept, peak = converged_points(dataset, case), highest_peak(dataset, case)
@@ -133,10 +133,10 @@ def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
         some = np.unique(np.append(some, peak.point)) if peak is not None else some
         places: list[int | None] = [None] * points(dataset, case).size
         for point in some:
-            places[int(np.searchsorted(points(dataset, case), point))] = len(found)
-            found.append(drawn(case, int(point)))
+            places[int(np.searchsorted(points(dataset, case), point))] = len(loops)
+            loops.append(drawn(case, int(point)))
         points_of[level_text(dataset, case)] = places
-    return Opening(found, points_of, CYCLE_NOTE)
+    return Opening(loops, points_of, CYCLE_NOTE)
 
 
 def peaks(datasets: Datasets, charts: Charts) -> str:

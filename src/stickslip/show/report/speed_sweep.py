@@ -62,25 +62,25 @@ def _highest(dataset: xr.Dataset, e: int, case: int) -> str:
         speed, frequency, size = (float(dataset[name].values[e, case, 0, 0]) for name in names)
         of_order = dataset.isel(engine_order=e)
         error = error_words(of_order, case, 0)
-        words = [f"{output} {length_text(size, dataset)} at {speed:.5g} rev/min ({hertz(frequency)} Hz)"]
-        words.append(f"estimated error {error}" if errors_of(of_order, case, 0) else f"error {error}")
+        clauses = [f"{output} {length_text(size, dataset)} at {speed:.5g} rev/min ({hertz(frequency)} Hz)"]
+        clauses.append(f"estimated error {error}" if errors_of(of_order, case, 0) else f"error {error}")
         for which, linear in _linear(of_order, case, frequency, 0, size).items():
             change = size / linear - 1.0
-            words.append(f"{percent(abs(change))} {'lower' if change <= 0.0 else 'higher'} than {LINEAR[which]}")
-        return f"{name}: {'; '.join(words)}"
+            clauses.append(f"{percent(abs(change))} {'lower' if change <= 0.0 else 'higher'} than {LINEAR[which]}")
+        return f"{name}: {'; '.join(clauses)}"
     sizes = np.where(solved, dataset["amplitude"].values[e, case, :, 0], -np.inf)
     k = int(np.argmax(sizes))
     speed = float(dataset["speed"].values[e, case, k])
     return f"{name}: no resonance in the range; {output} at most {length_text(float(sizes[k]), dataset)}, at {speed:.5g} rev/min"
 
 
-def _linear(one: xr.Dataset, case: int, frequency: float, output: int, size: float) -> dict[str, float]:
+def _linear(of_order: xr.Dataset, case: int, frequency: float, output: int, size: float) -> dict[str, float]:
     """The heights of the linear resonances of the mode of a peak of an engine order, with stuck contacts and without contacts;
     empty where both curves are the same, as without contacts, and where they are not known."""
-    if np.array_equal(one["stuck_amplitude"].values, one["free_amplitude"].values, equal_nan=True):
+    if np.array_equal(of_order["stuck_amplitude"].values, of_order["free_amplitude"].values, equal_nan=True):
         return {}
-    found = {which: linear_peak(one, which, case, frequency, output, size) for which in LINEAR}
-    return {which: peak[1] for which, peak in found.items() if peak is not None}
+    peaks = {which: linear_peak(of_order, which, case, frequency, output, size) for which in LINEAR}
+    return {which: peak[1] for which, peak in peaks.items() if peak is not None}
 
 
 def failures(dataset: xr.Dataset) -> list[str]:

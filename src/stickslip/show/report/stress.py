@@ -64,7 +64,7 @@ def stress_table(dataset: xr.Dataset) -> pd.DataFrame:
     """`largest_stresses` as a table."""
     import pandas as pd
 
-    rows = [(float(dataset["force_level"].values[found.case]), *found[1:]) for found in largest_stresses(dataset)]
+    rows = [(float(dataset["force_level"].values[largest.case]), *largest[1:]) for largest in largest_stresses(dataset)]
     heads = ["frequency [Hz]", "von Mises [Pa]", "component", "amplitude [Pa]", "mean [Pa]"]
     return pd.DataFrame(rows, columns=["force_level", "place", *heads])
 
@@ -82,9 +82,9 @@ class Strain(NamedTuple):
 
 def largest_strains(dataset: xr.Dataset) -> Iterator[Strain]:
     """Of every force level and gauge where a point was solved."""
-    found = list(margins(dataset)) if has_fatigue(dataset) else []
+    every_margin = list(margins(dataset)) if has_fatigue(dataset) else []
     for case, curve in enumerate(dataset["strain_amplitude"].values):
-        worst = min((margin for margin in found if margin.case == case), key=lambda margin: margin.size, default=None)
+        worst = min((margin for margin in every_margin if margin.case == case), key=lambda margin: margin.size, default=None)
         for k, gauge in enumerate(dataset["gauge"].values):
             if np.any(np.isfinite(curve[:, k])):
                 point = int(np.nanargmax(curve[:, k]))
@@ -96,17 +96,17 @@ def strain_table(dataset: xr.Dataset) -> pd.DataFrame:
     """`largest_strains` as a table."""
     import pandas as pd
 
-    rows = [(float(dataset["force_level"].values[found.case]), *found[1:]) for found in largest_strains(dataset)]
+    rows = [(float(dataset["force_level"].values[largest.case]), *largest[1:]) for largest in largest_strains(dataset)]
     return pd.DataFrame(rows, columns=["force_level", "gauge", "frequency [Hz]", "strain amplitude [1]", "limit [1]"])
 
 
 def strain_sentences(dataset: xr.Dataset) -> list[str]:
     """The largest strain of each gauge and force level."""
     lines, levels = ["largest strain amplitude at gauges"], dataset["force_level"].values
-    for found in largest_strains(dataset):
-        limit = "" if np.isnan(found.limit) else f"; limit {found.limit / MICRO:.4g} µm/m"
-        size = f"{found.amplitude / MICRO:.4g} µm/m at {found.frequency:.6g} Hz"
-        lines.append(f"  force {levels[found.case]:<8g} {size}, {found.gauge}{limit}")
+    for largest in largest_strains(dataset):
+        limit = "" if np.isnan(largest.limit) else f"; limit {largest.limit / MICRO:.4g} µm/m"
+        size = f"{largest.amplitude / MICRO:.4g} µm/m at {largest.frequency:.6g} Hz"
+        lines.append(f"  force {levels[largest.case]:<8g} {size}, {largest.gauge}{limit}")
     return lines
 
 
@@ -116,10 +116,10 @@ def stress_sentences(dataset: xr.Dataset) -> list[str]:
     for case, level in enumerate(dataset["force_level"].values):
         of_case = (stress for stress in every if stress.case == case)
         worst = max(of_case, key=lambda stress: stress.von_mises, default=None)
-        words = "no point was found"
+        answer = "no point was found"
         if worst:
-            words = f"{worst.von_mises / unit:.4g} {name} at {worst.frequency:.6g} Hz, {worst.place}"
-        lines.append(f"  force {level:<8g} {words}")
+            answer = f"{worst.von_mises / unit:.4g} {name} at {worst.frequency:.6g} Hz, {worst.place}"
+        lines.append(f"  force {level:<8g} {answer}")
     return lines
 
 
@@ -151,10 +151,10 @@ def _gauges(k: int, label: str, dataset: xr.Dataset) -> str:
     heads = ["force level", "gauge", "frequency in Hz", "strain amplitude in µm/m"]
     heads += ["limit in µm/m"] if has_fatigue(dataset) else []
     rows = []
-    for found in largest_strains(dataset):
-        cells = [cell(level_text(dataset, found.case), float(dataset["force_level"].values[found.case])), cell(found.gauge)]
-        cells += [cell(hertz(found.frequency), found.frequency), cell(number(found.amplitude / MICRO), found.amplitude)]
+    for largest in largest_strains(dataset):
+        cells = [cell(level_text(dataset, largest.case), float(dataset["force_level"].values[largest.case])), cell(largest.gauge)]
+        cells += [cell(hertz(largest.frequency), largest.frequency), cell(number(largest.amplitude / MICRO), largest.amplitude)]
         if has_fatigue(dataset):
-            cells.append(cell(number(found.limit / MICRO) if np.isfinite(found.limit) else "–", found.limit))
+            cells.append(cell(number(largest.limit / MICRO) if np.isfinite(largest.limit) else "–", largest.limit))
         rows.append(f"<tr>{''.join(cells)}</tr>")
     return GAUGES + table(f"gauges-{k}", f"{label}: largest strain at each gauge", heads, rows)
