@@ -175,6 +175,9 @@ def test_force_levels_from_a_spectrum_of_the_force(tmp_path):
         assert test.per_force == pytest.approx(-accelerance(EVEN), rel=3e-5)
         assert any("RMS" in note for note in test.notes)
     assert ss.read_measured_response(written(tmp_path, response, spectrum), force=5.0).force == pytest.approx(5.0)
+    sets = (response, spectrum, response, write.function(EVEN, 3.0 * force, kind=12, response=(1, 1), ordinate=(13, "N")))
+    tests = ss.read_measured_responses(written(tmp_path, *sets), "function")
+    assert [float(test.force[0] / abs(force[0])) for test in tests] == pytest.approx([1.0, 3.0], rel=2e-5)
     alone = ss.read_measured_response(written(tmp_path, motion), force=2.0)
     assert alone.phase is None
     assert alone.amplitude == pytest.approx(abs(force * accelerance(EVEN)), rel=2e-5)
@@ -306,6 +309,16 @@ def test_headers_of_bytes_that_are_wrong(tmp_path):
     head = doubles[: -7 - 101 * 20].replace(b"2020", b"2424")
     one = read_universal(written(tmp_path, head + as_pyuff + b"    -1\n")).functions[0]
     assert np.array_equal(one.x, UNEVEN)
+
+
+def test_values_that_are_not_finite_are_refused(tmp_path):
+    y = accelerance(EVEN)
+    for value in (np.inf, np.nan, 1e50):
+        y[7] = value
+        for binary in ("", "<"):
+            path = written(tmp_path, write.function(EVEN, y, binary=binary, double=True))
+            with pytest.raises(ss.InputError, match=r"Function 1 of test.unv must hold finite numbers up to 1e\+40"):
+                ss.read_measured_response(path, force=1.0)
 
 
 def test_garbage_is_refused(tmp_path):

@@ -295,7 +295,7 @@ def _function(name: str, one: _DataSet, number: int, units: FileUnits | None) ->
         x = np.asarray(first + step * np.arange(points))
     else:
         x = np.array(rows[:, 0])
-    y = rows[:, -2] + 1j * rows[:, -1] if complex_ else rows[:, -1].copy()
+    y = np.ascontiguousarray(rows[:, -2:]).view(complex)[:, 0] if complex_ else rows[:, -1].copy()
     abscissa, ordinate, denominator = (_axis(what, line) for line in header[7:10])
     ids = tuple(text for line in header[:5] if (text := line[:80].strip()) and text != "NONE")
     return UniversalFunction(
@@ -354,7 +354,8 @@ def _unpacked(what: str, one: _DataSet, points: int, layout: tuple[bool, int, bo
         row = np.dtype([(f"{k}", order + kind) for k, kind in enumerate((*abscissa, *(ordinate,) * parts))])
         if points * row.itemsize == len(data):
             stored = np.frombuffer(data, row)
-            return np.stack([stored[key].astype(float) for key in stored.dtype.names or ()], axis=1).ravel()
+            with np.errstate(invalid="ignore"):  # NaN of any bits
+                return np.stack([stored[key].astype(float) for key in stored.dtype.names or ()], axis=1).ravel()
     raise fault(f"{what}, number of values,", f"must go with the {len(data)} bytes that it holds", points, DAMAGED)
 
 

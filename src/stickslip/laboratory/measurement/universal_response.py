@@ -19,7 +19,7 @@ from stickslip.laboratory.measurement.universal_file import (
     UniversalFunction,
     read_universal,
 )
-from stickslip.support.checks import Array, fault, first_of, nearest
+from stickslip.support.checks import LARGEST, Array, fault, first_of, nearest
 
 BY_FUNCTION = "function"
 """Value of `by` that takes each function for a test."""
@@ -109,7 +109,10 @@ def universal_tables(wanted: Wanted, each: bool) -> list[tuple[str, NumberTable]
             remedy = f"Say which, columns={{'amplitude': {fitting[0].number}}} (--column amplitude={fitting[0].number})"
             remedy += f", or take each for a test, by='{BY_FUNCTION}' (--by {BY_FUNCTION})."
         raise fault(f"The number of responses in {file.name}", "must be 1", _listed(file, fitting), remedy)
-    return [(one.name if len(fitting) == 1 else f"{one.name} ({one.number})", _table(file, one, wanted)) for one in fitting]
+    return [
+        (one.name if len(fitting) == 1 else f"{one.name} ({one.number})", _table(file, one, wanted, (k, len(fitting))))
+        for k, one in enumerate(fitting)
+    ]
 
 
 def _fitting(file: UniversalFile, wanted: Wanted) -> list[UniversalFunction]:
@@ -217,14 +220,19 @@ def _is_per_force(one: UniversalFunction, wanted: Wanted) -> bool:
     return _of(one.denominator) == "force" or any(unit is not None and unit.per_force for unit in whole)
 
 
-def _table(file: UniversalFile, one: UniversalFunction, wanted: Wanted) -> NumberTable:
-    """Frequency, response and force of a function, in SI."""
+def _table(file: UniversalFile, one: UniversalFunction, wanted: Wanted, place: tuple[int, int]) -> NumberTable:
+    """Frequency, response and force of a function, in SI; place: among so many of its name."""
     motion, per_force = str(_motion(one, wanted)), one.kind != SPECTRUM
     notes = [*file.notes, *_said(file, one)]
+    spectrum = _force_spectrum(file, one, wanted, place)
+    for used in (one, spectrum) if spectrum is not None else (one,):
+        sizes = np.maximum(np.abs(used.x), np.abs(used.y))
+        if not np.all(sizes <= LARGEST):  # NaN too
+            shown = float(sizes[np.argmin(sizes <= LARGEST)])
+            raise fault(f"Function {used.number} of {file.name}", f"must hold finite numbers up to {LARGEST:g}", shown)
     frequency = _frequency(file, one, wanted, notes)
     factor, stated = _response_factor(file, one, motion, wanted, notes)
     response, force = factor * one.y, None
-    spectrum = _force_spectrum(file, one, wanted)
     if spectrum is not None:
         force_factor, force_stated = _factor(file, spectrum.ordinate, "force", wanted.units.get("force"), spectrum.units, notes)
         force = force_factor * spectrum.y
@@ -322,8 +330,13 @@ def _factor(
     return of_file, True
 
 
-def _force_spectrum(file: UniversalFile, one: UniversalFunction, wanted: Wanted) -> UniversalFunction | None:
-    """The spectrum of the force of a response, or None where a force level is given."""
+def _force_spectrum(
+    file: UniversalFile, one: UniversalFunction, wanted: Wanted, place: tuple[int, int]
+) -> UniversalFunction | None:
+    """The spectrum of the force of a response, or None where a force level is given.
+
+    place: of the response among so many of its name; as many spectra belong to them in turn.
+    """
     forces = [other for other in file.functions if other.kind == SPECTRUM and _of(other.ordinate) == "force"]
     if wanted.force is not None:
         named = _named(file, "force", wanted.force)
@@ -343,6 +356,9 @@ def _force_spectrum(file: UniversalFile, one: UniversalFunction, wanted: Wanted)
             "Give the level at which the response was measured, force=2.0 (--force 2.0), or a spectrum of the force in the file."
         )
         raise fault(f"The force of {file.name}", rule, "missing", remedy)
+    turn, count = place
+    if len(fitting) == count:
+        return fitting[turn]
     if len(fitting) > 1:
         remedy = f"Say which, columns={{'force': {fitting[0].number}}} (--column force={fitting[0].number})."
         raise fault(f"The number of spectra of the force in {file.name}", "must be 1", _listed(file, fitting), remedy)
