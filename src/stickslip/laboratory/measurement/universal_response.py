@@ -19,7 +19,7 @@ from stickslip.laboratory.measurement.universal_file import (
     UniversalFunction,
     read_universal,
 )
-from stickslip.support.checks import LARGEST, Array, fault, first_of, nearest
+from stickslip.support.checks import LARGEST, Array, fault, nearest
 
 BY_FUNCTION = "function"
 """Value of `by` that takes each function for a test."""
@@ -68,7 +68,7 @@ AGREE = 1e-3
 
 TRANSLATIONS = 3
 """Directions up to it are along an axis; rotations follow."""
-HOW_TO_SAY = "Where the file does not say it, units={'amplitude': '(m/s2)/N'} (--unit 'amplitude=(m/s2)/N') does"
+HOW_TO_SAY = "(if only the file does not say it: units={'amplitude': '(m/s2)/N'}, --unit 'amplitude=(m/s2)/N')"
 
 LISTED = 12
 """Functions that a message lists."""
@@ -126,7 +126,8 @@ def _fitting(file: UniversalFile, wanted: Wanted) -> list[UniversalFunction]:
         fitting = [one for one in fitting if one.kind != SPECTRUM]  # spectra are then those from which responses were made
     if not fitting:
         reasons = list(dict.fromkeys(against.values()))
-        raise fault(f"A response in {file.name}", "must be there", _listed(file, named), first_of(reasons, 3) + ".")
+        remedy = f"Not read: {'; '.join(reasons)}."
+        raise fault(f"{file.name}", "must hold a response that can be read", _listed(file, named), remedy)
     return fitting
 
 
@@ -189,23 +190,21 @@ def _against(one: UniversalFunction, wanted: Wanted) -> str:
     """Why a function is not read as a response; empty where it is."""
     motion = _motion(one, wanted)
     if one.kind not in (GENERAL, RESPONSE, SPECTRUM):
-        return "functions must be frequency response functions, or spectra of motion and force"
+        return "what is no frequency response function and no spectrum of motion and force"
     if one.abscissa.kind not in (*UNSTATED, FREQUENCY):
-        return "functions must be over the frequency"
+        return "what is not over the frequency"
     ends = (one.response, one.reference) if one.kind != SPECTRUM else (one.response,)
     if any(abs(end.direction) > TRANSLATIONS for end in ends):
-        return "rotations and moments are not read"
+        return "rotations and moments"
     if motion == "force":
-        return (
-            "a force alone is no response" if one.kind == SPECTRUM else "forces per motion are not read: export motion per force"
-        )
+        return "a force alone" if one.kind == SPECTRUM else "forces per motion (export motion per force)"
     if motion not in MOTIONS:
-        return f"responses must be of displacement, velocity or acceleration. {HOW_TO_SAY}"
+        return f"what is no displacement, velocity or acceleration {HOW_TO_SAY}"
     if wanted.quantity not in (None, motion):
-        return f"the quantity that is asked for is {wanted.quantity}"
+        return f"what is no {wanted.quantity}, as is asked for"
     if one.kind != SPECTRUM and not _is_per_force(one, wanted):
         silent = one.denominator.kind == 0 and not one.denominator.unit
-        return f"responses must be per force. {HOW_TO_SAY}" if silent else "responses must be per force, not per motion"
+        return f"what is not said to be per force {HOW_TO_SAY}" if silent else "motions per motion"
     return ""
 
 
