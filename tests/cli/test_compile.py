@@ -21,7 +21,7 @@ called = [each for each in chosen if each.targetoptions.get("inline") != "always
 kept = {path.name.partition("-")[0] for path in FOLDER.glob("*.kernel")}
 chosen = [each.dispatcher for made in _SEPARATE.values() for each in made]
 called += [each for each in chosen if each.__module__.startswith("stickslip.")]
-left = {f"{each.__module__.removeprefix('stickslip.')}.{each.__name__}" for each in called if not each.signatures}
+left = {".".join([*each.__module__.split(".")[-2:], each.__name__]) for each in called if not each.signatures}
 print(len(called), *(name.rpartition(".")[2] for name in left - kept))
 """
 
