@@ -19,10 +19,10 @@ from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 ROOT = Path(__file__).parents[1]
 
 NUMERICAL = (
-    *("harmonic", "physics", "laws", "time_domain", "structure", "analyses", "disks", "robustness"),
-    *("dampers", "measurement", "rigs", "stability", "interfaces"),
+    *("balance", "physics", "laws", "time_domain", "structure", "analyses", "disks", "robustness"),
+    *("dampers", "measurement", "rigs", "stability", "interfaces", "identification"),
 )
-PART = ("harmonic", "physics", "structure", "analyses/performance/test_following.py")
+PART = ("balance", "physics", "structure", "analyses/performance/test_following.py")
 """Where rounding decided in the past; a few minutes for two processors."""
 
 BEYOND_AVX2 = [name for name in __cpu_dispatch__ if __cpu_features__[name] and ("AVX512" in name or name == "X86_V4")]

@@ -12,7 +12,7 @@ from report.pages import Page
 from report.synthetic import synthetic
 
 import stickslip as ss
-from stickslip import analyses
+from stickslip import analyses, laboratory
 from stickslip.analyses.fatigue import with_fatigue
 from stickslip.model.structure.stress import COMPONENTS
 from stickslip.results.representative import representatives, spread
@@ -168,9 +168,10 @@ def assert_fits_a_page(figure: Figure) -> None:
 
 
 def classes() -> dict[str, type[Result]]:
-    """Every class of results, found by importing all analyses."""
-    for module in pkgutil.walk_packages(analyses.__path__, f"{analyses.__name__}."):
-        import_module(module.name)
+    """Every class of results, found by importing all analyses and identifications."""
+    for room in (analyses, laboratory):
+        for module in pkgutil.walk_packages(room.__path__, f"{room.__name__}."):
+            import_module(module.name)
     return {found.__name__: found for found in Result.__subclasses__() if found.__module__.startswith("stickslip.")}
 
 

@@ -11,7 +11,7 @@ import pytest
 from matplotlib import use
 
 import stickslip as ss
-from stickslip import analyses
+from stickslip import analyses, laboratory
 from stickslip.results.result import Result
 from stickslip.results.stability import NOT_JUDGED
 from stickslip.show.report.conclusions import headline, level_sentence
@@ -79,10 +79,11 @@ def test_xarray_draws_the_curves_over_frequency(response, tmp_path):
 
 def test_every_result_prints_its_answer():
     """A dataclass writes a `__repr__` of its own unless it is asked not to."""
-    for module in pkgutil.walk_packages(analyses.__path__, f"{analyses.__name__}."):
-        for value in vars(import_module(module.name)).values():
-            if isinstance(value, type) and issubclass(value, Result):
-                assert value.__repr__ is Result.__repr__, value.__name__
+    for room in (analyses, laboratory):
+        for module in pkgutil.walk_packages(room.__path__, f"{room.__name__}."):
+            for value in vars(import_module(module.name)).values():
+                if isinstance(value, type) and issubclass(value, Result):
+                    assert value.__repr__ is Result.__repr__, value.__name__
 
 
 def test_results_of_python_print_the_sentences_of_their_report():
