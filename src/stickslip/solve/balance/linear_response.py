@@ -41,7 +41,7 @@ def linear_amplitudes(balance: HarmonicBalance, frequencies: Array) -> tuple[Arr
     on_coordinates = rows > balance.problem.systems.coordinates
     contacts = np.arange(0 if on_coordinates else rows)
     stuck, free = [], []
-    for some in np.array_split(omegas, np.ceil(omegas.size * max(contacts.size, 1) ** 2 / TOGETHER)):
+    for some in np.array_split(omegas, 1 + omegas.size * contacts.size**2 // TOGETHER):
         motion, softened = balance.linear.first_harmonics(some, contacts)
         stuck.append(motion[:, rows:])
         if not on_coordinates:
