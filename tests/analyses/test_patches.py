@@ -10,6 +10,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.analyses.truncation import ALL_NODES
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.solid import box_mesh, solid
@@ -81,7 +82,7 @@ def test_problems_without_patches_have_no_such_error(all_nodes):
 
 def test_the_work_keeps_the_problem_with_all_nodes(beam):
     patched, alone = (on_the_ground(beam, points) for points in (3, None))
-    work = ForcedResponseWork.of(patched, band=BAND, force=[1.0], harmonics=3, samples=64)
+    work = ForcedResponseWork.of(ForcedResponseSettings(patched, BAND, [1.0], 3, 64))
     assert work.finer_problem is ALL_NODES
     assert len(work.finer.B) == len(alone.B)
     order = [[contact.name for contact in problem.contacts] for problem in (work.finer, alone)]
@@ -89,7 +90,7 @@ def test_the_work_keeps_the_problem_with_all_nodes(beam):
     stiffness = [problem.B.T @ (problem.contact_stiffness[:, None] * problem.B) for problem in (work.finer, alone)]
     np.testing.assert_allclose(*stiffness, rtol=1e-9, atol=1e-9 * np.abs(stiffness[1]).max())
     assert [order[0][k] for k in rows] == order[1]
-    assert ForcedResponseWork.of(alone, band=BAND, force=[1.0], harmonics=3, samples=64).finer is None
+    assert ForcedResponseWork.of(ForcedResponseSettings(alone, BAND, [1.0], 3, 64)).finer is None
 
 
 def test_peaks_that_are_not_found_with_all_nodes_are_said():

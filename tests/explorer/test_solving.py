@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.show.explorer.export import python_of
 from stickslip.show.explorer.figures import detail_figures
 from stickslip.show.explorer.solving import OutdatedError, Solver
@@ -114,7 +115,7 @@ def test_the_saved_study_and_the_python_code_give_what_is_seen(solver, tmp_path)
     values = {"pull": 75.0, "mu": 0.35, "force_level": 6.0}
     shown = solver.answer(values).response.dataset
     saved = job(solver.study(values), tmp_path, "saved").sweep
-    again = saved.forced_response().solve(0, lambda fraction: None)
+    again = ForcedResponseWork.of(saved).solve(0, lambda fraction: None)
     names = {}
     exec(python_of(solver, values).replace("print(response.peaks())", ""), names)
     for peaks in (again["peak_frequency"], names["response"].dataset["peak_frequency"].values[0]):

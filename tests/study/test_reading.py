@@ -44,8 +44,8 @@ def made(folder, contacts=SPRING, head=HEAD, tail=TAIL, structure=FOUR):
 
 def test_settings_forces_and_outputs(folder):
     study = made(folder)
-    assert (study.title, study.sweep.force_levels, study.sweep.harmonics, study.sweep.samples) == ("A title", (1.0, 2.5), 5, 256)
-    assert study.sweep.frequencies == (0.1, 0.2)
+    assert (study.title, study.sweep.levels, study.sweep.harmonics, study.sweep.samples) == ("A title", (1.0, 2.5), 5, 256)
+    assert study.sweep.band == [0.1, 0.2]
     assert study.sweep.problem.load(1, 2.0)[0].tolist() == [3.0, 2.0, 4.0]
     assert study.sweep.problem.output_names == ("1.x", "rim")
     assert study.sweep.problem.output_rows.tolist() == [[1, 0, 0, 0], [0, 0, 1, 0.5]]
@@ -54,7 +54,7 @@ def test_settings_forces_and_outputs(folder):
 
 def test_a_band_and_a_higher_harmonic(folder):
     study = made(folder, tail=TAIL.replace("at = [0.1, 0.2]", "frequency = [0.2, 0.1]").replace("static = 3.0", "harmonic = 3"))
-    assert study.sweep.frequencies == ss.hertz(0.2, 0.1)
+    assert study.sweep.band == ss.hertz(0.2, 0.1)
     assert study.sweep.problem.load(3)[0].tolist() == [0, 0, 0, 0, 0, 1.0, 2.0]
 
 
@@ -220,11 +220,11 @@ def test_units_one_by_one(folder):
 def test_frequencies_in_radians_per_second(folder):
     """Bands, lists, with matrices and with a ready rig; the same as in Hz."""
     units = 'units = { frequency = "rad/s" }'
-    assert made(folder, head=units + HEAD).sweep.frequencies == pytest.approx((0.1 / (2 * np.pi), 0.2 / (2 * np.pi)), rel=1e-15)
-    band = made(folder, head=units + HEAD, tail=TAIL.replace("at = [0.1, 0.2]", "frequency = [2, 1]")).sweep.frequencies
+    assert made(folder, head=units + HEAD).sweep.band == pytest.approx([0.1 / (2 * np.pi), 0.2 / (2 * np.pi)], rel=1e-15)
+    band = made(folder, head=units + HEAD, tail=TAIL.replace("at = [0.1, 0.2]", "frequency = [2, 1]")).sweep.band
     assert (band.start, band.stop) == pytest.approx((1.0 / np.pi, 0.5 / np.pi), rel=1e-15)
     rig = '[structure]\nrig = "single_mass"\n[sweep]\nfrequency = [0.5, 2.0]\n'
-    band = made(folder, head=units + HEAD, structure=rig, contacts="", tail="").sweep.frequencies
+    band = made(folder, head=units + HEAD, structure=rig, contacts="", tail="").sweep.band
     assert (band.start, band.stop) == pytest.approx((0.25 / np.pi, 1.0 / np.pi), rel=1e-15)
     with pytest.raises(InputError, match="units must go with matrices, but stands beside a rig"):
         made(folder, head='units = { frequency = "rad/s", length = "mm" }' + HEAD, structure=rig, contacts="", tail="")

@@ -5,21 +5,24 @@ import re
 import tomllib
 from contextlib import suppress
 from dataclasses import fields, replace
+from functools import partial
 
 import pytest
 from each import each
 
 import stickslip as ss
+from stickslip.analyses.settings import Settings
 from stickslip.analyses.work_parts import EXECUTION
 from stickslip.laboratory.identification.contact_law.work import ContactLawWork
-from stickslip.solve.balance.measure import QUANTITIES, Measure
 from stickslip.study import job
 from stickslip.study.kinds import KINDS
 from stickslip.study.lines import with_line
 from stickslip.study.tables import SweepTable
 from stickslip.study.templates import KINDS as TEMPLATES
 from stickslip.study.templates import write_new
+from stickslip.study.toml_text import toml_text
 from stickslip.support.checks import Faults, InputError
+from stickslip.support.units import Band
 
 FUNCTIONS = {"identification": "identify", "response_identification": "identify_response"}
 """Analyses that have another name in Python."""
@@ -146,8 +149,38 @@ def test_a_size_out_of_range_is_refused_with_a_remedy(value, tmp_path):
     assert re.fullmatch(r"Line \d+, \[damper\]: pull must .*, but is 1e[+-]50\. Check its unit\.", told), told
 
 
+OTHERS = {"force_levels": [0.3], "harmonics": 2, "samples": 384, "peak_tolerance": 1e-3, "quantity": "velocity", "measure": "rms"}
+"""Keys of [sweep] with values that no template has."""
+
+SHOWN_ONLY = {("nonlinear_modes", "force_levels"): "where resonances of these levels lie on a mode, computed when all is solved"}
+
+
+@pytest.mark.parametrize("kind", [name for name, kind in KINDS.items() if kind.on_problem])
+def test_a_key_of_the_sweep_acts_or_is_refused(kind, tmp_path):
+    path = tmp_path / f"{kind}.toml"
+    write_new(kind, path)
+    document = tomllib.loads(path.read_text())
+
+    def names(**changes):
+        text = toml_text(document | {"sweep": document["sweep"] | changes})
+        return [name for work in job(text, tmp_path, kind).plan.works.values() for name in work.names]
+
+    before, ignored = names(), set()
+    for key, value in OTHERS.items():
+        try:
+            unchanged = names(**{key: value}) == before
+        except InputError as error:
+            unchanged = "has no effect" not in str(error) or key not in str(error)
+        ignored |= {(kind, key)} if unchanged else set()
+    assert ignored == {known for known in SHOWN_ONLY if known[0] == kind}
+
+
 NOT_IN_NAMES = {
     ("ForcedResponseWork", "choice"): "a sentence that tells how the harmonics were chosen",
+    **dict.fromkeys(
+        [("ForcedResponseSettings", field) for field in ("force", "harmonics", "samples", "tolerance")],
+        "the work has levels, harmonics and samples as they are solved",
+    ),
     ("DesignWork", "known"): "how many of the points were asked for, of which each is a case",
 }
 """Fields of works on which no result of a case depends."""
@@ -158,30 +191,38 @@ def another(value):
     match value:
         case bool():
             return not value
-        case int() | float():
+        case int():
             return 2 * value + 1
+        case float():
+            return 0.5 * value or 1.0
         case str():
-            return f"{value} and more"
-        case Measure():
-            return replace(value, quantity=QUANTITIES["velocity" if value.order != 1 else "displacement"])
+            return {"displacement": "velocity", "amplitude": "rms"}.get(value, f"{value} and more")
+        case Band():
+            return Band(value.start, 2 * value.stop)
         case (bool() | int() | float() | str() | tuple() as first, *rest):
             return (another(first), *rest)
     return None
 
 
 def forgotten(work):
-    """Fields of a work that its names do not tell apart; that of a contact law is made with the work."""
+    """Fields of a work and of its settings that its names do not tell apart; that of a contact law is made with the work."""
     found = set()
     if isinstance(work, ContactLawWork):
         return found
-    for field in fields(work):
-        if field.name in EXECUTION:
-            continue
-        other = another(getattr(work, field.name))
-        with suppress(InputError):
-            if other is not None and tuple(replace(work, **{field.name: other}).names) == tuple(work.names):
-                found.add(field.name)
+    for owner, changed in parts_of(work):
+        for field in fields(owner):
+            other = None if field.name in EXECUTION else another(getattr(owner, field.name))
+            with suppress(InputError):
+                if other is not None and tuple(changed(**{field.name: other}).names) == tuple(work.names):
+                    found.add((type(owner).__name__, field.name))
     return found
+
+
+def parts_of(work):
+    """A work and the settings that it holds, each with a function that returns the work with fields of it changed."""
+    yield work, partial(replace, work)
+    if isinstance(getattr(work, "settings", None), Settings):
+        yield work.settings, lambda **change: replace(work, settings=replace(work.settings, **change))
 
 
 @pytest.mark.parametrize("kind", [kind for kind in TEMPLATES if kind not in SLOW])
@@ -189,4 +230,5 @@ def test_a_case_is_named_by_everything_that_its_result_depends_on(kind, tmp_path
     path = tmp_path / f"{kind}.toml"
     write_new(kind, path)
     for work in job(path.read_text(), tmp_path, kind).plan.works.values():
-        assert forgotten(work) == {field for name, field in NOT_IN_NAMES if name == type(work).__name__}
+        owners = {type(owner).__name__ for owner, _ in parts_of(work)}
+        assert forgotten(work) == {known for known in NOT_IN_NAMES if known[0] in owners}

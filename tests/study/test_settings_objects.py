@@ -112,7 +112,7 @@ def test_what_computes_the_cases_neither_travels_nor_names_them():
 
 def test_a_problem_is_named_by_its_fingerprint():
     work = ControlledResponseWork(RIG, [0.1], 0.1)
-    assert f"problem {RIG.fingerprint}, band (0.1,)" in work.identity()
+    assert f"problem {RIG.fingerprint}, band [0.1]" in work.identity()
 
 
 TABLE = table_of(

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model import rigs
-from stickslip.study.analysis import Sweep
 from stickslip.study.plausibility import plausibility_warnings
 from stickslip.study.read import job
 from stickslip.support.checks import InputError
@@ -173,7 +173,7 @@ def test_a_stiff_contact_whose_stuck_mode_leaves_the_band_is_warned_of():
     """A free mode lies in the band, and at the smallest level the contact sticks: kt is 1000 times too large."""
     for kt, count in ((0.5, 0), (500.0, 1)):
         problem = rigs.single_mass(kt=kt, limit=1.0, damping=0.01)
-        found = plausibility_warnings(Sweep(problem, ss.radians_per_second(0.8, 1.3), (0.1, 1.0, 4.0), 5, 128, 1e-9, 1e-6))
+        found = plausibility_warnings(ForcedResponseSettings(problem, ss.radians_per_second(0.8, 1.3), (0.1, 1.0, 4.0), 5, 128))
         assert len([words for words in found if "no peak in it" in words]) == count, found
 
 
@@ -205,5 +205,5 @@ SOUND = {
 def test_sound_studies_are_not_warned_of(name):
     make, band, levels = SOUND[name]
     problem = make()
-    assert not plausibility_warnings(Sweep(problem, band, levels, 5, 128, 1e-9, 1e-6))
+    assert not plausibility_warnings(ForcedResponseSettings(problem, band, levels, 5, 128))
     assert not warned(problem.warnings)

@@ -47,7 +47,7 @@ def test_a_study_goes_with_the_speed_from_its_reference(tmp_path):
         at = plan.problem.at_speed(speed)
         np.testing.assert_allclose(at.structure.K[0, 0], stiffness, rtol=1e-12)
         np.testing.assert_allclose(at.static_load, [0.0, pull], atol=1e-12)
-    assert [part.frequencies for part in plan.work.parts] == [(10.0, 30.0), (20.0, 60.0)]
+    assert [part.settings.frequencies for part in plan.work.parts] == [(10.0, 30.0), (20.0, 60.0)]
     assert plan.work.words[1] == "engine order 4, force level 1"
 
 

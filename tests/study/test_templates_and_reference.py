@@ -39,7 +39,7 @@ def test_new_without_a_kind_lists_every_kind_with_its_purpose(capsys):
 def test_the_template_of_the_rig_is_sound(tmp_path):
     write_new("forced_response", tmp_path / "study.toml")
     study = read(tmp_path / "study.toml")
-    assert study.sweep.force_levels == (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
+    assert study.sweep.levels == (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
     assert len(study.sweep.problem.contacts) == 16
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip import study
+from stickslip.study.kinds import KINDS
 
 SYSTEMS = {"m-kg-s": (1.0, 1.0, 1.0), "mm-t-s": (1e3, 1.0, 1e-3), "kN": (1.0, 1e-3, 1.0)}
 """How many units of length, force and mass one metre, newton and kilogram are."""
@@ -13,7 +14,7 @@ def work(folder, system, analysis, table):
     """The plan of one mass of 1 kg on 1 N/m with a slider of 1 N/m and 2 N, pulled by 5 N."""
     metre, newton, kilogram = SYSTEMS[system]
     stiffness = newton / metre
-    levels = "" if analysis.startswith("performance") else "force_levels = [0.5]\n"
+    levels = "" if "force_levels" in KINDS[analysis].without else "force_levels = [0.5]\n"
     np.savez(folder / f"{system}.npz", M=[[kilogram]], K=[[stiffness]])
     units = 'units = { force = "kN" }' if system == "kN" else f'units = "{system}"' if system != "m-kg-s" else ""
     text = f"""

@@ -27,9 +27,13 @@ from stickslip.support.checks import (
     vector,
     whole,
 )
-from stickslip.support.units import Band
+from stickslip.support.units import Band, followed
 
 Ends = tuple[float, float]
+
+
+def _somewhere(name: str, band: Any) -> Band | list[float]:
+    return band if isinstance(band, Band) else followed(band)
 
 
 def _rule(name: str, value: Any) -> Rules:
@@ -38,6 +42,7 @@ def _rule(name: str, value: Any) -> Rules:
 
 
 OfProblem = Annotated[Problem, Setting(lambda name, value: of_kind(name, value, Problem))]
+Frequencies = Annotated[Band | Sequence[float], Setting(_somewhere)]
 HarmonicNumbers = Annotated[int | Sequence[int], Setting(lambda name, value: checked_harmonics(value))]
 Samples = Annotated[int, Setting(Whole(1, MOST_SAMPLES))]
 OutputNumber = Annotated[int, Setting(whole)]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from stickslip.analyses.arguments import (
+    Frequencies,
     HarmonicNumbers,
     OfProblem,
     OutputNumber,
@@ -23,7 +24,6 @@ from stickslip.analyses.arguments import (
     output_of,
     over_a_band,
 )
-from stickslip.analyses.forced_response import band_or_list
 from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked
 from stickslip.analyses.settings import Setting, Settings, takes
 from stickslip.analyses.work_parts import OneBalance
@@ -51,7 +51,7 @@ from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array, fault, of_kind, positive, unique, vector
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-from stickslip.support.units import Band, followed
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -109,16 +109,12 @@ def _motion(name: str, value: Any) -> str:
     return quantity.name
 
 
-def _somewhere(name: str, band: Any) -> Band | tuple[float, ...]:
-    return band if isinstance(band, Band) else tuple(followed(band))
-
-
 @dataclass(frozen=True, eq=False)
 class HeldMotion(OneBalance, Settings):
     """What a laboratory holds: the amplitude of an output, over a band."""
 
     problem: OfProblem
-    band: Annotated[Band | Sequence[float], Setting(_somewhere)]
+    band: Frequencies
     amplitude: Annotated[
         float | Sequence[float],
         Setting(amplitudes_of, "held amplitudes: length, length/time or length/time², in the units of the study"),
@@ -169,7 +165,7 @@ class ControlledResponseWork(HeldMotion):
     @property
     def frequencies(self) -> list[float]:
         """In Hz, in the order of travel."""
-        return band_or_list(self.band)[0]
+        return [self.band.start, self.band.stop] if isinstance(self.band, Band) else list(self.band)
 
     @property
     def exactly(self) -> bool:

@@ -8,12 +8,11 @@ from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from math import lcm
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.analyses.arguments import force_levels
 from stickslip.analyses.base_motion import absolute
 from stickslip.analyses.deformed_shape import deformed_shape, with_shapes
 from stickslip.analyses.dense_output import response_at
@@ -29,8 +28,10 @@ from stickslip.analyses.peak_stability import flags, instability_warning, judged
 from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcited
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.response_motion import response_motion
+from stickslip.analyses.response_settings import OR_AUTO, ForcedResponseSettings
 from stickslip.analyses.sampling import broken_warning, samples_warning, sampling_warning, without_ripples
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
+from stickslip.analyses.settings import takes
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stability import with_stability
 from stickslip.analyses.stress import own_recovery, stress, with_stress
@@ -62,22 +63,21 @@ from stickslip.results.result import Result
 from stickslip.results.stability import has_stability, words
 from stickslip.results.view import measure_in, nearest_point, periods_of
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, CaseStopped, Checkpoint, Progress, Report, Workers
+from stickslip.runs.work import Arrays, CaseStopped, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.cycle import ContactCycle, contact_cycle
 from stickslip.solve.balance.fourier import fourier
-from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
-from stickslip.solve.balance.orders import MOST_SAMPLES, Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
+from stickslip.solve.balance.measure import Measure, measure_of
+from stickslip.solve.balance.orders import Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
 from stickslip.solve.curves.curve import Curve, CurveStopped, solve_curve, stopped_curve
 from stickslip.solve.curves.refine import refined
 from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.solve.time.methods import DEFAULT_METHOD, Method
-from stickslip.support.checks import InputError, between, fault, of_kind, positive
-from stickslip.support.checks import whole as whole_number
+from stickslip.support.checks import InputError, between, fault, of_kind
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.renamed import renamed_arguments
 from stickslip.support.renderers import FIGURES
-from stickslip.support.units import Band, followed
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -355,24 +355,30 @@ class ForcedResponse(Result):
 
     def _solved_curve(self, case: int, periods: int) -> SolvedCurve:
         with one_blas_thread():
-            return SolvedCurve.of(self.dataset, self.problem, case, periods, TOLERANCE)
+            return SolvedCurve.of(self.dataset, self.problem, case, periods, self._peak_tolerance)
 
     def _work(self, levels: Sequence[float], periods: int) -> ForcedResponseWork:
         """The work that more curves over the band of this response are the results of."""
-        attrs, hertz = self.dataset.attrs, self.dataset["linear_frequency"].values
-        band, harmonics = (float(hertz[0]), float(hertz[-1])), of_attribute(attrs["harmonics"])
-        choice, exactly = str(attrs.get("harmonics_chosen", "")), bool(attrs.get("listed_frequencies"))
-        return ForcedResponseWork(
+        attrs, ends = self.dataset.attrs, self.dataset["linear_frequency"].values[[0, -1]].tolist()
+        harmonics, samples, measure = of_attribute(attrs["harmonics"]), int(attrs["samples"]), measure_in(self.dataset)
+        settings = ForcedResponseSettings(
             self.problem,
-            frequencies=band,
-            exactly=exactly,
-            levels=tuple(levels),
+            list(dict.fromkeys(ends)) if attrs.get("listed_frequencies") else Band(*ends),
             harmonics=harmonics,
-            samples=int(attrs["samples"]),
-            choice=choice,
-            measure=measure_in(self.dataset),
+            samples=samples,
+            peak_tolerance=self._peak_tolerance,
             periods=periods,
+            quantity=measure.name,
+            measure=measure.kind,
         )
+        choice = str(attrs.get("harmonics_chosen", ""))
+        return ForcedResponseWork(
+            settings, problem=self.problem, levels=tuple(levels), harmonics=harmonics, samples=samples, choice=choice
+        )
+
+    @property
+    def _peak_tolerance(self) -> float:
+        return float(self.dataset.attrs.get("peak_tolerance", TOLERANCE))
 
     def _of_curves(self, curve: SolvedCurve, found: Sequence[Curve], kind: CurveKind) -> ForcedResponse:
         """A response of curves that were found from one of this response."""
@@ -391,22 +397,8 @@ class ForcedResponse(Result):
 
 
 @renamed_arguments(finished="checkpoint")
-def forced_response(
-    problem: Problem,
-    band: Band | Sequence[float],
-    force: float | Sequence[float] = 1.0,
-    harmonics: int | Sequence[int] | Literal["auto"] = 5,
-    samples: int = 256,
-    *,
-    tolerance: float = 2e-3,
-    peak_tolerance: float = TOLERANCE,
-    quantity: str = "displacement",
-    measure: str = "amplitude",
-    periods: int = 1,
-    workers: Workers = 1,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda fraction, text: None,
-) -> ForcedResponse:
+@takes(ForcedResponseSettings)
+def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
     """Steady response X_h(ω) of M q̈ + C q̇ + K q + Bᵀ f(B q) = p over a band, by harmonic balance.
 
     band: a `Band` in Hz, continued from start to stop; or frequencies in Hz, solved exactly there in the order given: reached by
@@ -428,20 +420,10 @@ def forced_response(
 
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
-    progress(0.0, "preparing")
-    work = ForcedResponseWork.of(
-        problem,
-        band=band,
-        force=force,
-        harmonics=harmonics,
-        samples=samples,
-        tolerance=tolerance,
-        peak_tolerance=peak_tolerance,
-        measure=measure_of(quantity, measure),
-        periods=periods,
-    )
-    curves = all_cases(work, checkpoint, workers, progress)
-    progress(1.0, "linear curves")
+    settings.progress(0.0, "preparing")
+    work = ForcedResponseWork.of(settings)
+    curves = all_cases(work, settings.checkpoint, settings.workers, settings.progress)
+    settings.progress(1.0, "linear curves")
     return work.gathered(curves)
 
 
@@ -457,76 +439,63 @@ AUTOMATIC = 9
 
 @dataclass(frozen=True, eq=False)
 class ForcedResponseWork(OneBalance):
-    """A forced response as independent cases, one force level each; frequencies in Hz in the order of travel.
+    """A forced response as independent cases, one level each: its settings, and what they come to for the problem.
 
-    finer: the problem on all its modes and with a contact at each node, where `problem` is truncated or has patches.
+    problem, harmonics, samples: as they are solved; choice: a sentence on how harmonics were chosen. levels: of the force, which
+    repeat where several curves of one level are gathered. finer: the problem on all its modes and with a contact at each node,
+    where `problem` is truncated or has patches.
     """
 
-    problem: Problem
+    settings: ForcedResponseSettings
     _: KW_ONLY
-    frequencies: tuple[float, ...]
-    exactly: bool
+    problem: Problem
     levels: tuple[float, ...]
     harmonics: Harmonics
     samples: int
     choice: str = ""
-    peak_tolerance: float = TOLERANCE
-    measure: Measure = DISPLACEMENT_AMPLITUDE
-    periods: int = 1
     finer: Problem | None = None
 
     @classmethod
-    def of(
-        cls,
-        problem: Problem,
-        *,
-        band: Band | Sequence[float],
-        force: float | Sequence[float],
-        harmonics: int | Sequence[int] | Literal["auto"],
-        samples: int,
-        tolerance: float = 2e-3,
-        peak_tolerance: float = TOLERANCE,
-        measure: Measure = DISPLACEMENT_AMPLITUDE,
-        periods: int = 1,
-    ) -> ForcedResponseWork:
-        """The work of the arguments of `forced_response`, checked."""
-        of_kind("problem", problem, Problem)
-        (frequencies, exactly), levels = band_or_list(band), force_levels(force)
-        Nt = problem.systems.enough_samples(between("samples", samples, 1, MOST_SAMPLES))
-        if not positive("peak_tolerance", peak_tolerance) < 0.1:
-            raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
-        sentence, finer = "", problem.at_nodes
-        reach = AUTOMATIC if isinstance(harmonics, str) else highest(harmonics_for(problem, harmonics, 'Or write "auto".'))
-        problem = on_few_coordinates(problem, reach * max(frequencies))
-        if isinstance(harmonics, str) and harmonics == "auto":
-            choice = sufficient_harmonics(problem, frequencies, levels, tolerance, Nt)
-            harmonics, Nt, sentence = choice.harmonics, choice.samples, choice.sentence
-        H = harmonics_for(problem, harmonics, 'Or write "auto".')
+    def of(cls, settings: ForcedResponseSettings) -> ForcedResponseWork:
+        """The work of settings, whose "auto" becomes a number here."""
+        problem, asked, levels = settings.problem, settings.harmonics, settings.levels
+        Nt, choice, finer = problem.systems.enough_samples(settings.samples), "", problem.at_nodes
+        reach = AUTOMATIC if isinstance(asked, str) else highest(harmonics_for(problem, asked, OR_AUTO))
+        problem = on_few_coordinates(problem, reach * max(settings.frequencies))
+        if isinstance(asked, str):
+            chosen = sufficient_harmonics(problem, settings.frequencies, levels, settings.tolerance, Nt)
+            asked, Nt, choice = chosen.harmonics, chosen.samples, chosen.sentence
+        H = harmonics_for(problem, asked, OR_AUTO)
         fourier(highest(H), Nt)
-        over_periods(problem, whole_number("periods", periods))
-        highest(in_fractions(H, periods))
-        if not exactly:
-            refuse_unexcited(problem, measure)
+        over_periods(problem, settings.periods)
+        highest(in_fractions(H, settings.periods))
+        if not settings.listed:
+            refuse_unexcited(problem, settings.measured)
         return cls(
-            problem,
-            frequencies=tuple(frequencies),
-            exactly=exactly,
+            settings,
+            problem=problem,
             levels=levels,
             harmonics=H,
             samples=Nt,
-            choice=sentence,
-            peak_tolerance=peak_tolerance,
-            measure=measure,
-            periods=int(periods),
+            choice=choice,
             finer=None if finer is problem else finer,
         )
+
+    @property
+    def periods(self) -> int:
+        return self.settings.periods
+
+    @property
+    def measure(self) -> Measure:
+        """What peaks are of."""
+        return self.settings.measured
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on."""
-        where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz"
+        where = f"{'at' if self.settings.listed else 'over'} {self.settings.frequencies!r} Hz"
         how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
-        how += f", peaks of the {self.measure.words} to {self.peak_tolerance!r}"
+        how += f", peaks of the {self.measure.words} to {self.settings.peak_tolerance!r}"
         how += f", over {self.periods} periods" if self.periods > 1 else ""
         return tuple(f"forced response, level {level!r}, {where}, {how}" for level in self.levels)
 
@@ -541,15 +510,16 @@ class ForcedResponseWork(OneBalance):
     def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one force level."""
         started = time.process_time()
-        omegas = [2.0 * np.pi * frequency / self.periods for frequency in self.frequencies]
-        level, tolerance, measure = self.levels[case], self.peak_tolerance, self.measure.over(self.periods)
+        omegas = [2.0 * np.pi * frequency / self.periods for frequency in self.settings.frequencies]
+        exactly, tolerance = self.settings.listed, self.settings.peak_tolerance
+        level, measure = self.levels[case], self.measure.over(self.periods)
         curve = None
 
         def traced(share: float) -> None:
             report(TRACING * share)
 
         try:
-            curve = solve_curve(self.balance, omegas, level, self.exactly, traced, peak_tolerance=tolerance, measure=measure)
+            curve = solve_curve(self.balance, omegas, level, exactly, traced, peak_tolerance=tolerance, measure=measure)
             return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
         except KeyboardInterrupt as stop:
             if isinstance(stop, CurveStopped):
@@ -571,7 +541,7 @@ class ForcedResponseWork(OneBalance):
     def _plain_arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of a curve as it is."""
         arrays = curve_arrays(self.balance, curve)
-        return arrays | {"frequency": as_given(arrays["frequency"], self.frequencies, self.periods)}
+        return arrays | {"frequency": as_given(arrays["frequency"], self.settings.frequencies, self.periods)}
 
     @cached_property
     def negative_damping(self) -> str:
@@ -581,7 +551,8 @@ class ForcedResponseWork(OneBalance):
     @property
     def _middle(self) -> float:
         """A frequency of the band, rad/s."""
-        return 2.0 * np.pi * 0.5 * (min(self.frequencies) + max(self.frequencies))
+        low, high = min(self.settings.frequencies), max(self.settings.frequencies)
+        return 2.0 * np.pi * 0.5 * (low + high)
 
     @property
     def finer_problem(self) -> FinerProblem:
@@ -607,7 +578,7 @@ class ForcedResponseWork(OneBalance):
 
     def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
-        if not self.exactly:
+        if not self.settings.listed:
             curve = without_ripples(self.balance, refined(self.balance, curve))
         arrays = self._plain_arrays(curve)
         stability = judged(self.balance, curve, self.measure.over(self.periods))
@@ -622,7 +593,7 @@ class ForcedResponseWork(OneBalance):
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
             instability_warning(self.balance, curve, self.measure.over(self.periods), stability) or self.negative_damping,
-            "" if self.exactly else other_motion_warning(self.balance, curve, self.measure.over(self.periods)),
+            "" if self.settings.listed else other_motion_warning(self.balance, curve, self.measure.over(self.periods)),
             truncation_warning(self.harmonics, names, by_harmonics),
             work_warning(self.harmonics, names, of_work),
             by_finer,
@@ -645,9 +616,9 @@ class ForcedResponseWork(OneBalance):
             "samples": self.samples,
         }
         attrs["harmonics_chosen"] = self.choice
-        attrs["listed_frequencies"] = int(self.exactly)
+        attrs |= {"listed_frequencies": int(self.settings.listed), "peak_tolerance": self.settings.peak_tolerance}
         attrs["cpu_seconds"] = sum(float(curve.get("cpu_seconds", 0.0)) for curve in curves)
-        low, high = min(self.frequencies), max(self.frequencies)
+        low, high = min(self.settings.frequencies), max(self.settings.frequencies)
         ends = (low, high) if low < high else _narrow_band(low)
         with one_blas_thread():
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
@@ -689,13 +660,6 @@ def _check_modes(response: ForcedResponse, modes: Any) -> None:
         raise fault("modes", "must be results of `nonlinear_modes`", modes)
     if modes.problem.fingerprint != response.problem.fingerprint:
         raise fault("The problem of the modes", "must be that of the response", "another")
-
-
-def band_or_list(band: Band | Sequence[float]) -> tuple[list[float], bool]:
-    """Frequencies in Hz in the order of travel, and whether only these are wanted."""
-    if isinstance(band, Band):
-        return [band.start, band.stop], False
-    return followed(band), True
 
 
 def _narrow_band(frequency: float) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from functools import wraps
 from typing import Any, ParamSpec, TypeVar, get_type_hints
 
 from stickslip.analyses.work_parts import EXECUTION, StateOfFields
-from stickslip.support.checks import MOST, between
+from stickslip.support.checks import MOST, between, fault, finite
 
 Arguments = ParamSpec("Arguments")
 Given = TypeVar("Given")
@@ -45,6 +45,20 @@ class Whole:
 
     def __call__(self, name: str, value: Any) -> int:
         return between(name, value, self.least, self.most)
+
+
+@dataclass(frozen=True)
+class Within:
+    """The check of a number between two bounds that it does not meet, which the table of a study takes over."""
+
+    low: float
+    high: float
+
+    def __call__(self, name: str, value: Any) -> float:
+        number = finite(name, value)
+        if not self.low < number < self.high:
+            raise fault(name, f"must lie between {self.low:g} and {self.high:g}", number)
+        return number
 
 
 @dataclass(frozen=True, eq=False)

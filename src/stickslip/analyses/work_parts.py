@@ -40,7 +40,11 @@ class OneBalance(StateOfFields):
     problem: Problem
     harmonics: Any
     samples: int
-    periods: int = 1
+
+    @property
+    def periods(self) -> int:
+        """Of the excitation, over which a motion is expanded."""
+        return 1
 
     @cached_property
     def balance(self) -> HarmonicBalance:

@@ -9,15 +9,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
-from stickslip.model.problem import Problem
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
-from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.solve.balance.orders import Harmonics, in_words
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.solve.balance.orders import checked_harmonics, in_words
 from stickslip.study.fields import Table
 from stickslip.study.units import Units
 from stickslip.support.checks import counted
@@ -62,68 +62,32 @@ class SearchingPlan(Plan, Protocol):
         """The labelled results of all works and of the search."""
 
 
-@dataclass(frozen=True, eq=False)
-class Sweep:
-    """A problem with where and how finely to compute it: what [structure], [[contact]], [[force]] and [sweep] say.
-
-    disks: of a sector whose speed is given, the structure by rotor speed in rev/min.
-    """
-
-    problem: Problem
-    frequencies: Band | tuple[float, ...]
-    force_levels: tuple[float, ...]
-    harmonics: Harmonics | Literal["auto"]
-    samples: int
-    tolerance: float
-    peak_tolerance: float
-    measure: Measure = DISPLACEMENT_AMPLITUDE
-    disks: Mapping[float, CyclicStructure] = field(default_factory=dict)
-
-    @property
-    def summary(self) -> str:
-        """The sweep in half a line."""
-        problem = self.problem
-        listed = self.frequencies if isinstance(self.frequencies, tuple) else None
-        where = "over a band" if listed is None else f"at {counted(len(listed), 'frequency', 'frequencies')}"
-        size = counted(problem.structure.size, "degree of freedom", "degrees of freedom")
-        harmonics = 'harmonics = "auto"' if self.harmonics == "auto" else in_words(self.harmonics)
-        levels = counted(len(self.force_levels), "force level")
-        of = "" if self.measure == DISPLACEMENT_AMPLITUDE else f", peaks of the {self.measure.words}"
-        contacts = counted(len(problem.contacts), "contact")
-        orders = f"{problem.orders_in_words}, " if isinstance(problem, TunedDisk) else ""
-        samples = problem.systems.enough_samples(self.samples)
-        return f"{size}, {contacts}, {orders}{levels} {where}, {harmonics}, {samples} samples{of}"
-
-    @property
-    def where(self) -> Band | list[float]:
-        """The band, or the frequencies as analyses take them."""
-        return self.frequencies if isinstance(self.frequencies, Band) else list(self.frequencies)
-
-    def forced_response(self, periods: int = 1) -> ForcedResponseWork:
-        """Its forced response over a number of periods, which other analyses go by; "auto" has become a number there."""
-        return ForcedResponseWork.of(
-            self.problem,
-            band=self.where,
-            force=self.force_levels,
-            harmonics=self.harmonics,
-            samples=self.samples,
-            tolerance=self.tolerance,
-            peak_tolerance=self.peak_tolerance,
-            measure=self.measure,
-            periods=periods,
-        )
+def summary_of(sweep: ForcedResponseSettings) -> str:
+    """A problem with where and how finely to compute it, in half a line."""
+    problem = sweep.problem
+    where = f"at {counted(len(sweep.frequencies), 'frequency', 'frequencies')}" if sweep.listed else "over a band"
+    size = counted(problem.structure.size, "degree of freedom", "degrees of freedom")
+    harmonics = 'harmonics = "auto"' if isinstance(sweep.harmonics, str) else in_words(checked_harmonics(sweep.harmonics))
+    levels = counted(len(sweep.levels), "force level")
+    of = "" if sweep.measured == DISPLACEMENT_AMPLITUDE else f", peaks of the {sweep.measured.words}"
+    contacts = counted(len(problem.contacts), "contact")
+    orders = f"{problem.orders_in_words}, " if isinstance(problem, TunedDisk) else ""
+    samples = problem.systems.enough_samples(sweep.samples)
+    return f"{size}, {contacts}, {orders}{levels} {where}, {harmonics}, {samples} samples{of}"
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """What a sound study file holds: its own tables by key, the sweep where the analysis has one, units, and its folder;
-    rig: the name of the ready problem, "" without one, and its parameters."""
+    """What a sound study file holds: its own tables by key, the problem and the settings of [sweep] where the analysis has one,
+    units, and its folder; rig: the name of the ready problem, "" without one, and its parameters; disks: of a sector whose
+    speed is given, the structure by rotor speed in rev/min."""
 
     tables: Mapping[str, Table]
-    sweep: Sweep | None
+    sweep: ForcedResponseSettings | None
     units: Units
     folder: Path
     rig: tuple[str, Mapping[str, Any]] = ("", MappingProxyType({}))
+    disks: Mapping[float, CyclicStructure] = field(default_factory=dict)
 
 
 def taken_over(base: ForcedResponseWork) -> dict[str, Any]:
@@ -141,7 +105,7 @@ class Kind:
     on_problem: whether the file states a problem with a sweep; an analysis without one has only its own tables.
     repeats: whether the frequencies of `at` may come back to where they were, upwards and downwards.
     band: of the excitation, from the tables of its own, where these say where to compute and [sweep] only how finely.
-    forced: whether the force levels of [sweep] act.
+    without: keys of [sweep] that have no effect on it.
     """
 
     plan: Callable[[Asked], Plan]
@@ -151,4 +115,4 @@ class Kind:
     on_problem: bool = True
     repeats: bool = False
     band: Callable[[Mapping[str, Table]], Band | None] | None = None
-    forced: bool = True
+    without: tuple[str, ...] = ()

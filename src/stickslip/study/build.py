@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -31,9 +31,9 @@ from stickslip.study.tables import (
     DashpotTable,
     ExcitationTable,
     ForceTable,
+    FrequenciesTable,
     MeanSpringTable,
     StructureTable,
-    SweepTable,
 )
 from stickslip.study.units import DENSITY, LENGTH, MASS, Units, in_si, scaled
 from stickslip.support.checks import Array, Faults, InputError, fault, nearest
@@ -223,7 +223,7 @@ def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:
     return BaseMotion(names.coefficients(place), {table.harmonic: complex_amplitude(values[motion])}, of=motion)
 
 
-def outputs(table: SweepTable, names: Names) -> tuple[Output, ...]:
+def outputs(table: FrequenciesTable, names: Names) -> tuple[Output, ...]:
     """The outputs. A degree of freedom by its name is reported as it is, a rotation in rad."""
     return tuple(
         Output.of(place) if isinstance(place, str) else Output(place.name, names.coefficients(place.direction))
@@ -231,24 +231,16 @@ def outputs(table: SweepTable, names: Names) -> tuple[Output, ...]:
     )
 
 
-def frequencies(table: SweepTable, units: Units, repeated: bool = False) -> Band | tuple[float, ...]:
+def frequencies(table: FrequenciesTable, units: Units, repeated: bool = False) -> Band | list[float]:
     """The band, or the frequencies to solve at, Hz; `repeated`: they may come back to where they were."""
     values = in_si(table, units)
     if table.frequency is not None:
         return Band(*values["frequency"])
-    return tuple((followed if repeated else listed)(list(values["at"] or ())))
+    return (followed if repeated else listed)(list(values["at"] or ()))
 
 
-def enough_samples(table: SweepTable) -> None:
-    """As many samples as the harmonic balance needs to separate H harmonics of a product."""
-    least = 4 * least_harmonics(table) + 2
-    if table.samples < least:
-        raise fault("samples", f"must be at least 4 x harmonics + 2 = {least}", table.samples, "256 is usual.")
-
-
-def least_harmonics(table: SweepTable) -> int:
-    """The highest harmonic that is used in any case: the one given, or the first when they are chosen."""
-    wanted = table.wanted_harmonics
-    if wanted == "auto":
-        return 1
-    return wanted if isinstance(wanted, int) else max(wanted)
+def enough_samples(harmonics: int | Sequence[int] | Literal["auto"], samples: int) -> None:
+    """As many samples as the harmonic balance needs to separate H harmonics of a product, or the first when they are chosen."""
+    least = 4 * (1 if harmonics == "auto" else int(np.max(harmonics))) + 2
+    if samples < least:
+        raise fault("samples", f"must be at least 4 x harmonics + 2 = {least}", samples, "256 is usual.")

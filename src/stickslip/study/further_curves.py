@@ -10,8 +10,9 @@ from pydantic import Field, Tag
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, nonlinear_modes
 from stickslip.analyses.modes.work import AMPLITUDES, NonlinearModesWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.problem.many_periods import MOST_PERIODS
-from stickslip.study.analysis import Asked, Sweep
+from stickslip.study.analysis import Asked
 from stickslip.study.fields import Table, by_form
 from stickslip.study.tables import Ends
 from stickslip.study.units import LENGTH, with_si
@@ -74,7 +75,7 @@ class FurtherCurves:
         """The tables of a study; refused for listed frequencies, which no curve joins."""
         isolated, branches = asked.tables.get("isolated"), asked.tables.get("branches")
         for name, table in (("isolated", isolated), ("branches", branches)):
-            if table is not None and asked.sweep is not None and isinstance(asked.sweep.frequencies, tuple):
+            if table is not None and asked.sweep is not None and asked.sweep.listed:
                 raise fault(f"[{name}]", "must go with a band, [sweep] frequency", "listed frequencies, [sweep] at")
         found = cls(
             with_si(isolated, asked.units) if isinstance(isolated, IsolatedTable) else None,
@@ -84,7 +85,7 @@ class FurtherCurves:
             found._refuse_modes(found.isolated, asked.sweep)
         return found
 
-    def _refuse_modes(self, table: IsolatedTable, sweep: Sweep) -> None:
+    def _refuse_modes(self, table: IsolatedTable, sweep: ForcedResponseSettings) -> None:
         """What would stop the modes when all sweeps are done: a number beyond the structure's, contacts at a node, amplitudes."""
         loaded = max((h for force in sweep.problem.forces for h in force.factors), default=1)
         harmonics = max(loaded, 1) if sweep.harmonics == "auto" else sweep.harmonics

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.model.problem.loose_motions import soft_springs
 from stickslip.results.shown_units import in_system
 from stickslip.solve.curves.curve import HELD_BY_FRICTION, held_by_friction_alone
-from stickslip.study.analysis import Sweep
 from stickslip.support.checks import Array, counted, first_of
 from stickslip.support.units import UnitSystem
 
@@ -16,7 +16,7 @@ SHOWN = 6
 """How many frequencies, and how many contacts, a sentence lists."""
 
 
-def model_summary(sweep: Sweep, condition: str = "", system: UnitSystem | None = None) -> list[str]:
+def model_summary(sweep: ForcedResponseSettings, condition: str = "", system: UnitSystem | None = None) -> list[str]:
     """Natural frequencies without contacts and with all stuck, whether friction alone holds a body, and normal loads at rest.
     condition: when all that holds, "at 6000 rev/min".
     """

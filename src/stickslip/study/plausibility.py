@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import excited_harmonics
@@ -23,7 +24,6 @@ from stickslip.model.problem.static_balance import unbearable_loads
 from stickslip.model.problem.warnings import LARGEST_FRICTION
 from stickslip.model.structure.cyclic import NEXT
 from stickslip.results.shown_units import in_system
-from stickslip.study.analysis import Sweep
 from stickslip.study.surfaces import CHECK_FIT, CHECK_UNITS
 from stickslip.support.checks import Array, InputError
 from stickslip.support.units import Band, UnitSystem
@@ -71,7 +71,7 @@ SHOWN = 6
 class _Study:
     """A sweep with the ends of its band, Hz, normal loads and slip limits at rest, N, and the units of sentences."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     system: UnitSystem | None
 
     @property
@@ -80,7 +80,7 @@ class _Study:
 
     @cached_property
     def band(self) -> tuple[float, float]:
-        given = self.sweep.frequencies
+        given = self.sweep.band
         return (given.low, given.high) if isinstance(given, Band) else (float(np.min(given)), float(np.max(given)))
 
     @cached_property
@@ -122,7 +122,7 @@ def check_static_loads(problem: Problem, notes: Sequence[str] = ()) -> None:
         )
 
 
-def plausibility_warnings(sweep: Sweep, system: UnitSystem | None = None, forced: bool = True) -> list[str]:
+def plausibility_warnings(sweep: ForcedResponseSettings, system: UnitSystem | None = None, forced: bool = True) -> list[str]:
     """What is hardly meant: motions as large as the structure, a band without resonance, friction that can never act, contacts
     that nothing presses, stiffnesses and bodies of other units.
 
@@ -136,7 +136,7 @@ def plausibility_warnings(sweep: Sweep, system: UnitSystem | None = None, forced
 def _harmonics(study: _Study) -> list[str]:
     """A warning where several harmonics are excited and the peaks are those of one."""
     excited = excited_harmonics(study.problem.forces)
-    if len(excited) < 2 or study.sweep.measure.kind != "amplitude":
+    if len(excited) < 2 or study.sweep.measured.kind != "amplitude":
         return []
     listed = ", ".join(map(str, sorted(excited)))
     return [
@@ -149,7 +149,7 @@ def _amplitudes(study: _Study) -> list[str]:
     """A warning where the largest force level moves the structure by a part of its size, even at the ends of the band and with
     all contacts stuck, all excited harmonics together.
     """
-    problem, level = study.problem, max(study.sweep.force_levels)
+    problem, level = study.problem, max(study.sweep.levels)
     outputs, harmonics = problem.output_rows, _excited(problem)
     motions = [[_linear_motion(problem, level, hertz, h)[0] for h in harmonics] for hertz in study.band]
     moved = float(np.abs(np.array(motions) @ outputs.T).sum(axis=1).max())
@@ -167,7 +167,7 @@ def _band(study: _Study) -> list[str]:
     """A band that holds no natural frequency, free or stuck, at which a harmonic of the excitation meets the structure."""
     low, high = study.band
     met = np.concatenate(list(study.met.values()))
-    if not isinstance(study.sweep.frequencies, Band) or np.any((met >= low) & (met <= high)):
+    if study.sweep.listed or np.any((met >= low) & (met <= high)):
         return []
     nearest = sorted(f"{f:.5g}" for f in sorted(met[met > 0.0], key=lambda f: abs(np.log(f / np.sqrt(low * high))))[:2])
     where = f"; the nearest are at {' and '.join(nearest)} Hz" if nearest else ""
@@ -270,7 +270,7 @@ def _friction(study: _Study) -> list[str]:
     """Contacts that stay stuck even at the resonance of the largest force level, or slip limits that are nothing beside the
     forces: pulls, preloads and forces do not fit.
     """
-    problem, limits, levels = study.problem, study.limits, study.sweep.force_levels
+    problem, limits, levels = study.problem, study.limits, study.sweep.levels
     if not limits:
         rubbing = [contact for contact in problem.contacts if contact.law.rubs and contact.elements.friction]
         if rubbing and not any(_limit(contact, 1.0) for contact in rubbing):
@@ -297,8 +297,8 @@ def _friction(study: _Study) -> list[str]:
 
 def _flank(study: _Study) -> list[str]:
     """A band that holds resonances without contacts only, at whose smallest force level no contact slips: no peak is in it."""
-    smallest, free, (low, high) = min(study.sweep.force_levels), study.inside(stuck=False), study.band
-    if not free or not isinstance(study.sweep.frequencies, Band):
+    smallest, free, (low, high) = min(study.sweep.levels), study.inside(stuck=False), study.band
+    if not free or study.sweep.listed:
         return []
     stuck = study.met[True]
     _, share = _most_loaded(study, smallest, [*free, low, high])

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-from stickslip.analyses.arguments import force_levels
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.contact.point import GROUND, Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
@@ -20,11 +20,10 @@ from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
 from stickslip.model.structure.damping import Dashpot
 from stickslip.model.structure.matrices import Structure
-from stickslip.solve.balance.measure import measure_of
-from stickslip.solve.balance.orders import Harmonics, checked_harmonics, harmonics_for
+from stickslip.solve.balance.orders import harmonics_for
 from stickslip.study import build
 from stickslip.study.aerodynamics import AerodynamicsTable, with_aerodynamics
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
 from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.fields import Table
@@ -34,6 +33,7 @@ from stickslip.study.names import Names, dofs_in
 from stickslip.study.parts import Messages, Parts, bodies_of, body_note, structures_of, together
 from stickslip.study.plausibility import check_static_loads, plausibility_warnings
 from stickslip.study.renamed import with_new_names
+from stickslip.study.settings_table import check_of, values_of
 from stickslip.study.surfaces import contacts_on, force_on, surfaces_in
 from stickslip.study.tables import (
     BaseTable,
@@ -78,7 +78,7 @@ class Job:
     plan: Plan
     text: str
     content: str = ""
-    sweep: Sweep | None = None
+    sweep: ForcedResponseSettings | None = None
     notes: tuple[str, ...] = ()
     units: UnitSystem = UNIT_SYSTEMS["SI"]
 
@@ -91,7 +91,7 @@ class Tables:
     structures: tuple[StructureTable | None, ...]
     bodies: tuple[BodyTable | None, ...]
     damping: DampingTable | None
-    sweep: SweepTable | None
+    sweep: Any
     contact: tuple[ContactTable | None, ...]
     force: tuple[ForceTable | None, ...]
     dashpot: tuple[DashpotTable | None, ...]
@@ -147,14 +147,21 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     misplaced(tables, document, found)
     for key, table in tables.own.items():
         found.attempt(f"[{key}]", kind.checks.get(key, sound), table)
-    with one_blas_thread():
-        sweep = sweep_of(tables, document, folder, found, (progress, notes)) if kind.on_problem else None
+    sweep, stated = None, None
+    if kind.on_problem:
+        with one_blas_thread():
+            stated = problem_of(tables, document, folder, found, (progress, notes))
+            sweep = sweep_of(tables, stated[0] if stated else None, kind, found)
     if sweep and "speed_sweep" not in tables.own:  # its static loads are those of each speed
         found.attempt("", check_static_loads, sweep.problem, notes)
     found.stop()
-    plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig)))
+    plan = found.attempt(
+        "", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig), stated[1] if stated else {})
+    )
     found.stop()
-    notes += (*sweep.problem.warnings, *plausibility_warnings(sweep, tables.units.system, kind.forced)) if sweep else ()
+    if sweep:
+        forced = "force_levels" not in kind.without
+        notes += (*sweep.problem.warnings, *plausibility_warnings(sweep, tables.units.system, forced))
     if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or (sweep.problem.heading if sweep else "") or name
@@ -178,27 +185,37 @@ def kind_of(document: Mapping[str, Any]) -> Kind:
     return KINDS.get(name, DEFAULT) if isinstance(name, str) else DEFAULT
 
 
-def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Sweep | None:
+def sweep_of(tables: Tables, problem: Problem | None, kind: Kind, found: Found) -> ForcedResponseSettings | None:
     """The problem, and where and how finely to compute it."""
-    stated, table = problem_of(tables, document, folder, found, messages), tables.sweep
+    table = tables.sweep
     if table is None:
         return None
-    problem, disks = stated or (None, {})
-    kind, where = kind_of(document), None
+    where = None
     if kind.band is None:
         where = found.attempt("[sweep]", build.frequencies, table, tables.units, kind.repeats)
     elif not found.messages:
         where = kind.band(tables.own)
-    found.attempt("[sweep]", build.enough_samples, table)
-    found.attempt("[sweep]", force_levels, table.force_levels)
-    harmonics: Harmonics | Literal["auto"] | None = "auto"
-    if table.wanted_harmonics != "auto":
-        check = checked_harmonics if problem is None else partial(harmonics_for, problem)
-        harmonics = found.attempt("[sweep]", check, table.wanted_harmonics)
-    if problem is None or where is None or harmonics is None:
+    settings, before = values_of(ForcedResponseSettings, table), len(found.messages)
+    found.attempt("[sweep]", check_of(ForcedResponseSettings), table)
+    if problem is not None and settings["harmonics"] != "auto" and len(found.messages) == before:
+        found.attempt("[sweep]", harmonics_for, problem, settings["harmonics"])
+    found.attempt("[sweep]", build.enough_samples, settings["harmonics"], settings["samples"])
+    found.attempt("[sweep]", without_effect, table, kind)
+    if problem is None or where is None or found.messages:
         return None
-    last = (table.tolerance, table.peak_tolerance, measure_of(table.quantity, table.measure))
-    return Sweep(problem, where, tuple(table.force_levels), harmonics, table.samples, *last, disks)
+    return ForcedResponseSettings(problem, where, **settings)
+
+
+def without_effect(table: Table, kind: Kind) -> None:
+    """A setting that an analysis does not use is refused, unless it says what holds anyway."""
+    usual = {key: field.get_default(call_default_factory=True) for key, field in type(table).model_fields.items()}
+    faults = [
+        str(fault(key, "must be left out, since it has no effect on this analysis", value))
+        for key in kind.without
+        if (value := getattr(table, key)) != usual[key]
+    ]
+    if faults:
+        raise Faults(faults)
 
 
 def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None:
@@ -212,7 +229,7 @@ def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None
             found.messages.append(f"[{key}] {rule}, but the analysis is {tables.study.analysis!r}.")
 
 
-def content(tables: Tables, sweep: Sweep | None) -> str:
+def content(tables: Tables, sweep: ForcedResponseSettings | None) -> str:
     """Identifies the matrices that a study brings; a rig makes its own."""
     if sweep is None or tables.rig is not None:
         return ""

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import LostCurveError
-from stickslip.study.analysis import Plan, Sweep
+from stickslip.study.analysis import Plan
 from stickslip.support.checks import counted
 from stickslip.support.kernels.cache import nothing_is_kept
 from stickslip.support.units import Band
@@ -59,7 +60,7 @@ def run_time(job: Job, seconds: float | None) -> str:
 
 
 def _has_curves(job: Job) -> bool:
-    return job.sweep is not None and job.analysis in CURVES and isinstance(job.sweep.frequencies, Band)
+    return job.sweep is not None and job.analysis in CURVES and not job.sweep.listed
 
 
 def _curves(job: Job) -> int:
@@ -69,19 +70,19 @@ def _curves(job: Job) -> int:
 def estimated_seconds(job: Job) -> float | None:
     """CPU seconds of all curves over a band; None for other analyses, where no point could be solved, and where the kernels are
     still to be compiled."""
-    if job.sweep is None or not _has_curves(job) or not isinstance(job.sweep.frequencies, Band) or nothing_is_kept():
+    if job.sweep is None or not _has_curves(job) or not isinstance(job.sweep.band, Band) or nothing_is_kept():
         return None
-    a_point = _seconds_a_point(_with_harmonics(job.sweep, job.plan), job.sweep.frequencies)
+    a_point = _seconds_a_point(_with_harmonics(job.sweep, job.plan), job.sweep.band)
     return None if a_point is None else POINTS * _curves(job) * a_point
 
 
-def _with_harmonics(sweep: Sweep, plan: Plan) -> Sweep:
+def _with_harmonics(sweep: ForcedResponseSettings, plan: Plan) -> ForcedResponseSettings:
     """The sweep with the harmonics and samples that were chosen for it, which is done where its work is made."""
     work = plan.works.get("") if sweep.harmonics == "auto" else None
     return replace(sweep, harmonics=work.harmonics, samples=work.samples) if isinstance(work, ForcedResponseWork) else sweep
 
 
-def _seconds_a_point(sweep: Sweep, band: Band) -> float | None:
+def _seconds_a_point(sweep: ForcedResponseSettings, band: Band) -> float | None:
     """CPU seconds of a point on the way to the highest linear resonance, at the largest force level."""
     harmonics = AUTOMATIC if sweep.harmonics == "auto" else sweep.harmonics
     orders = harmonics if isinstance(harmonics, int) else len(harmonics)
@@ -94,7 +95,7 @@ def _seconds_a_point(sweep: Sweep, band: Band) -> float | None:
     inside = stuck[(stuck > band.low) & (stuck < band.high)]
     middle = float(inside[0]) if inside.size else 0.5 * (band.low + band.high)
     with np.errstate(all="ignore"):
-        first = first_point(balance, 2.0 * np.pi * middle, max(sweep.force_levels))
+        first = first_point(balance, 2.0 * np.pi * middle, max(sweep.levels))
     if not first.converged:
         return None
     times: list[float] = []

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import Field, Tag, WrapValidator, field_validator, model_validator
 
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.dampers import SHAPES
 from stickslip.model.loads import HIGHEST_POWER
 from stickslip.model.structure.cyclic import MOST_SECTORS
@@ -26,6 +27,7 @@ from stickslip.study.fields import (
     Words,
     by_form,
 )
+from stickslip.study.settings_table import table_of
 from stickslip.study.units import (
     ACCELERATION,
     FORCE,
@@ -362,8 +364,8 @@ class OutputTable(Table):
 OutputPlace = Annotated[Annotated[str, Tag("<single>")] | Annotated[OutputTable, Tag("<table>")], by_form()]
 
 
-class SweepTable(Table):
-    """Where to compute, and how finely. A speed sweep has neither `frequency` nor `at`."""
+class FrequenciesTable(Table):
+    """Frequencies and outputs, the keys of [sweep] that are no settings of a forced response."""
 
     exactly_one: ClassVar[Groups] = (("frequency", "at"),)
 
@@ -371,39 +373,9 @@ class SweepTable(Table):
     at: Annotated[
         list[Positive] | None, FREQUENCY, Field(min_length=1, description="instead of a band: solve exactly at these frequencies")
     ] = None
-    force_levels: Annotated[list[Positive], Field(min_length=1, description="factors on every harmonic force")] = Field(
-        default_factory=lambda: [1.0]
-    )
-    harmonics: Annotated[
-        Harmonics,
-        Field(
-            description='H, highest harmonic, or a list that holds 1, such as [0, 1, 3, 5]; "auto": raised, and samples doubled, '
-            "until the rest at the peaks is below "
-            "`tolerance`, where the contacts start as the problem says",
-        ),
-        WrapValidator(lambda value, check: value if value == "auto" else check(value)),
-    ] = 5
-    tolerance: Annotated[
-        float, Field(gt=0.0, lt=0.5, description='for harmonics = "auto": left-out motion of the contacts, relative')
-    ] = 2e-3
-    samples: Annotated[int, Field(ge=8, le=1_000_000, description="samples of a period")] = 256
-    peak_tolerance: Annotated[float, Field(gt=0.0, lt=0.1, description="relative amplitude by which a peak may be too low")] = (
-        1e-8
-    )
-    quantity: Annotated[QuantityName, Field(description="what the peaks, bounds and optima are of")] = "displacement"
-    measure: Annotated[
-        Literal["amplitude", "rms", "max_abs"],
-        Field(description="of it: amplitude of the first harmonic, root mean square, or largest value over the period"),
-    ] = "amplitude"
     outputs: Annotated[
         list[OutputPlace] | None, Field(min_length=1, description="degrees of freedom to report; a rig has its own")
     ] = None
-
-    @property
-    def wanted_harmonics(self) -> int | list[int] | Literal["auto"]:
-        """H, a list, or "auto"."""
-        wanted: Any = self.harmonics
-        return cast("int | list[int] | Literal['auto']", wanted)
 
     @field_validator("frequency")
     @classmethod
@@ -413,14 +385,28 @@ class SweepTable(Table):
         return frequency
 
 
-class FinenessTable(SweepTable):
+class OwnRangeTable(FrequenciesTable):
     """[sweep] of an analysis whose own table says where to compute."""
 
     exactly_one: ClassVar[Groups] = ()
 
     @model_validator(mode="after")
-    def _without_frequencies(self) -> FinenessTable:
+    def _without_frequencies(self) -> OwnRangeTable:
         given = [key for key in ("frequency", "at") if getattr(self, key) is not None]
         if given:
             raise ValueError(f"must not hold {given[0]}, since the analysis has a range of its own")
         return self
+
+
+SweepTable, FinenessTable = (
+    table_of(
+        ForcedResponseSettings,
+        "Where to compute, and how finely. A speed sweep has neither `frequency` nor `at`.",
+        base,
+        force_levels=(Annotated[list[Positive], Field(min_length=1)], [1.0]),
+        harmonics=Annotated[Harmonics, WrapValidator(lambda value, check: value if value == "auto" else check(value))],
+        quantity=QuantityName,
+        measure=Literal["amplitude", "rms", "max_abs"],
+    )
+    for base in (FrequenciesTable, OwnRangeTable)
+)

@@ -109,7 +109,7 @@ def test_plan_of_what_matters(tmp_path):
             "performance_curve",
             "harmonics = 5",
             "force_levels = [1, 2]",
-            "force_levels must be left out, since force_ratio says the forces",
+            "force_levels must be left out, since it has no effect on this analysis",
         ),
         ("performance_band", "harmonics = 3", "force_levels = [2]", "force_levels must be left out"),
         ("damper_design", "kt = 8e5", "damper_mass = 0.1", "must not be among the parameters, which stay, but is 0.1"),

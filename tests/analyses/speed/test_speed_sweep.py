@@ -10,7 +10,7 @@ import pytest
 import stickslip as ss
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.speed.models import at_reference_speed, synchronous
-from stickslip.analyses.speed.speed_sweep import SpeedSweepWork
+from stickslip.analyses.speed.speed_sweep import SpeedSweepSettings, SpeedSweepWork
 from stickslip.show.report.presentation import presentation_of
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 
@@ -199,7 +199,7 @@ def test_peaks_stand_beside_linear_resonances_with_an_estimate_of_their_error():
 
 def test_all_engine_orders_have_the_samples_that_are_shown():
     """Six sectors are in phase again after two or three: 66 samples in place of 64 serve both."""
-    work = SpeedSweepWork.of(ring(), speed=(40.0, 100.0), engine_orders=[2, 3], force=1.0, harmonics=3, samples=64)
+    work = SpeedSweepWork.of(SpeedSweepSettings(ring(), (40.0, 100.0), [2, 3], harmonics=3, samples=64))
     assert [part.samples for part in work.parts] == [66, 66]
     choice = sufficient_harmonics(ring(2).at_speed(9.0), (1.3, 1.7), [4.0], samples=64)
     assert choice.samples % 3 == 0

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.contact.point import Contact
 from stickslip.model.contact.start import SliderOffset
 from stickslip.model.disks.tuned import TunedDisk
@@ -29,15 +30,15 @@ def run_in(
     response is not found.
     """
     of_kind("disk", disk, TunedDisk)
-    work = ForcedResponseWork.of(disk, band=band, force=force, harmonics=harmonics, samples=samples)
+    work = ForcedResponseWork.of(ForcedResponseSettings(disk, band, force, harmonics, samples))
     return run_in_by(work, disk)
 
 
 def run_in_by(work: ForcedResponseWork, disk: TunedDisk) -> TunedDisk:
     """As `run_in`, by the response of a work with one force level."""
     balance = HarmonicBalance(disk, work.harmonics, work.samples)
-    omegas = [2.0 * np.pi * frequency for frequency in work.frequencies]
-    curve = solve_curve(balance, omegas, work.levels[0], work.exactly)
+    omegas = [2.0 * np.pi * frequency for frequency in work.settings.frequencies]
+    curve = solve_curve(balance, omegas, work.levels[0], work.settings.listed)
     if not curve.points:
         raise InputError(f"The tuned disk must have a response to be run in by, but none was found. {curve.message}")
     row = balance.rows

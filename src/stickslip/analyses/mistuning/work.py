@@ -15,6 +15,7 @@ from stickslip.analyses.arguments import MeasureName, OutputNumber, QuantityName
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
 from stickslip.analyses.mistuning.run_in import run_in_by
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.analyses.settings import Setting, Settings, Whole
 from stickslip.analyses.stress import own_recovery, sector_stresses
 from stickslip.analyses.work_parts import Measured
@@ -89,15 +90,17 @@ class PopulationWork(Measured, Settings):
         super().__post_init__()
         outputs = self.disk.outputs
         kept = replace(self.disk, outputs=(outputs[between("output", self.output, 0, len(outputs) - 1)],))
-        sweep = ForcedResponseWork.of(
+        given = ForcedResponseSettings(
             kept,
-            band=self.band,
-            force=self.force,
-            harmonics=self.harmonics,
-            samples=self.samples,
+            self.band,
+            self.force,
+            self.harmonics,
+            self.samples,
             peak_tolerance=self.peak_tolerance,
-            measure=self.measured,
+            quantity=self.quantity,
+            measure=self.measure,
         )
+        sweep = ForcedResponseWork.of(given)
         if len(sweep.levels) != 1:
             raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
         object.__setattr__(self, "sweep", sweep)
@@ -161,15 +164,15 @@ class PopulationWork(Measured, Settings):
     def _solved(self, problem: Problem, report: Report) -> Arrays:
         sweep = self.sweep
         balance = HarmonicBalance(problem, sweep.harmonics, sweep.samples)
-        omegas = [2.0 * np.pi * frequency for frequency in sweep.frequencies]
-        if sweep.exactly:
+        omegas = [2.0 * np.pi * frequency for frequency in sweep.settings.frequencies]
+        if sweep.settings.listed:
             curve = solve_curve(balance, omegas, sweep.levels[0], True, report)
             if curve.outcome != Outcome.CONVERGED:
                 raise LostCurveError(curve.message)
             return _blades(balance, curve.points, None, sweep.measure)
         points = swept_curve(balance, sweep.levels[0], (omegas[0], omegas[-1]))
         report(0.3)
-        return _blades(balance, points, PeakSearch(balance, points, sweep.peak_tolerance), sweep.measure)
+        return _blades(balance, points, PeakSearch(balance, points, self.peak_tolerance), sweep.measure)
 
 
 def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: PeakSearch | None, measure: Measure) -> Arrays:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import lcm
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
+from stickslip.analyses.response_settings import Fineness, ForcedResponseSettings
+from stickslip.analyses.settings import Setting, Settings, takes
 from stickslip.analyses.speed.models import synchronous
 from stickslip.analyses.work_parts import StateOfFields
 from stickslip.model.disks.tuned import TunedDisk
@@ -17,10 +19,9 @@ from stickslip.model.problem import Problem
 from stickslip.results.quantities import ERRORS
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.balance.orders import MOST_SAMPLES
-from stickslip.solve.peaks.search import TOLERANCE
-from stickslip.support.checks import Array, InputError, between, fault, several, unique, vector
+from stickslip.support.checks import Array, InputError, between, fault, of_kind, several, unique, vector
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
 
@@ -57,30 +58,60 @@ class SpeedSweep(Result):
         return _joined({order: response.with_stability(highest) for order, response in self.responses.items()})
 
 
-def speed_sweep(
-    models: Problem | Mapping[float, Problem],
-    speed: tuple[float, float],
-    engine_orders: int | Sequence[int] | None = None,
-    force: float | Sequence[float] = 1.0,
-    harmonics: int | Sequence[int] | Literal["auto"] = 5,
-    samples: int = 256,
-    *,
-    workers: Workers = 1,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda fraction, text: None,
-) -> SpeedSweep:
+def _ends(name: str, speed: Any) -> tuple[float, float]:
+    first, last = (float(value) for value in vector(name, speed, 2))
+    if min(first, last) <= 0.0 or first == last:
+        raise fault(name, "must be (first, last) in rev/min, positive and different", (first, last))
+    return first, last
+
+
+def _orders(name: str, orders: Any) -> tuple[int, ...]:
+    found = tuple(between(name, order, 1) for order in several(name, np.atleast_1d(orders).tolist()))
+    unique(name, found)
+    if not found:
+        raise fault(name, "must hold at least one", "none")
+    return found
+
+
+def _with_speed(name: str, models: Any) -> Problem:
+    problem = models if isinstance(models, Problem) else synchronous(models)
+    if problem.speed is None:
+        raise InputError("The problem must have `speed`, or be given as {speed in rev/min: problem} at two speeds.")
+    return problem
+
+
+@dataclass(frozen=True, eq=False)
+class OverSpeed(Settings):
+    """A problem that depends on the rotor speed, the range of that in rev/min, and engine orders."""
+
+    models: Annotated[Problem | Mapping[float, Problem], Setting(_with_speed)]
+    speed: Annotated[tuple[float, float], Setting(_ends)]
+    engine_orders: Annotated[int | Sequence[int] | None, Setting(_orders)] = None
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedSweepSettings(Fineness, OverSpeed):
+    """The arguments of `speed_sweep`."""
+
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
+
+
+@takes(SpeedSweepSettings)
+def speed_sweep(settings: SpeedSweepSettings) -> SpeedSweep:
     """Steady response to engine orders EO over the rotor speed Ω, ω = EO Ω, by harmonic balance.
 
     M q̈ + C q̇ + (K₀ + Ω² K₁) q + Bᵀ f(B q) = p₀ + Ω² p₁ + p(EO Ω t), with exact derivatives by Ω, followed through folds.
     models: {speed in rev/min: problem} at two speeds, which differ in stiffness and static loads; K₁ and p₁ follow from them. Or
     a problem with `speed` (`SpeedDependence`). speed: (first, last), rev/min, swept in this order. engine_orders: several have
     one curve each; a tuned disk meets the nodal diameter of each. force: levels that multiply every harmonic force.
-    harmonics, samples, workers, checkpoint, progress: as for `forced_response`. Damping is that of the model of the lowest speed,
-    M and contacts are the same at all speeds. Coriolis terms are neglected.
+    harmonics, samples, tolerance, peak_tolerance, workers, checkpoint, progress: as for `forced_response`. Damping is that of the
+    model of the lowest speed, M and contacts are the same at all speeds. Coriolis terms are neglected.
     """
-    progress(0.0, "preparing")
-    work = SpeedSweepWork.of(models, speed=speed, engine_orders=engine_orders, force=force, harmonics=harmonics, samples=samples)
-    return work.gathered(all_cases(work, checkpoint, workers, progress))
+    settings.progress(0.0, "preparing")
+    work = SpeedSweepWork.of(settings)
+    return work.gathered(all_cases(work, settings.checkpoint, settings.workers, settings.progress))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,42 +121,16 @@ class SpeedSweepWork(StateOfFields):
     parts: tuple[ForcedResponseWork, ...]
 
     @classmethod
-    def of(
-        cls,
-        models: Problem | Mapping[float, Problem],
-        *,
-        speed: tuple[float, float],
-        engine_orders: int | Sequence[int] | None,
-        force: float | Sequence[float],
-        harmonics: int | Sequence[int] | Literal["auto"],
-        samples: int,
-        tolerance: float = 2e-3,
-        peak_tolerance: float = TOLERANCE,
-    ) -> SpeedSweepWork:
-        """The work of the arguments of `speed_sweep`, checked."""
-        ends = [float(value) for value in vector("speed", speed, 2)]
-        if min(ends) <= 0.0 or ends[0] == ends[1]:
-            raise fault("speed", "must be (first, last) in rev/min, positive and different", tuple(ends))
-        problem = models if isinstance(models, Problem) else synchronous(models)
-        if problem.speed is None:
-            raise InputError("The problem must have `speed`, or be given as {speed in rev/min: problem} at two speeds.")
-        given = problem.speed.engine_order if engine_orders is None else engine_orders
-        orders = [between("engine_orders", order, 1) for order in several("engine_orders", np.atleast_1d(given).tolist())]
-        unique("engine_orders", orders)
-        if not orders:
-            raise fault("engine_orders", "must hold at least one", "none")
-        Nt = samples_for(problem, orders, samples)
+    def of(cls, settings: SpeedSweepSettings) -> SpeedSweepWork:
+        """The work of settings."""
+        problem = of_kind("models", settings.models, Problem)
+        assert problem.speed is not None
+        orders = _orders("engine_orders", settings.engine_orders or problem.speed.engine_order)
+        fineness = settings.fineness | {"samples": samples_for(problem, orders, settings.samples)}
+        bands = [Band(*(order * end / 60.0 for end in settings.speed)) for order in orders]
         parts = [
-            ForcedResponseWork.of(
-                excited(problem, order),
-                band=Band(*(order * end / 60.0 for end in ends)),
-                force=force,
-                harmonics=harmonics,
-                samples=Nt,
-                tolerance=tolerance,
-                peak_tolerance=peak_tolerance,
-            )
-            for order in orders
+            ForcedResponseWork.of(ForcedResponseSettings(excited(problem, order), band, **fineness))
+            for order, band in zip(orders, bands, strict=True)
         ]
         return cls(tuple(parts))
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import marks
 from stickslip.show.explorer.sliders import varied
 from stickslip.show.explorer.solving import Solver, Values
 
 SAVED = "explored.toml"
+HOW = [name for name, mark in marks(ForcedResponseSettings).items() if mark.means and not mark.key]
+"""Settings of [sweep] whose keys are arguments of `forced_response`."""
 
 
 def python_of(solver: Solver, values: Values) -> str:
@@ -22,8 +26,7 @@ def python_of(solver: Solver, values: Values) -> str:
         arguments = ", ".join(f"{key}={value!r}" for key, value in structure.get("parameters", {}).items())
         lines.append(f"problem = ss.rigs.{structure['rig']}({arguments})")
         where = f"ss.Band({', '.join(map(repr, sweep['frequency']))})" if "frequency" in sweep else repr(sweep["at"])
-        keys = ("harmonics", "samples", "tolerance", "peak_tolerance", "quantity", "measure")
-        settings = "".join(f", {key}={sweep[key]!r}" for key in keys if key in sweep)
+        settings = "".join(f", {key}={sweep[key]!r}" for key in HOW if key in sweep)
         lines.append(f"response = ss.forced_response(problem, {where}, {sweep['force_levels'][0]!r}{settings})")
     else:
         lines += [
@@ -31,10 +34,7 @@ def python_of(solver: Solver, values: Values) -> str:
             f'problem = ss.read_problem("{SAVED}")',
         ]
         checked: Any = solver.job(values).sweep  # its frequencies are in Hz, whatever the units of the study
-        band = checked.frequencies
-        where = f"ss.Band({band.start!r}, {band.stop!r})" if hasattr(band, "start") else repr(list(band))
-        settings = f"harmonics={checked.harmonics!r}, samples={checked.samples}, tolerance={checked.tolerance!r}"
-        settings += f", peak_tolerance={checked.peak_tolerance!r}"
-        settings += f", quantity={checked.measure.name!r}, measure={checked.measure.kind!r}"
-        lines.append(f"response = ss.forced_response(problem, {where}, {checked.force_levels[0]!r}, {settings})")
+        where = repr(list(checked.band)) if checked.listed else f"ss.Band({checked.band.start!r}, {checked.band.stop!r})"
+        settings = "".join(f", {key}={getattr(checked, key)!r}" for key in HOW)
+        lines.append(f"response = ss.forced_response(problem, {where}, {checked.levels[0]!r}{settings})")
     return "\n".join([*lines, "print(response.peaks())", ""])

@@ -17,13 +17,13 @@ from typing import Any
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
 from stickslip.analyses.performance.curve import PerformanceCurve, performance_curve
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.problem import Problem
 from stickslip.results.shown_units import attributes_of
 from stickslip.show.explorer.sliders import Slider, sliders_of, varied
 from stickslip.show.report.failures import failures_of, warnings_of
 from stickslip.solve.balance.orders import in_words
 from stickslip.study.analyses.performance import PerformanceTable
-from stickslip.study.analysis import Sweep
 from stickslip.study.faults import parsed
 from stickslip.study.kinds import COMMON_KEYS
 from stickslip.study.read import Job, job, text_of, toml, units_of
@@ -167,7 +167,7 @@ class Solver:
         A study of frequencies in a list has no band: resonances are then sought around the linear ones, and the sentence says so.
         """
         sweep, given = self._sweep(values), dict(self.performance_settings)
-        problem, measure, where = sweep.problem, sweep.measure, sweep.frequencies
+        problem, measure, where = sweep.problem, sweep.measured, sweep.band
         few, samples = _few(sweep)
         given |= {"band": where if isinstance(where, Band) else None, "output": problem.output_names.index(output)}
         given |= {"quantity": measure.quantity.name, "measure": measure.kind, "harmonics": few, "samples": samples}
@@ -187,7 +187,7 @@ class Solver:
         """The problem with these values."""
         return self._sweep(values).problem
 
-    def _sweep(self, values: Values) -> Sweep:
+    def _sweep(self, values: Values) -> ForcedResponseSettings:
         sweep = self.job(values).sweep
         if sweep is None:
             raise InputError("The study has no [sweep] to solve.")
@@ -197,7 +197,7 @@ class Solver:
         """The response as `answer` describes it, solved now."""
         started = time.perf_counter()
         sweep, fine = self._sweep(values), output is None
-        work = sweep.forced_response() if output is None else _coarse(sweep, output)
+        work = ForcedResponseWork.of(sweep) if output is None else _coarse(sweep, output)
         curve = work.solve(0, lambda fraction: self._refuse_outdated(tab, version))
         response = work.gathered([curve])
         response = replace(response, dataset=response.dataset.assign_attrs(attributes_of(self.units)))
@@ -211,24 +211,17 @@ class Solver:
             raise OutdatedError
 
 
-def _coarse(sweep: Sweep, output: str) -> ForcedResponseWork:
+def _coarse(sweep: ForcedResponseSettings, output: str) -> ForcedResponseWork:
     """The same with few harmonics, those that the excitation has are kept, and one output: peaks of others take their time."""
     problem = sweep.problem
     shown = replace(problem, outputs=(problem.outputs[problem.output_names.index(output)],))
     few, samples = _few(sweep)
     tolerance = max(sweep.peak_tolerance, COARSE_PEAKS)
-    return ForcedResponseWork.of(
-        shown,
-        band=sweep.frequencies,
-        force=sweep.force_levels,
-        harmonics=few,
-        samples=samples,
-        peak_tolerance=tolerance,
-        measure=sweep.measure,
-    )
+    coarse = replace(sweep, problem=shown, harmonics=few, samples=samples, peak_tolerance=tolerance)
+    return ForcedResponseWork.of(coarse)
 
 
-def _few(sweep: Sweep) -> tuple[int | tuple[int, ...], int]:
+def _few(sweep: ForcedResponseSettings) -> tuple[int | tuple[int, ...], int]:
     """Harmonics of the study up to `COARSE`, or to the highest that is excited, and samples that go with them. Of a list those
     that are left, so that a mean that it leaves out stays out.
     """

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field
 
 from stickslip.analyses.controlled_response import ControlledResponseWork, HeldMotion
+from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan, summary_of
 from stickslip.study.fields import Positive
 from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.units import ACCELERATION, LENGTH, VELOCITY, Dimension, in_si, scaled
@@ -38,7 +40,7 @@ ControlledResponseTable = table_of(
 class ControlledResponsePlan(Plan):
     """A curve for each held amplitude."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     work: ControlledResponseWork
 
     @classmethod
@@ -52,15 +54,15 @@ class ControlledResponsePlan(Plan):
             raise fault(f"[{TABLE}]: output", f"must be one of {', '.join(names)}", values["output"])
         values["output"] = 0 if values["output"] is None else names.index(values["output"])
         values["amplitude"] = scaled(values["amplitude"], asked.units.factor(DIMENSIONS[values["quantity"]]))
-        base = sweep.forced_response()
+        base = ForcedResponseWork.of(sweep)
         fineness: dict[str, Any] = {"harmonics": base.harmonics, "samples": base.samples}
-        return cls(sweep, ControlledResponseWork(sweep.problem, sweep.frequencies, **values, **fineness))
+        return cls(sweep, ControlledResponseWork(sweep.problem, sweep.band, **values, **fineness))
 
     @property
     def summary(self) -> str:
         held = counted(len(self.work.amplitudes), "held amplitude")
         name = self.sweep.problem.output_names[self.work.output]
-        return f"{self.sweep.summary}; {held} of the {self.work.quantity} of {name}"
+        return f"{summary_of(self.sweep)}; {held} of the {self.work.quantity} of {name}"
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -77,6 +79,6 @@ KINDS = {
         required=(TABLE,),
         checks={TABLE: check_of(HeldMotion)},
         repeats=True,
-        forced=False,
+        without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
     )
 }

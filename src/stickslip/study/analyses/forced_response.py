@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.runs.work import Arrays
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan, summary_of
 from stickslip.study.fatigue import FatigueTable, fatigue_of
 from stickslip.study.further_curves import BranchesTable, FurtherCurves, IsolatedTable, ordered
 from stickslip.study.stability import StabilityTable, stability_of
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 class ForcedResponsePlan(Plan):
     """Curves over the band for every force level, those that no sweep meets, and what is asked along all of them."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     further: FurtherCurves
     recovery: StressRecovery | None = None
     fatigue: Callable[[xr.Dataset], xr.Dataset] | None = None
@@ -42,11 +43,11 @@ class ForcedResponsePlan(Plan):
 
     @property
     def summary(self) -> str:
-        return self.sweep.summary
+        return summary_of(self.sweep)
 
     @cached_property
     def works(self) -> Mapping[str, ForcedResponseWork]:
-        return {"": self.sweep.forced_response(self.further.periods)}
+        return {"": ForcedResponseWork.of(replace(self.sweep, periods=self.further.periods))}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         work = self.works[""]
@@ -61,7 +62,7 @@ def checked(table: IsolatedTable) -> None:
     ordered(table.amplitude, table.mode)
 
 
-def sweep_of(asked: Asked) -> Sweep:
+def sweep_of(asked: Asked) -> ForcedResponseSettings:
     """The sweep of an analysis that has one."""
     if asked.sweep is None:
         raise AssertionError("an analysis of a problem has a sweep")

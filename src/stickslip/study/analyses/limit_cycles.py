@@ -59,4 +59,11 @@ class LimitCyclesPlan(Plan):
         return self.work.gathered(results[""]).dataset
 
 
-KINDS = {TABLE: Kind(LimitCyclesPlan.of, {TABLE: LimitCyclesTable}, checks={TABLE: check_of(LimitCyclesWork)}, forced=False)}
+KINDS = {
+    TABLE: Kind(
+        LimitCyclesPlan.of,
+        {TABLE: LimitCyclesTable},
+        checks={TABLE: check_of(LimitCyclesWork)},
+        without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
+    )
+}

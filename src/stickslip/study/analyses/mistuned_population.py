@@ -12,10 +12,11 @@ from pydantic import Field, Tag
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
 from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan, summary_of
 from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
 from stickslip.support.checks import InputError, counted
 
@@ -70,7 +71,7 @@ class MistuningTable(Table):
 class MistuningPlan(Plan):
     """One mistuned disk, or a population."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     work: PopulationWork
 
     @classmethod
@@ -82,19 +83,21 @@ class MistuningPlan(Plan):
             raise InputError(
                 '[structure]: mistuning must have a tuned disk, such as rig = "lumped_blisk", but has another problem.'
             )
-        if len(sweep.force_levels) != 1:
+        if len(sweep.levels) != 1:
             raise InputError("[sweep]: mistuning must have one force level, but has several. Write a study for each.")
         if sweep.harmonics == "auto":
             raise InputError('[sweep]: mistuning must have a number of harmonics, but has "auto".')
-        given = {name: getattr(table, name) for name in ("count", "seed", "peak_tolerance", "run_in")} | sweep.measure.attributes
+        given = {name: getattr(table, name) for name in ("count", "seed", "peak_tolerance", "run_in")}
         work = PopulationWork(
             disk,
-            sweep.where,
+            sweep.band,
             scatter=table.scatter(),
             mistuning=table.pattern(),
-            force=sweep.force_levels[0],
+            force=sweep.levels[0],
             harmonics=sweep.harmonics,
             samples=sweep.samples,
+            quantity=sweep.quantity,
+            measure=sweep.measure,
             blade=table.blade_nodes,
             **given,
         )
@@ -102,7 +105,9 @@ class MistuningPlan(Plan):
 
     @property
     def summary(self) -> str:
-        return f"{self.sweep.summary} a sector; {counted(self.work.count, 'mistuned disk')} of {self.work.disk.sectors} sectors"
+        return (
+            f"{summary_of(self.sweep)} a sector; {counted(self.work.count, 'mistuned disk')} of {self.work.disk.sectors} sectors"
+        )
 
     @cached_property
     def works(self) -> Mapping[str, Work]:
@@ -113,5 +118,10 @@ class MistuningPlan(Plan):
 
 
 KINDS = {
-    "mistuned_population": Kind(MistuningPlan.of, {"mistuned_population": MistuningTable}, required=("mistuned_population",))
+    "mistuned_population": Kind(
+        MistuningPlan.of,
+        {"mistuned_population": MistuningTable},
+        required=("mistuned_population",),
+        without=("tolerance", "peak_tolerance"),
+    )
 }

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from stickslip.analyses.modes.work import Modes, NonlinearModesWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Arrays, Work
 from stickslip.solve.balance.orders import in_words
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Table
 from stickslip.study.further_curves import ModeNumbers
 from stickslip.study.settings_table import check_of, table_of
@@ -44,7 +45,7 @@ ModesTable = table_of(
 class ModesPlan(Plan):
     """The nonlinear modes of a problem."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     work: NonlinearModesWork
 
     @classmethod
@@ -64,7 +65,7 @@ class ModesPlan(Plan):
         return {"": self.work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.work.dataset(results[""], self.sweep.force_levels)
+        return self.work.dataset(results[""], self.sweep.levels)
 
 
 def modes_settings(asked: Asked, table: Table) -> dict[str, Any]:
@@ -72,7 +73,7 @@ def modes_settings(asked: Asked, table: Table) -> dict[str, Any]:
     sweep, settings = sweep_of(asked), in_si(table, asked.units)
     if sweep.harmonics == "auto":
         raise fault("harmonics", "must be a number or a list for nonlinear modes", "auto")
-    where = sweep.frequencies
+    where = sweep.band
     if settings["mode"] is None:
         ends = (where.low, where.high) if isinstance(where, Band) else (min(where), max(where))
         settings["mode"] = modes_between(sweep.problem, *ends)
@@ -101,4 +102,11 @@ def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
     return tuple(int(k) + 1 for k in inside)
 
 
-KINDS = {TABLE: Kind(ModesPlan.of, {TABLE: ModesTable}, checks={TABLE: check_of(NonlinearModesWork)})}
+KINDS = {
+    TABLE: Kind(
+        ModesPlan.of,
+        {TABLE: ModesTable},
+        checks={TABLE: check_of(NonlinearModesWork)},
+        without=("tolerance", "peak_tolerance", "quantity", "measure"),
+    )
+}

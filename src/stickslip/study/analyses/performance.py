@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.band import BandSettings, band_dataset
 from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.analyses.variability.bounds_work import refuse_discs
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.response_variability import RuleOrRules
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep, taken_over
+from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
 from stickslip.study.fields import Positive, Table
 from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.tables import Ends
@@ -66,24 +68,24 @@ def checked(table: Any) -> None:
 class PerformancePlan(Plan):
     """A performance curve for each friction coefficient."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     settings: Mapping[str, Any]
 
     @classmethod
     def of(cls, asked: Asked) -> PerformancePlan:
         """The plan of a study."""
-        sweep = sweep_at_ratios(asked)
-        return cls(sweep, at_ratios(asked.tables["performance_curve"], asked.units) | {"band": sweep.frequencies})
+        sweep = sweep_over_a_band(asked)
+        return cls(sweep, at_ratios(asked.tables["performance_curve"], asked.units) | {"band": sweep.band})
 
     @property
     def summary(self) -> str:
         curves = counted(len(self.settings["friction"] or [0]), "performance curve")
         low, *_, high = ratios = self.settings["force_ratio"]
-        return f"{self.sweep.summary}; {curves} of {counted(len(ratios), 'point')}, F_C/F_E {low:g} to {high:g}"
+        return f"{summary_of(self.sweep)}; {curves} of {counted(len(ratios), 'point')}, F_C/F_E {low:g} to {high:g}"
 
     @cached_property
     def work(self) -> PerformanceWork:
-        base = taken_over(self.sweep.forced_response())
+        base = taken_over(ForcedResponseWork.of(self.sweep))
         return PerformanceWork(**base | {"problem": self.sweep.problem}, **self.settings)
 
     @property
@@ -98,24 +100,24 @@ class PerformancePlan(Plan):
 class BandPlan(Plan):
     """The band of a performance curve over the start states."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     settings: Mapping[str, Any]
 
     @classmethod
     def of(cls, asked: Asked) -> BandPlan:
         """The plan of a study."""
-        sweep = sweep_at_ratios(asked)
+        sweep = sweep_over_a_band(asked)
         refuse_discs(sweep.problem)
-        return cls(sweep, at_ratios(asked.tables["performance_band"], asked.units) | {"band": sweep.frequencies})
+        return cls(sweep, at_ratios(asked.tables["performance_band"], asked.units) | {"band": sweep.band})
 
     @property
     def summary(self) -> str:
         low, *_, high = ratios = self.settings["force_ratio"]
-        return f"{self.sweep.summary}; band of the performance curve at {len(ratios)} F_C/F_E, {low:g} to {high:g}"
+        return f"{summary_of(self.sweep)}; band of the performance curve at {len(ratios)} F_C/F_E, {low:g} to {high:g}"
 
     @cached_property
     def work(self) -> BandSettings:
-        return BandSettings(**taken_over(self.sweep.forced_response()), **self.settings)
+        return BandSettings(**taken_over(ForcedResponseWork.of(self.sweep)), **self.settings)
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -125,20 +127,11 @@ class BandPlan(Plan):
         return band_dataset(self.work, results[""])
 
 
-def sweep_over_a_band(asked: Asked) -> Sweep:
+def sweep_over_a_band(asked: Asked) -> ForcedResponseSettings:
     """The sweep, whose band says where resonances are sought."""
     sweep = sweep_of(asked)
-    if isinstance(sweep.frequencies, tuple):
+    if sweep.listed:
         raise InputError("[sweep]: a performance curve must have a band, frequency = [start, stop], but has a list.")
-    return sweep
-
-
-def sweep_at_ratios(asked: Asked) -> Sweep:
-    """The sweep over a band of an analysis whose F_C/F_E says how large the excitation is."""
-    sweep = sweep_over_a_band(asked)
-    if sweep.force_levels != (1.0,):
-        given = ", ".join(f"{level:g}" for level in sweep.force_levels)
-        raise InputError(f"[sweep]: force_levels must be left out, since force_ratio says the forces, but is [{given}].")
     return sweep
 
 
@@ -156,11 +149,13 @@ KINDS = {
         {"performance_curve": PerformanceTable},
         required=("performance_curve",),
         checks={"performance_curve": checked},
+        without=("force_levels", "peak_tolerance"),
     ),
     "performance_band": Kind(
         BandPlan.of,
         {"performance_band": BandTable},
         required=("performance_band",),
         checks={"performance_band": ordered},
+        without=("force_levels", "peak_tolerance"),
     ),
 }

@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.response_dataset import levels_are_newtons, newtons_a_level
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.laboratory.identification.least_squares import FreeParameter
 from stickslip.laboratory.identification.response.work import ResponseIdentificationWork
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
@@ -24,7 +26,7 @@ from stickslip.model.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.response_variability import RuleOrRules
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Column, Number, Positive, Seed, Table
 from stickslip.study.tables import Ends
 from stickslip.support.checks import MOST, Index, counted, fault, nearest
@@ -288,7 +290,7 @@ def with_levels_in_newtons(problem: Problem) -> tuple[Problem, str]:
 class ResponseIdentificationPlan(Plan):
     """Curves, and what is fitted to them."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     table: ResponseIdentificationTable
     folder: Path
     rig: tuple[str, Mapping[str, Any]]
@@ -337,7 +339,7 @@ class ResponseIdentificationPlan(Plan):
 
     def _inside(self, test: MeasuredResponse) -> MeasuredResponse:
         """A test at its points in the band."""
-        found = self.sweep.forced_response().frequencies
+        found = self.sweep.frequencies
         frequency = np.asarray(test.frequency)
         inside = np.flatnonzero((frequency >= min(found)) & (frequency <= max(found)))
         if inside.size < 3:
@@ -362,7 +364,7 @@ class ResponseIdentificationPlan(Plan):
 
     @cached_property
     def work(self) -> ResponseIdentificationWork:
-        table, base = self.table, self.sweep.forced_response()
+        table, base = self.table, ForcedResponseWork.of(self.sweep)
         arguments = set(inspect.signature(RIGS[self.rig[0]]).parameters) if self.rig[0] else set()
         of_rig = {*table.rig} | (arguments & {name for one in table.settings for name in one})
         return ResponseIdentificationWork(
@@ -411,6 +413,7 @@ KINDS = {
         {TABLE: ResponseIdentificationTable},
         required=(TABLE,),
         checks={TABLE: free_parameters},
+        without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
     )
 }
 """Files are read when the work begins."""

@@ -11,13 +11,14 @@ import numpy as np
 from pydantic import Field, Tag
 
 from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.analyses.variability.bounds_dataset import attached
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.variability.samples import SamplesWork
 from stickslip.analyses.variability.start_draws import Law, named_law
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep, taken_over
+from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
 from stickslip.study.fields import Number, Words, by_form
 from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.units import in_si
@@ -78,7 +79,7 @@ def checked(table: Any) -> None:
 class BoundsPlan(Plan):
     """The forced response and its bounds."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     settings: Mapping[str, Any]
 
     @classmethod
@@ -90,15 +91,15 @@ class BoundsPlan(Plan):
 
     @property
     def summary(self) -> str:
-        return self.sweep.summary
+        return summary_of(self.sweep)
 
     @cached_property
     def base(self) -> ForcedResponseWork:
-        return self.sweep.forced_response()
+        return ForcedResponseWork.of(self.sweep)
 
     @cached_property
     def bounds(self) -> BoundsWork:
-        return BoundsWork(**taken_over(self.base), band=self.sweep.where, force=self.base.levels, **self.settings)
+        return BoundsWork(**taken_over(self.base), band=self.sweep.band, force=self.base.levels, **self.settings)
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -112,7 +113,7 @@ class BoundsPlan(Plan):
 class SamplesPlan(Plan):
     """Curves from sampled start states."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     settings: Mapping[str, Any]
     points: int | None
 
@@ -121,7 +122,7 @@ class SamplesPlan(Plan):
         """The plan of a study; every key of its table has a default."""
         table, sweep = asked.tables.get("response_samples", SamplesTable()), sweep_of(asked)
         given = in_si(table, asked.units)
-        if given["points"] and isinstance(sweep.frequencies, tuple):
+        if given["points"] and sweep.listed:
             raise InputError(
                 "[response_samples]: points must go with a band, but [sweep] at lists the frequencies. Leave one out."
             )
@@ -130,15 +131,15 @@ class SamplesPlan(Plan):
 
     @property
     def summary(self) -> str:
-        return self.sweep.summary
+        return summary_of(self.sweep)
 
     @cached_property
     def base(self) -> ForcedResponseWork:
-        return self.sweep.forced_response()
+        return ForcedResponseWork.of(self.sweep)
 
     @cached_property
     def works(self) -> Mapping[str, SamplesWork]:
-        where, base = self.sweep.where, self.base
+        where, base = self.sweep.band, self.base
         if self.points and isinstance(where, Band):
             where = np.linspace(where.low, where.high, self.points).tolist()
         return {"samples": SamplesWork(**taken_over(base), band=where, force=base.levels, **self.settings)}
@@ -149,5 +150,7 @@ class SamplesPlan(Plan):
 
 KINDS = {
     "response_bounds": Kind(BoundsPlan.of, {"response_bounds": BoundsTable}, checks={"response_bounds": check_of(BoundsWork)}),
-    "response_samples": Kind(SamplesPlan.of, {"response_samples": SamplesTable}, checks={"response_samples": checked}),
+    "response_samples": Kind(
+        SamplesPlan.of, {"response_samples": SamplesTable}, checks={"response_samples": checked}, without=("peak_tolerance",)
+    ),
 }

@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
+from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.sampled_peaks import MOST_DRAWS, DrawsWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.performance.sensitivity_indices import gathered
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.contact.point import Contact
 from stickslip.model.contact.start import SliderOffset
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.performance import sweep_over_a_band
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep, taken_over
+from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
 from stickslip.study.fields import Seed, Table
 from stickslip.study.tables import Ends, Two
 from stickslip.study.units import LENGTH, in_si
@@ -77,7 +79,7 @@ def ranges(table: UncertainTable) -> dict[str, list[float]]:
 class IndicesPlan(Plan):
     """Peaks at drawn values, and the indices that follow."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     table: UncertainTable
     box: Mapping[str, tuple[float, float]]
 
@@ -85,7 +87,7 @@ class IndicesPlan(Plan):
     def of(cls, asked: Asked) -> IndicesPlan:
         """The plan of a study."""
         sweep, table = sweep_over_a_band(asked), UncertainTable.model_validate(asked.tables["sensitivity_indices"])
-        if len(sweep.force_levels) != 1:
+        if len(sweep.levels) != 1:
             raise InputError(
                 "[sweep]: force_levels must be one for sensitivity indices, but are several. Write a study for each."
             )
@@ -98,14 +100,14 @@ class IndicesPlan(Plan):
 
     @property
     def summary(self) -> str:
-        return f"{self.sweep.summary}; {self.table.draws * (len(self.box) + 2)} problems for {', '.join(self.box)}"
+        return f"{summary_of(self.sweep)}; {self.table.draws * (len(self.box) + 2)} problems for {', '.join(self.box)}"
 
     @cached_property
     def work(self) -> DrawsWork:
-        base, table = self.sweep.forced_response(), self.table
+        base, table = ForcedResponseWork.of(self.sweep), self.table
         shared = taken_over(base)
         make = Varied(shared.pop("problem"))
-        band = Band(min(base.frequencies), max(base.frequencies))
+        band = Band(min(self.sweep.frequencies), max(self.sweep.frequencies))
         return DrawsWork(make, self.box, band, base.levels[0], draws=table.draws, seed=table.seed, **shared)
 
     @property
@@ -117,4 +119,6 @@ class IndicesPlan(Plan):
 
 
 TABLE = "sensitivity_indices"
-KINDS = {TABLE: Kind(IndicesPlan.of, {TABLE: UncertainTable}, required=(TABLE,), checks={TABLE: ranges})}
+KINDS = {
+    TABLE: Kind(IndicesPlan.of, {TABLE: UncertainTable}, required=(TABLE,), checks={TABLE: ranges}, without=("peak_tolerance",))
+}

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from pydantic import Field, Tag
 
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.analyses.speed.models import at_reference_speed
-from stickslip.analyses.speed.speed_sweep import SpeedSweepWork, samples_for
+from stickslip.analyses.speed.speed_sweep import SpeedSweepSettings, SpeedSweepWork, samples_for
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.readers.read import read_content
@@ -21,7 +22,7 @@ from stickslip.model.readers.spin_softening import SAME_SPEED
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan, summary_of
 from stickslip.study.fields import Number, Positive, Table, by_form
 from stickslip.study.units import STIFFNESS
 from stickslip.support.checks import Array, InputError, counted, fault, positive, unique
@@ -64,7 +65,7 @@ def band_of(table: SpeedSweepTable) -> Band:
 class SpeedSweepPlan(Plan):
     """A curve for each engine order and force level."""
 
-    sweep: Sweep
+    sweep: ForcedResponseSettings
     table: SpeedSweepTable
     problem: Problem
 
@@ -82,21 +83,13 @@ class SpeedSweepPlan(Plan):
         orders = counted(len(self.table.engine_orders), "engine order")
         samples = samples_for(self.problem, self.table.engine_orders, self.sweep.samples)
         sweep = replace(self.sweep, samples=samples)
-        return f"{sweep.summary}; {orders} from {self.table.speed[0]:g} to {self.table.speed[1]:g} rev/min"
+        return f"{summary_of(sweep)}; {orders} from {self.table.speed[0]:g} to {self.table.speed[1]:g} rev/min"
 
     @cached_property
     def work(self) -> SpeedSweepWork:
         sweep, table = self.sweep, self.table
-        return SpeedSweepWork.of(
-            self.problem,
-            speed=(table.speed[0], table.speed[1]),
-            engine_orders=table.engine_orders,
-            force=sweep.force_levels,
-            harmonics=sweep.harmonics,
-            samples=sweep.samples,
-            tolerance=sweep.tolerance,
-            peak_tolerance=sweep.peak_tolerance,
-        )
+        speed = (table.speed[0], table.speed[1])
+        return SpeedSweepWork.of(SpeedSweepSettings(self.problem, speed, table.engine_orders, **sweep.fineness))
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -117,12 +110,12 @@ class SpeedSweepPlan(Plan):
 def _stiffness_at_rest(table: SpeedSweepTable, problem: Problem, asked: Asked) -> Array | None:
     """K at rest in SI, (n, n)."""
     given = table.stiffness_at_rest
-    if asked.sweep is not None and asked.sweep.disks:
+    if asked.disks:
         if given is not None:
             raise InputError(
                 "[speed_sweep]: stiffness_at_rest must stay away from a sector. Write at_speeds in [structure.sector]."
             )
-        return _disk_at_rest(table, asked.sweep.disks)
+        return _disk_at_rest(table, asked.disks)
     if given is None:
         return None
     if isinstance(problem, TunedDisk):
@@ -177,5 +170,6 @@ KINDS = {
         required=(TABLE,),
         checks={TABLE: checked},
         band=lambda tables: band_of(SpeedSweepTable.model_validate(tables[TABLE])) if TABLE in tables else None,
+        without=("quantity", "measure"),
     )
 }
