@@ -7,6 +7,7 @@ from stickslip.cli.contact_stiffness import contact_stiffness
 from stickslip.cli.explore import explore
 from stickslip.cli.identify_response import identify_response
 from stickslip.cli.models import info
+from stickslip.cli.predict import predict
 from stickslip.cli.results import export, peaks, plot, report
 from stickslip.cli.studies import check, demo, identify, new, run
 
@@ -22,6 +23,7 @@ COMMANDS = (
     identify,
     contact_law,
     identify_response,
+    predict,
     report,
     peaks,
     plot,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
@@ -250,14 +250,14 @@ def _with_structure(problem: Problem, factors: Mapping[str, float]) -> Problem:
     return problem.with_structure(replace(structure, M=mass * structure.M, K=stiffness * structure.K, C=C, damping=None))
 
 
-def _known_settings(table: ResponseIdentificationTable, rig: str) -> None:
-    """Settings name arguments of the rig or factors, none of which is free."""
+def known_settings(key: str, names: Iterable[str], table: ResponseIdentificationTable, rig: str) -> None:
+    """Settings of a key name arguments of the rig or factors, none of which is free."""
     known = (*(inspect.signature(RIGS[rig]).parameters if rig else ()), *FACTORS)
-    for name in dict.fromkeys(name for one in table.settings for name in one):
+    for name in dict.fromkeys(names):
         if name not in known:
-            raise fault(f"[{TABLE}]: settings", f"must name some of {', '.join(known)}", name, nearest(name, known))
+            raise fault(f"{key}: settings", f"must name some of {', '.join(known)}", name, nearest(name, known))
         if name in free_parameters(table):
-            raise fault(f"[{TABLE}]: settings", "must not name what is free", name)
+            raise fault(f"{key}: settings", "must not name what is free", name)
 
 
 def _at_points(test: MeasuredResponse, points: Index) -> MeasuredResponse:
@@ -301,7 +301,7 @@ class ResponseIdentificationPlan(Plan):
         """The plan of a study."""
         sweep, table = sweep_of(asked), ResponseIdentificationTable.model_validate(asked.tables[TABLE])
         names = list(sweep.problem.output_names)
-        _known_settings(table, asked.rig[0])
+        known_settings(f"[{TABLE}]", (name for one in table.settings for name in one), table, asked.rig[0])
         about_columns(table)
         for name in FACTORS[:3]:
             if getattr(table, name) is not None and not own_values(sweep.problem, name)[0]:
@@ -362,13 +362,17 @@ class ResponseIdentificationPlan(Plan):
         """The curves at their points in the band."""
         return [self._inside(test) for test in self.tests()]
 
+    def problem_of(self, *settings: str) -> Adapted:
+        """The problem of parameters and of settings, those of the curves and further ones."""
+        arguments = set(inspect.signature(RIGS[self.rig[0]]).parameters) if self.rig[0] else set()
+        of_rig = {*self.table.rig} | (arguments & {*settings, *(name for one in self.table.settings for name in one)})
+        return Adapted(self.sweep.problem, *self.rig, frozenset(of_rig))
+
     @cached_property
     def work(self) -> ResponseIdentificationWork:
         table, base = self.table, ForcedResponseWork.of(self.sweep)
-        arguments = set(inspect.signature(RIGS[self.rig[0]]).parameters) if self.rig[0] else set()
-        of_rig = {*table.rig} | (arguments & {name for one in table.settings for name in one})
         return ResponseIdentificationWork(
-            Adapted(self.sweep.problem, *self.rig, frozenset(of_rig)),
+            self.problem_of(),
             free_parameters(table),
             [self._thinned(test) for test in self.band],
             start_states=table.start_states,

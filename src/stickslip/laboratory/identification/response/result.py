@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.laboratory.identification.response.draws import free_as_text, kept_for_draws, names_of_fit
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import FitStatistics
+from stickslip.laboratory.identification.response.prediction import predict_response
+from stickslip.laboratory.identification.response.prediction_result import ResponsePrediction
 from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.support.checks import Array, counted, rounded
@@ -44,6 +47,11 @@ class ResponseIdentification(Result):
     def problem(self, **others: Any) -> Problem:
         """The problem with the identified parameters, for predictions; others: what each test has by itself, settings."""
         return self.problem_of(**{**self.values, **others})
+
+    def predict(self, force: Any = (), **settings: Any) -> ResponsePrediction:
+        """Responses that were not measured, with 95 % intervals: at force levels, N, or at held amplitudes (`amplitude`); further
+        arguments are those of `predict_response`."""
+        return predict_response(self, force, **settings)
 
     def __str__(self) -> str:
         """Parameters with intervals, misfit of each test, notes."""
@@ -99,6 +107,7 @@ def dataset_of_fit(
         "slips": of_points([one.slips for one in fit.computed], "1", "1 where a contact slips or opens", 0.0),
         "misfit": named("test", [fit.misfit(x, t) for t in range(len(tests))], "misfit relative to the largest response"),
         "held_out": named("test", held_out, "misfit with the parameters of the other tests"),
+        **kept_for_draws(fit, x, statistics, solution),
     }
     if "outlier" in solution:
         parts = np.cumsum([np.size(test.frequency) for test in tests])[:-1]
@@ -121,8 +130,17 @@ def dataset_of_fit(
         "test": named("test", [test.name for test in tests], "test"),
         "own": named("own", own_names, "what each test has by itself"),
         "quantity": named("test", [test.quantity for test in tests], "measured quantity"),
+        **names_of_fit(fit),
     }
-    return xr.Dataset(data, coords, {"title": "Parameters from frequency responses", "noise": float(np.sqrt(statistics.noise))})
+    attrs = {"title": "Parameters from frequency responses", "noise": float(np.sqrt(statistics.noise))}
+    attrs |= {"free": free_as_text(fit.free), "output_number": tests[0].output, "held": tests[0].held}
+    attrs["settings"] = json.dumps([_plain_settings(test.settings) for test in tests])
+    return xr.Dataset(data, coords, attrs)
+
+
+def _plain_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings of a test as a file keeps them: numbers and texts; null for what is neither."""
+    return {key: value if isinstance(value, (bool, int, float, str)) else None for key, value in settings.items()}
 
 
 def _own_values(fit: ResponseFit, x: Array) -> tuple[list[str], Array]:

@@ -30,7 +30,7 @@ from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, s
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.orders import attribute
 from stickslip.solve.continuation.continuation import first_point
-from stickslip.solve.starts.space import StartSpace, refuse_forgetful, start_space
+from stickslip.solve.starts.space import StartSpace, refuse_forgetful, rules_of, start_space
 from stickslip.support.checks import Array, InputError, among, fault, numbers, of_kind, positive, several, truth, unique
 from stickslip.support.machine import one_blas_thread
 
@@ -214,6 +214,7 @@ class ResponseIdentificationWork(Settings):
         seconds = sum(float(one["cpu_seconds"]) for one in (*results, *held_out))
         dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(said)}
         dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": seconds, "factors": json.dumps(factors or {})}
+        dataset.attrs |= {"rule": list(rules_of(self.rule)), "share": self.share, "start_deviation": self.start_deviation}
         return ResponseIdentification(dataset, self.problem_of, said)
 
 

@@ -1,0 +1,129 @@
+"""The command `predict`: from the results of `identify-response` to responses that were not measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stickslip.cli.app import guarded
+from stickslip.cli.contact_law import pairs
+from stickslip.cli.identify_response import number
+from stickslip.cli.places import free_folder
+from stickslip.cli.studies import Figures, Overwrite, Resume, Workers, carry_out, cores
+from stickslip.support.checks import InputError, existing, fault
+from stickslip.support.console import say
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TABLE, IDENTIFICATION = "response_prediction", "response_identification"
+
+
+@guarded
+def predict(
+    ctx: typer.Context,
+    identification: Annotated[Path, typer.Argument(help="results.nc of identify-response, or the folder that holds it.")],
+    force: Annotated[list[str] | None, typer.Option(metavar="F", help="Force level, N: --force 1 --force 5, or 1,5.")] = None,
+    amplitude: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--amplitude",
+            "--acceleration",
+            "--velocity",
+            "--displacement",
+            metavar="A",
+            help="Held amplitude of the measured quantity in place of forces, m/s2, m/s or m.",
+        ),
+    ] = None,
+    setting: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Value of what differed from curve to curve, such as pull=50.")
+    ] = None,
+    band: Annotated[str | None, typer.Option(metavar="LOW:HIGH", help="Hz; that of the identification unless given.")] = None,
+    start_states: Annotated[
+        str | None, typer.Option(help="Of the contacts: identified (unless given), virgin, or any, drawn anew for each draw.")
+    ] = None,
+    draws: Annotated[int | None, typer.Option(help="Parameter sets from the covariance of the fit; 40 unless given.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of the draws.")] = None,
+    compare: Annotated[
+        list[Path] | None,
+        typer.Option(help="File of measured curves to compare with (text, .mat, universal file); several times."),
+    ] = None,
+    compare_force: Annotated[
+        str | None, typer.Option(metavar="F1,F2,...", help="N; force of these curves, for files without a column of it.")
+    ] = None,
+    column: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=COLUMN", help="As for identify-response; its columns unless given.")
+    ] = None,
+    unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column of these files.")] = None,
+    by: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column that distinguishes curves of one file.")] = None,
+    folder: Annotated[
+        Path, typer.Option(help="From where the paths in the study of the identification count; the present folder unless given.")
+    ] = Path(),
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; FOLDER_prediction beside the identification.")] = None,
+    workers: Workers = None,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+    figures: Figures = False,
+) -> None:
+    """Predict responses that were not measured, with intervals, from an identification by measured responses."""
+    from stickslip import study
+    from stickslip.results.files import open_results
+    from stickslip.study.run import Run
+    from stickslip.study.toml_text import toml_text
+
+    existing("--compare", compare or [])
+    dataset = open_results(identification)
+    table: dict[str, Any] = {"identification": str(identification.resolve())}
+    table |= {"force": levels("--force", force), "amplitude": levels("--amplitude", amplitude), "draws": draws, "seed": seed}
+    table |= {"settings": {name: number("--setting", value) for name, value in pairs("--setting", setting or ()).items()}}
+    table |= {"compare": [str(path.resolve()) for path in compare or ()], "by": by, "start_states": start_states}
+    table |= {"compare_force": levels("--compare-force", [compare_force] if compare_force else None)}
+    table |= {"columns": pairs("--column", column or ()), "column_units": pairs("--unit", unit or ())}
+    document = with_prediction(
+        document_in(dataset), {key: value for key, value in table.items() if value not in (None, [], {})}, band
+    )
+    job = study.job(toml_text(document), folder, "prediction")
+    own = identification if identification.is_dir() else identification.parent
+    place = free_folder(out or own.with_name(f"{own.resolve().name}_prediction"), [""], resume, overwrite)
+    say(f"{job.title}: {job.plan.summary}.")
+    carry_out(Run({"": job}, place, resume, cores() if workers is None else workers), figures)
+    say(f"Results: {place}")
+
+
+def levels(option: str, given: list[str] | None) -> list[float]:
+    """The numbers of an option that may be given several times, or hold several between commas."""
+    return [number(option, one) for text in given or () for one in text.split(",")]
+
+
+def document_in(dataset: xr.Dataset) -> dict[str, Any]:
+    """The study that made an identification; results without one are refused."""
+    from stickslip.results.schema import analysis_of
+    from stickslip.study.read import toml
+
+    if analysis_of(dataset) != IDENTIFICATION:
+        rule = "must be the results of `stickslip identify-response`, or of a study of response_identification"
+        raise fault("IDENTIFICATION", rule, analysis_of(dataset))
+    text = str(dataset.attrs.get("study", ""))
+    if not text:
+        raise InputError(
+            "IDENTIFICATION must hold the study that made it, but was made in Python, where the problem is a function. There, "
+            "found.predict(force) predicts from what identify_response returned; a study of the problem and `stickslip "
+            "identify-response STUDY CURVES` give results for this command."
+        )
+    return toml(text)
+
+
+def with_prediction(document: Mapping[str, Any], table: Mapping[str, Any], band: str | None) -> dict[str, Any]:
+    """The study of the identification with the table of the prediction, and its band."""
+    title = document["study"].get("title") or "Parameters from responses"
+    found = {**document, "study": {**document["study"], "analysis": TABLE, "title": f"{title}: prediction"}, TABLE: dict(table)}
+    if band is not None:
+        ends = [number("--band", one) for one in band.split(":")]
+        if len(ends) != 2:
+            raise fault("--band", "must be LOW:HIGH, Hz", band)
+        sweep = {key: value for key, value in document["sweep"].items() if key != "at"}
+        found["sweep"] = {**sweep, "frequency": ends}
+    return found

@@ -1,0 +1,254 @@
+"""Draws of what an identification left uncertain: parameters, what a further test has by itself, and the scatter between tests.
+
+`kept_for_draws` is what the dataset of an identification keeps of its fit, `Draws` reads it and draws.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy import special
+
+from stickslip.laboratory.identification.least_squares import FreeParameter
+from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
+from stickslip.laboratory.identification.response.intervals import FitStatistics
+from stickslip.support.checks import Array, InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FIT, OTHER = "fit_variable", "fit_variable_2"
+"""Axes of the variables of a fit."""
+
+ENDS = (2.5, 97.5)
+"""Percentiles of an interval."""
+
+NORMAL = 1.959964
+"""Half width of a 95 % interval of a normal distribution, in standard deviations."""
+
+ATTEMPTS = 1000
+"""Draws in the stead of one outside the bounds, before it is moved onto them."""
+
+FEWEST_POINTS, SIGNIFICANCE = 6, 0.05
+"""Points from which a test shows its own scatter, and the chance of noise alone above which scatter is not told from it."""
+
+
+def kept_for_draws(fit: ResponseFit, x: Array, known: FitStatistics, solution: Mapping[str, Any]) -> dict[str, Any]:
+    """Variables of the dataset of an identification: the fit with the covariance of its variables, or the ends between which
+    those lie that have none."""
+    low, high = (np.array(ends, dtype=float) for ends in fit.bounds)
+    unknown, error, shared = ~np.isfinite(known.error), np.array(known.error, dtype=float), fit.shared
+    if "ends" in solution:
+        unknown[:], (low[shared], high[shared]) = True, np.asarray(solution["ends"])
+    least = np.asarray(solution.get("least", np.full(len(shared), np.nan)))
+    held = np.isfinite(least)
+    low[np.array(shared)[held]], unknown[np.array(shared)[held]] = least[held], True
+    error[unknown] = 0.0
+    error *= known.quantile / NORMAL
+    rows = {
+        "fit_value": (x, "as fitted", "variable of the fit: a parameter as logarithm or share of its bounds, ln gain, phase"),
+        "fit_low": (low, "as fitted", "lower bound of the variable"),
+        "fit_high": (high, "as fitted", "upper bound of the variable"),
+        "fit_unknown": (unknown.astype(float), "1", "1 of a variable that may lie anywhere between its bounds"),
+        "fit_test": ([float(each.test) for each in fit.variables], "1", "number of the test that has it by itself, -1: all"),
+    }
+    found: dict[str, Any] = {name: (FIT, values, {"units": u, "long_name": words}) for name, (values, u, words) in rows.items()}
+    covariance = known.correlation * np.outer(error, error)
+    words = {"units": "as fitted", "long_name": "covariance of the errors, with the tails of few residuals"}
+    found["fit_covariance"] = (FIT, OTHER), np.where(np.isfinite(covariance), covariance, 0.0), words
+    errors = np.array([model.test.error for model in fit.tests]) * float(np.sqrt(known.noise))
+    found["point_error"] = "test", errors, {"units": "1", "long_name": "standard error of a measured point by the residuals"}
+    return found
+
+
+def names_of_fit(fit: ResponseFit) -> dict[str, Any]:
+    """Coordinates of the variables of a fit."""
+    names, words = [each.name for each in fit.variables], {"units": "1", "long_name": "variable of the fit"}
+    return {axis: (axis, np.array(names, dtype=np.str_), words) for axis in (FIT, OTHER)}
+
+
+def free_as_text(free: Mapping[str, FreeParameter]) -> str:
+    """The free parameters, as an attribute."""
+    return json.dumps({name: asdict(each) for name, each in free.items()})
+
+
+@dataclass(frozen=True, eq=False)
+class Draw:
+    """One draw: parameters by name; factors on response and frequency as logarithms, gain and shift; truncation: −1 to 1, the
+    share of the estimated truncation error that applies."""
+
+    values: Mapping[str, float]
+    gain: float = 0.0
+    shift: float = 0.0
+    truncation: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """Standard deviations from test to test of what the fit leaves: of ln response and of ln frequency; 0 where noise explains
+    it. freedom: degrees of freedom of both; 0 with one test, whose scatter is not known."""
+
+    gain: float
+    shift: float
+    freedom: float
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """What an identification left uncertain."""
+
+    dataset: xr.Dataset
+    free: Mapping[str, FreeParameter]
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset) -> Draws:
+        """From the dataset of an identification."""
+        if "fit_covariance" not in dataset:
+            raise InputError(
+                "The identification must keep the covariance of its fit, but was made by an earlier version. Identify again."
+            )
+        free = {name: FreeParameter(**each) for name, each in json.loads(dataset.attrs["free"]).items()}
+        return cls(dataset, free)
+
+    @property
+    def names(self) -> list[str]:
+        """Of the variables."""
+        return [str(name) for name in self.dataset[FIT].values]
+
+    @property
+    def tests(self) -> int:
+        return int(self.dataset.sizes["test"])
+
+    def _at(self, name: str) -> np.ndarray[Any, np.dtype[np.intp]]:
+        """The numbers of the variables of a name: one, or one for each test."""
+        return np.flatnonzero(np.array(self.names) == name)
+
+    @property
+    def best(self) -> Draw:
+        """The identified parameters; of what each test has by itself the mean."""
+        return self._drawn(self.dataset["fit_value"].values, {}, (0.0, 0.0, 0.0))
+
+    @property
+    def unknown(self) -> list[str]:
+        """Parameters that may lie anywhere between two ends."""
+        marked = self.dataset["fit_unknown"].values > 0.0
+        return list(dict.fromkeys(name for name, mark in zip(self.names, marked, strict=True) if mark and name in self.free))
+
+    @property
+    def of_each_test(self) -> list[str]:
+        """What each test has by itself: parameters and the gain."""
+        own = self.dataset["fit_test"].values >= 0
+        found = dict.fromkeys(name for name, mine in zip(self.names, own, strict=True) if mine)
+        return [name for name in found if name in self.free or name == GAIN]
+
+    @property
+    def scatter(self) -> Scatter:
+        """What differs from test to test beyond parameters and noise, as a factor on the response and one on the frequency.
+
+        By least squares ln(measured/computed) = a − b d ln|h|/d ln f in each test; a and b count where their sum of squares in
+        standard errors is one that noise reaches in 5 % of all cases only. The parameters that all tests share take
+        up some of it: of 2 n such numbers only 2 n − p are free.
+        """
+        fitted = [found for t in range(self.tests) if (found := _own_factors(self.dataset.isel(test=t))) is not None]
+        count, shared = len(fitted), int(np.sum(self.dataset["fit_test"].values < 0))
+        if count < 2:
+            return Scatter(0.0, 0.0, 0.0)
+        values, errors = np.array([each[0] for each in fitted]), np.array([each[1] for each in fitted])
+        freedom = max(2.0 * count - shared, 1.0)
+        large = np.sum((values / errors) ** 2, axis=0) > special.chdtri(count, SIGNIFICANCE)
+        excess = np.maximum(np.mean(values**2 - errors**2, axis=0), 0.0) * 2.0 * count / freedom
+        gain, shift = np.sqrt(np.where(large, excess, 0.0))
+        return Scatter(float(gain), float(shift), freedom)
+
+    def drawn(self, count: int, seed: int) -> list[Draw]:
+        """So many draws inside the bounds, stratified in each variable (Latin hypercube)."""
+        generator = np.random.default_rng(seed)
+        own, scatter = self.of_each_test, self.scatter
+        shares = _latin(generator, count, len(self.names) + len(own) + 3)
+        variables = self._variables(shares[:, : len(self.names)], generator)
+        deviations = shares[:, len(self.names) : len(self.names) + len(own)]
+        spread = special.stdtrit(max(scatter.freedom, 1.0), 0.975) / NORMAL
+        found = []
+        for x, apart, last in zip(variables, deviations, shares[:, -3:], strict=True):
+            normal = special.ndtri(last[:2]) * spread * np.array([scatter.gain, scatter.shift])
+            found.append(self._drawn(x, dict(zip(own, apart, strict=True)), (normal[0], normal[1], 2.0 * last[2] - 1.0)))
+        return found
+
+    def _variables(self, shares: Array, generator: np.random.Generator) -> Array:
+        """Variables (draws, variables) from shares between 0 and 1."""
+        data = self.dataset
+        low, high, unknown = data["fit_low"].values, data["fit_high"].values, data["fit_unknown"].values > 0.0
+        middle, root = np.clip(data["fit_value"].values, low, high), _root(data["fit_covariance"].values)
+
+        def of(share: Array) -> Array:
+            return np.asarray(np.where(unknown, low + share * (high - low), middle + special.ndtri(share) @ root.T))
+
+        found = of(shares)
+        for k in np.flatnonzero(np.any((found < low) | (found > high), axis=1)):
+            for _ in range(ATTEMPTS):
+                found[k] = of(np.asarray(generator.uniform(size=shares.shape[1])))
+                if np.all((found[k] >= low) & (found[k] <= high)):
+                    break
+        return np.clip(found, low, high)
+
+    def _drawn(self, x: Array, apart: Mapping[str, float], others: tuple[float, float, float]) -> Draw:
+        """What variables mean; apart: of what each test has by itself, the share of the scatter of a further test."""
+        low, high = self.dataset["fit_low"].values, self.dataset["fit_high"].values
+
+        def variable(name: str) -> float:
+            at = self._at(name)
+            mean = float(np.mean(x[at]))
+            if name not in apart or at.size < 2:
+                return mean
+            freedom = at.size - 1
+            spread = float(np.std(self.dataset["fit_value"].values[at], ddof=1)) * np.sqrt(1.0 + 1.0 / at.size)
+            further = mean + spread * float(special.stdtrit(freedom, apart[name]))
+            return float(np.clip(further, low[at[0]], high[at[0]]))
+
+        values = {name: free.value(variable(name)) for name, free in self.free.items()}
+        gain = variable(GAIN) if self._at(GAIN).size else 0.0
+        return Draw(values, gain + others[0], others[1], others[2])
+
+
+def interval(values: Array, axis: int = -1) -> Array:
+    """Percentiles 2.5, 50 and 97.5 (3, ...) along an axis of draws, at p (n + 1) of n ordered ones; of numbers alone."""
+    rows = np.moveaxis(values, axis, -1)
+    flat = rows.reshape(-1, rows.shape[-1])
+    found = np.full((3, len(flat)), np.nan)
+    for k, row in enumerate(flat):
+        there = row[np.isfinite(row)]
+        if there.size:
+            found[:, k] = np.percentile(there, (ENDS[0], 50.0, ENDS[1]), method="weibull")
+    return found.reshape(3, *rows.shape[:-1])
+
+
+def _own_factors(test: xr.Dataset) -> tuple[Array, Array] | None:
+    """Factors a and b of a test with their standard errors, (2,) each; None of too few points."""
+    solved = (test["solved"].values > 0.0) & np.isfinite(test["frequency"].values)
+    order = np.argsort(test["frequency"].values[solved], kind="stable")
+    f, measured, computed = (test[key].values[solved][order] for key in ("frequency", "measured", "computed"))
+    if np.unique(f).size < max(FEWEST_POINTS, f.size):
+        return None
+    rows = np.column_stack([np.ones(f.size), -np.gradient(np.log(computed), np.log(f))])
+    inverse = np.linalg.pinv(rows.T @ rows)
+    left = np.log(measured / computed)
+    values = inverse @ rows.T @ left
+    square = float(np.sum((left - rows @ values) ** 2)) / (f.size - 2)
+    return values, np.sqrt(np.maximum(square * np.diag(inverse), 1e-30))
+
+
+def _latin(generator: np.random.Generator, count: int, size: int) -> Array:
+    """Shares (count, size) between 0 and 1, one in each of `count` strata of every column."""
+    strata = np.stack([generator.permutation(count) for _ in range(size)], axis=1)
+    return np.asarray((strata + generator.uniform(size=(count, size))) / count)
+
+
+def _root(covariance: Array) -> Array:
+    """R of the covariance R Rᵀ."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -1,0 +1,416 @@
+"""Responses that were not measured, from an identification by those that were: curves with 95 % intervals.
+
+Each case is the curve of one draw (`draws.py`) at one level; `half_power.py` measures the peaks of computed and measured curves.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args
+
+import numpy as np
+from scipy import special
+
+from stickslip.analyses.arguments import Seed, made
+from stickslip.analyses.controlled_response import amplitudes_of
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.analyses.truncation import discretisation_errors
+from stickslip.analyses.variability.samples import start_curve
+from stickslip.laboratory.identification.response.draws import Draw, Draws, interval
+from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak
+from stickslip.laboratory.identification.response.prediction_result import ResponsePrediction
+from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_mass
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import Measure, measure_of, quantity_named
+from stickslip.solve.balance.orders import of_attribute
+from stickslip.solve.balance.system import Control
+from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.curves.controlled import controlled_curve, force_phase, phase_resonances
+from stickslip.solve.curves.curve import Curve, solve_curve
+from stickslip.solve.curves.refine import refined
+from stickslip.solve.starts.space import StartSpace
+from stickslip.solve.starts.states import explored_space
+from stickslip.support.checks import Array, among, fault, finite, of_kind
+from stickslip.support.machine import one_blas_thread
+from stickslip.support.outcome import Outcome
+from stickslip.support.units import Band
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FEWEST_DRAWS = 20
+"""Draws at least."""
+
+PER_FORCE = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s2 N)"}
+"""Units of responses per force."""
+
+GRID = 81
+"""Frequencies of the band over the whole, beside those of the curve of the identified parameters."""
+
+PEAK = {
+    "frequency": ("Hz", "frequency of the peak"),
+    "amplitude": ("", "response at the peak"),
+    "damping_ratio": ("1", "damping ratio by half power"),
+}
+"""What is predicted of a peak."""
+
+StartStates = Literal["identified", "virgin", "any"]
+StartsOfDraws = Annotated[StartStates, Setting(lambda name, value: among(name, value, get_args(StartStates)))]
+
+
+class Identification(Protocol):
+    """What is predicted from: the dataset of an identification, and the problem of its parameters."""
+
+    @property
+    def dataset(self) -> xr.Dataset: ...
+
+    @property
+    def problem_of(self) -> Callable[..., Problem]: ...
+
+
+def _identification(name: str, given: Any) -> Any:
+    """An identification by `identify_response`, with the problem that it is of."""
+    if not callable(getattr(given, "problem_of", None)) or "fit_value" not in getattr(given, "dataset", {}):
+        raise fault(name, "must be what identify_response returned", given, "Identify again with this version if it is older.")
+    return given
+
+
+Identified = Annotated[Identification, Setting(_identification)]
+
+
+def levels_of(name: str, values: Any) -> tuple[float, ...]:
+    """Levels, checked; none is allowed."""
+    return amplitudes_of(name, values) if np.size(values) else ()
+
+
+def _settings(name: str, given: Any) -> dict[str, float]:
+    return {str(key): finite(f"{name}, {key}", value) for key, value in dict(of_kind(name, given, Mapping)).items()}  # type: ignore[type-abstract]
+
+
+def _band(name: str, band: Any) -> Band:
+    return of_kind(name, band, Band)
+
+
+@dataclass(frozen=True, eq=False)
+class ResponsePredictionWork(Settings):
+    """A prediction as independent cases: the identified parameters and each draw, at each level."""
+
+    identification: Identified
+    force: Annotated[float | Sequence[float], Setting(levels_of)] = ()
+    _: KW_ONLY
+    amplitude: Annotated[float | Sequence[float], Setting(levels_of)] = ()
+    band: Annotated[Band | None, Setting(_band)] = None
+    settings: Annotated[Mapping[str, float], Setting(_settings)] = field(default_factory=dict)
+    start_states: StartsOfDraws = "identified"
+    draws: Annotated[int, Setting(Whole(FEWEST_DRAWS))] = 40
+    seed: Seed = 0
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if bool(self.levels[0]) == bool(self.levels[1]):
+            rule = "must be given, or amplitude, but not both"
+            raise fault("force", rule, list(self.levels[0]), "Force levels in N, or held amplitudes of the measured quantity.")
+        for name in self.settings:
+            if name in self.population.free:
+                raise fault("settings", "must not name what was identified", name)
+        _ = self.known_settings
+
+    @property
+    def data(self) -> xr.Dataset:
+        """The dataset of the identification."""
+        return self.identification.dataset
+
+    @cached_property
+    def population(self) -> Draws:
+        return Draws.of(self.data)
+
+    @property
+    def levels(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Forces and held amplitudes, of which one is empty."""
+        return levels_of("force", self.force), levels_of("amplitude", self.amplitude)
+
+    @property
+    def held(self) -> bool:
+        """Whether amplitudes are held."""
+        return bool(self.levels[1])
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The band in Hz, that of the measured curves unless given."""
+        f = self.data["frequency"].values
+        return (float(np.nanmin(f)), float(np.nanmax(f))) if self.band is None else (self.band.low, self.band.high)
+
+    @property
+    def measure(self) -> Measure:
+        """What was measured."""
+        return measure_of(str(self.data["quantity"].values[0]), "amplitude")
+
+    @cached_property
+    def known_settings(self) -> dict[str, Any]:
+        """Settings of the problem: those given, and those that all tests had alike."""
+        tests: list[dict[str, Any]] = json.loads(str(self.data.attrs["settings"]))
+        found = dict(self.settings)
+        for name in dict.fromkeys(name for one in tests for name in one if name not in self.settings):
+            values = [one.get(name) for one in tests]
+            if values[0] is None or any(value != values[0] for value in values):
+                rule = "must say the value for the prediction of what differs from test to test"
+                raise fault("settings", rule, name, f"Measured were {values}: settings={{{name!r}: ...}} (--setting {name}=...).")
+            found[name] = values[0]
+        return found
+
+    @cached_property
+    def drawn(self) -> list[Draw]:
+        """The identified parameters, and the draws."""
+        return [self.population.best, *self.population.drawn(self.draws, self.seed)]
+
+    @property
+    def cases(self) -> list[tuple[int, int]]:
+        """Level and draw of every case."""
+        return [(level, draw) for level in range(len(self.levels[self.held])) for draw in range(len(self.drawn))]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a curve depends on."""
+        problem = self._problem(self.population.best).fingerprint
+        words = f"{problem}, {self.ends}, {self.measure}, {self._starts}, {self.seed}, {self.data.attrs['harmonics']}"
+        words += f", {self.data.attrs['samples']}, held {self.held}, {self.known_settings}"
+        return tuple(
+            f"prediction {self.levels[self.held][k]!r}, {n}, {dict(self.drawn[n].values)!r}, {words}" for k, n in self.cases
+        )
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(f"{self.levels[self.held][k]:g} {self.level_units}, draw {n}" for k, n in self.cases)
+
+    @property
+    def level_units(self) -> str:
+        return self.measure.units if self.held else "N"
+
+    @property
+    def _starts(self) -> tuple[str, tuple[str, ...], str, float]:
+        """How contacts start: virgin, free (normal about 0) or any; rule, share and deviation."""
+        attrs = self.data.attrs
+        known = {"identified": str(attrs["start_states"]), "virgin": "virgin", "any": "any"}[self.start_states]
+        rule = tuple(np.atleast_1d(attrs["rule"]).tolist())
+        return "any" if known == "bounds" else known, rule, str(attrs["share"]), float(attrs["start_deviation"])
+
+    def _problem(self, draw: Draw) -> Problem:
+        values: dict[str, Any] = {**draw.values, **self.known_settings}
+        return made(self.identification.problem_of, **values)
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from disk, with the smallest problem there is."""
+        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """Frequency and response along the curve of a case, its peak, and its errors of discretisation."""
+        started = time.process_time()
+        k, number = self.cases[case]
+        with one_blas_thread():
+            draw, level = self.drawn[number], self.levels[self.held][k]
+            balance = HarmonicBalance(
+                self._problem(draw), of_attribute(self.data.attrs["harmonics"]), int(self.data.attrs["samples"])
+            )
+            space, variables = self._start_state(balance, level, number)
+            if self.held:
+                curve, peak = self._held_curve(space.balance(balance, variables) if space else balance, level, report)
+            else:
+                curve, peak = self._forced_curve(balance, space, variables, level, report)
+            points = self._sizes(balance, curve.points)
+            errors = np.zeros(2)
+            if number == 0 and curve.points and not self.held:
+                found = discretisation_errors(space.balance(balance, variables) if space else balance, curve, self.measure)
+                errors = np.array([float(each[self._output]) for each in found[:2]])
+        arrays = {"frequency": points[0], "size": points[1], "peak": curve_peak(*points, peak), "errors": errors}
+        arrays["solved"] = np.array(float(curve.outcome == Outcome.CONVERGED))
+        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+
+    @property
+    def _output(self) -> int:
+        return int(self.data.attrs["output_number"])
+
+    def _start_state(self, balance: HarmonicBalance, level: float, number: int) -> tuple[StartSpace | None, Array]:
+        """The start states of the contacts and the variables of a draw; None for virgin ones."""
+        states, rule, share, deviation = self._starts
+        if states == "virgin" or not balance.problem.contacts:
+            return None, np.zeros(0)
+        force = float(np.nanmedian(self.data["force"].values)) if self.held else level
+        low, high = self.ends
+        omegas = [2.0 * np.pi * f for f in (low, 0.5 * (low + high), high)]
+        rules: Any = rule[0] if len(rule) == 1 else rule
+        space = explored_space(balance, omegas, force, rules, share)  # type: ignore[arg-type]
+        generator = np.random.default_rng([self.seed, number])
+        if number == 0:
+            return space, np.zeros(space.size)
+        if states == "any":
+            return space, generator.uniform(-1.0, 1.0, space.size)
+        low, high = special.ndtr(np.array([-1.0, 1.0]) / deviation).tolist()
+        return space, np.asarray(deviation * special.ndtri(generator.uniform(low, high, space.size)))
+
+    def _forced_curve(
+        self, balance: HarmonicBalance, space: StartSpace | None, variables: Array, level: float, report: Report
+    ) -> tuple[Curve, tuple[float, float] | None]:
+        """The curve at a force level, refined, and its highest peak."""
+        if space is None:
+            omegas = [2.0 * np.pi * f for f in self.ends]
+            curve = solve_curve(balance, omegas, level, False, report, measure=self.measure)
+        else:
+            curve = start_curve(balance, space, variables, self.ends, level, False, report, self.measure)
+            balance = space.balance(balance, variables)
+        if not curve.points:
+            return curve, None
+        curve = refined(balance, curve) if curve.peaks else curve
+        peaks = curve.peaks[self._output] if curve.peaks else ()
+        tops = np.array(self._sizes(balance, peaks)) if peaks else np.zeros((2, 0))
+        return curve, None if not peaks else (float(tops[0, tops[1].argmax()]), float(tops[1].max()))
+
+    def _held_curve(self, balance: HarmonicBalance, amplitude: float, report: Report) -> tuple[Curve, tuple[float, float] | None]:
+        """The curve at a held amplitude, and the phase resonance of the least force."""
+        order = quantity_named(str(self.data["quantity"].values[0]))[0].order
+        held = balance.holding(Control(balance.rows + self._output, order, amplitude))
+        curve = controlled_curve(held, [2.0 * np.pi * f for f in self.ends], False, report)
+        phase = force_phase(balance.problem, 2.0 * np.pi * self.ends[0]) or 0.0
+        found = phase_resonances(held, curve.points, phase) if curve.points else []
+        if not found:
+            return curve, None
+        point = found[0].evaluation.point
+        return curve, (balance.hertz(point.omega), amplitude / abs(point.level))
+
+    def _sizes(self, balance: HarmonicBalance, points: Sequence[CurvePoint]) -> tuple[Array, Array]:
+        """Frequencies in Hz and responses of points; where an amplitude is held, the response per force."""
+        row = balance.rows + self._output
+        sizes = [self.measure.size(each.evaluation.w[row], each.point.omega) for each in points]
+        if self.held:
+            sizes = [size / abs(each.point.level) for size, each in zip(sizes, points, strict=True)]
+        return np.array([balance.hertz(each.point.omega) for each in points]), np.array(sizes)
+
+    def gathered(self, results: Sequence[Arrays]) -> ResponsePrediction:
+        """The prediction from all cases."""
+        return ResponsePrediction(_dataset(self, results))
+
+
+@takes(ResponsePredictionWork)
+def predict_response(work: ResponsePredictionWork) -> ResponsePrediction:
+    """Predict responses that were not measured, with 95 % intervals, from an identification by `identify_response`.
+
+    force: levels, N; or amplitude: held amplitudes of the measured quantity, m, m/s or m/s². band: that of the measured curves
+    unless given. settings: of the problem, for what differs from test to test. draws: parameter sets that are drawn from the
+    covariance of the fit, inside their bounds; those that it does not determine, anywhere between theirs. Each draw is a further
+    test: what every test has by itself (gain, parameters of each test) is drawn with Student's distribution from the tests, and
+    so is what they scatter beyond that, a factor on the response and one on the frequency. Contacts start as identified: virgin,
+    with the prior distribution of free start states, or where bounds were fitted in any state; start_states="any" draws any for
+    each. The errors of harmonics and samples at the peak of the identified parameters are a factor in between.
+
+    Medians and percentiles 2.5 and 97.5 of the draws are given, at p (n + 1) of n ordered ones. What is the same for all tests
+    and not in the model, such as another contact law, the intervals do not hold.
+    """
+    return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
+
+
+def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
+    import xarray as xr
+
+    levels, count = work.levels[work.held], len(work.drawn)
+    parts = [results[k * count : (k + 1) * count] for k in range(len(levels))]
+    ends = work.ends
+    grids = [np.unique(np.concatenate([np.linspace(*ends, GRID), one[0]["frequency"]])) for one in parts]
+    longest = max(grid.size for grid in grids)
+    peaks = np.full((3, len(levels), count - 1), np.nan)
+    curves, errors = np.full((len(levels), count - 1, longest), np.nan), np.array([one[0]["errors"] for one in parts])
+    for k, (grid, one) in enumerate(zip(grids, parts, strict=True)):
+        size = float(np.nansum(np.abs(errors[k])))
+        factors = np.array([draw.gain + size * draw.truncation for draw in work.drawn[1:]])
+        shifts = np.array([draw.shift for draw in work.drawn[1:]])
+        for n, (factor, shift, each) in enumerate(zip(factors, shifts, one[1:], strict=True)):
+            along = at_frequencies(grid * np.exp(-shift), each["frequency"], each["size"])
+            curves[k, n, : grid.size] = np.exp(factor) * along
+        drawn = np.array([each["peak"] for each in one[1:]])
+        peaks[:, k] = drawn[:, 0] * np.exp(shifts), drawn[:, 1] * np.exp(factors), drawn[:, 2]
+    units = PER_FORCE[work.measure.quantity.name] if work.held else work.measure.units
+
+    def named(dims: Any, values: Any, words: str, unit: str = "1") -> tuple[Any, ...]:
+        return dims, values, {"units": unit, "long_name": words}
+
+    data: dict[str, Any] = {}
+    for name, drawn in zip(PEAK, peaks, strict=True):
+        unit, words = PEAK[name]
+        key = name if name.startswith("damping") else f"peak_{name}"
+        low, middle, high = interval(drawn)
+        for suffix, values, what in (
+            ("", middle, "median"),
+            ("_low", low, "2.5 % of the draws"),
+            ("_high", high, "97.5 % of the draws"),
+        ):
+            data[f"{key}{suffix}"] = named("level", values, f"{words}, {what}", unit or units)
+        data[f"{key}_drawn"] = named(("level", "draw"), drawn, f"{words} of each draw", unit or units)
+    at = ("level", "point")
+    padded = np.array([np.pad(grid, (0, longest - grid.size), constant_values=np.nan) for grid in grids])
+    data["frequency"] = named(at, padded, "frequency", "Hz")
+    data["amplitude_drawn"] = named(("level", "draw", "point"), curves, "response of each draw", units)
+    for suffix, values, what in zip(("_low", "", "_high"), interval(curves, axis=1), ("2.5 %", "median", "97.5 %"), strict=True):
+        data[f"amplitude{suffix}"] = named(at, values, f"response, {what} of the draws", units)
+    data["truncation_error"] = named("level", errors[:, 0], "estimated error of the harmonics at the peak")
+    data["sampling_error"] = named("level", errors[:, 1], "estimated error of the samples at the peak")
+    data["interpolated"] = named("level", _interpolated(work, levels), "1 within the measured levels, 0 beyond them")
+    lost = np.array([sum(not one["solved"] for one in each[1:]) for each in parts], dtype=float)
+    data["unsolved"] = named("level", lost, "draws whose curve does not reach the end of the band")
+    names = list(work.population.free)
+    values = np.array([[draw.values[name] for name in names] for draw in work.drawn[1:]])
+    data["drawn"] = named(("draw", "parameter"), values, "drawn parameters", "as given")
+    coords = {
+        "level": named("level", list(levels), "held amplitude" if work.held else "force level", work.level_units),
+        "parameter": named("parameter", names, "parameter"),
+    }
+    return xr.Dataset(data, coords, _attributes(work) | {"cpu_seconds": sum(float(one["cpu_seconds"]) for one in results)})
+
+
+def _measured_levels(work: ResponsePredictionWork) -> tuple[float, float]:
+    """Least and largest level that the tests of the identification had at their largest response."""
+    data = work.data
+    key = "response" if work.held else "force"
+    tops = [int(np.nanargmax(data["measured"].values[t])) for t in range(data.sizes["test"])]
+    found = [float(data[key].values[t, top]) for t, top in enumerate(tops)]
+    return min(found), max(found)
+
+
+def _interpolated(work: ResponsePredictionWork, levels: Sequence[float]) -> Array:
+    low, high = _measured_levels(work)
+    return np.array([float(low * (1.0 - 1e-6) <= level <= high * (1.0 + 1e-6)) for level in levels])
+
+
+def _attributes(work: ResponsePredictionWork) -> dict[str, Any]:
+    population, states = work.population, work._starts[0]
+    low, high = _measured_levels(work)
+    scatter = population.scatter
+    free = [name for name in population.free if name not in population.of_each_test]
+    return {
+        "title": "Predicted responses",
+        "held": "response" if work.held else "force",
+        "quantity": work.measure.quantity.name,
+        "draws": work.draws,
+        "seed": work.seed,
+        "start_states": states,
+        "free": ", ".join(free),
+        "free_of_each_test": ", ".join(population.of_each_test),
+        "unknown": ", ".join(population.unknown),
+        "tests": population.tests,
+        "measured_from": low,
+        "measured_to": high,
+        "gain_scatter": scatter.gain,
+        "frequency_scatter": scatter.shift,
+        "scatter_known": int(scatter.freedom > 0.0),
+        "point_error": float(np.median(work.data["point_error"].values)),
+        "harmonics": work.data.attrs["harmonics"],
+        "samples": work.data.attrs["samples"],
+    }

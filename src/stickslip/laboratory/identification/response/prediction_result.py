@@ -1,0 +1,242 @@
+"""What a prediction of responses is given as: the result, measured tests beside it, and the answer in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.laboratory.identification.response.draws import NORMAL, interval
+from stickslip.laboratory.identification.response.half_power import measured_peak
+from stickslip.laboratory.measurement.measured_response import MeasuredResponse
+from stickslip.results.result import Result
+from stickslip.support.checks import InputError, counted, fault, of_kind, several
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+SAME_LEVEL = 0.05
+"""Relative distance of a test's level from a predicted one up to which they are compared."""
+
+WHOLE = 39
+"""Draws from which percentiles 2.5 and 97.5 lie inside the draws."""
+
+COMPARED = (("frequency", "Hz", "peak_frequency"), ("amplitude", "", "peak_amplitude"), ("damping ratio", "1", "damping_ratio"))
+"""What a comparison lists: words, unit, and variable."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ResponsePrediction(Result):
+    """`dataset`: along `level`, the forces or held amplitudes: peak_frequency, peak_amplitude and damping_ratio, the medians of
+    the draws, each with `_low` and `_high` of the 95 % interval and `_drawn` (level, draw); amplitude with `_low` and `_high`
+    over frequency (level, point), the largest where a curve is folded; drawn parameters (draw, parameter). Where tests are
+    compared, along `measured` what they measured and the share of their points inside the band.
+    """
+
+    dataset: xr.Dataset
+
+    def compare(self, tests: MeasuredResponse | Sequence[MeasuredResponse]) -> ResponsePrediction:
+        """A copy that holds measured tests too, each beside the level that was predicted for it."""
+        found = [tests] if isinstance(tests, MeasuredResponse) else list(several("tests", tests))
+        return replace(self, dataset=compared(self.dataset, found))
+
+    def comparison(self) -> pd.DataFrame:
+        """Measured against predicted peak of each compared test: frequency, amplitude, damping ratio, errors in percent, share of
+        points inside the band."""
+        if "measured" not in self.dataset.sizes:
+            raise InputError("A comparison needs measured tests: prediction.compare(tests).comparison().")
+        return comparison_table(self.dataset)
+
+
+def level_of(test: MeasuredResponse, held: bool) -> float:
+    """The level of a test where its response per force, or its response, is largest: the force, or the held amplitude."""
+    top = int(np.argmax(np.abs(test.per_force) if held else np.asarray(test.amplitude)))
+    return float(np.asarray(test.amplitude if held else test.force)[top])
+
+
+def compared(dataset: xr.Dataset, tests: Sequence[MeasuredResponse]) -> xr.Dataset:
+    """The dataset with measured tests: what each measured and what is predicted for it at its frequencies; both peaks found in
+    the same way from points at these frequencies, the drawn ones with the error of a point; and the share of points inside the
+    band, which is widened by that error.
+    """
+    held, levels = dataset.attrs["held"] == "response", dataset["level"].values
+    if not tests:
+        raise fault("tests", "must hold at least one measured response", [])
+    longest, error = max(np.size(test.frequency) for test in tests), float(dataset.attrs["point_error"])
+    points, peaks = np.full((5, len(tests), longest), np.nan), np.full((len(tests), 4, 3), np.nan)
+    at = np.array([level_for(dataset, test) for test in tests])
+    generator = np.random.default_rng(int(dataset.attrs["seed"]))
+    for t, (test, k) in enumerate(zip(tests, at, strict=True)):
+        order = np.argsort(np.asarray(test.frequency), kind="stable")
+        f, size = np.asarray(test.frequency)[order], np.abs(test.per_force)[order]
+        size = size if held else size * levels[k]
+        grid, curves = dataset["frequency"].values[k], dataset["amplitude_drawn"].values[k]
+        known = np.isfinite(grid)
+        rows = np.array([np.interp(f, grid[known], row[known], left=np.nan, right=np.nan) for row in curves])
+        low, middle, high = interval(rows, axis=0)
+        low, high = (
+            middle * np.exp(sign * np.hypot(np.log(end / middle), NORMAL * error)) for sign, end in ((-1.0, low), (1.0, high))
+        )
+        points[:, t, : f.size] = f, size, low, middle, high
+        noisy = rows * np.exp(error * generator.normal(size=rows.shape))
+        peaks[t, 0] = measured_peak(f, size)
+        peaks[t, 1:] = interval(np.array([measured_peak(f, row) for row in noisy]), axis=0)
+    inside = (points[1] >= points[2]) & (points[1] <= points[4])
+    unit = dataset["peak_amplitude"].attrs["units"]
+
+    def named(dims: Any, values: Any, words: str, units: str = "1") -> tuple[Any, ...]:
+        return dims, values, {"units": units, "long_name": words}
+
+    along = zip(("frequency", "amplitude", "low", "middle", "high"), points, strict=True)
+    found = {
+        f"measured_{key}": named(("measured", "measured_point"), values, f"at the measured points: {key}", unit if k else "Hz")
+        for k, (key, values) in enumerate(along)
+    }
+    for j, (words, units, key) in enumerate(COMPARED):
+        for k, end in enumerate(("measured", "predicted_low", "predicted", "predicted_high")):
+            what = f"{words} of the peak at the measured points, {end.replace('_', ' ')}"
+            found[f"{end}_{key}"] = named("measured", peaks[:, k, j], what, units or unit)
+    share = inside.sum(axis=1) / np.maximum(np.isfinite(points[2]).sum(axis=1), 1)
+    found["inside"] = named("measured", share, "share of measured points inside the band")
+    found["predicted_level"] = named("measured", at.astype(float), "number of the level that was predicted for the test")
+    names = [test.name or f"test {k}" for k, test in enumerate(tests, start=1)]
+    return dataset.assign(found).assign_coords(measured=named("measured", names, "measured test"))
+
+
+def level_for(dataset: xr.Dataset, test: MeasuredResponse) -> int:
+    """The number of the predicted level of a test; refused where none is near."""
+    of_kind("A test", test, MeasuredResponse)
+    if test.quantity != dataset.attrs["quantity"]:
+        raise fault(f"The quantity of {test.name}", f"must be {dataset.attrs['quantity']}, as predicted", test.quantity)
+    held, levels = dataset.attrs["held"] == "response", dataset["level"].values
+    level = level_of(test, held)
+    k = int(np.argmin(np.abs(np.log(levels / level))))
+    if abs(levels[k] / level - 1.0) > SAME_LEVEL:
+        option = "amplitude" if held else "force"
+        raise fault(f"The level of {test.name}", "must be one that is predicted", level, f"Add {option}={level:.6g}.")
+    return k
+
+
+def comparison_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """Of each compared test measured, predicted and interval of peak frequency, amplitude and damping ratio, error in percent
+    of the measured one; share of points inside."""
+    import pandas as pd
+
+    at = dataset["predicted_level"].values.astype(int)
+    columns: dict[str, Any] = {"test": dataset["measured"].values}
+    columns[f"{dataset['level'].attrs['long_name']} [{dataset['level'].attrs['units']}]"] = dataset["level"].values[at]
+    for words, unit, key in COMPARED:
+        unit = unit or dataset["peak_amplitude"].attrs["units"]
+        for end, name in (
+            ("measured", "measured"),
+            ("predicted", "predicted"),
+            ("predicted_low", "from"),
+            ("predicted_high", "to"),
+        ):
+            columns[f"{name} {words} [{unit}]"] = dataset[f"{end}_{key}"].values
+        ratio = dataset[f"predicted_{key}"].values / dataset[f"measured_{key}"].values
+        columns[f"error of {words} in %"] = 100.0 * (ratio - 1.0)
+    columns["points inside in %"] = 100.0 * dataset["inside"].values
+    return pd.DataFrame(columns)
+
+
+def peak_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """Of each level the predicted peak with its 95 % interval."""
+    import pandas as pd
+
+    columns: dict[str, Any] = {
+        f"{dataset['level'].attrs['long_name']} [{dataset['level'].attrs['units']}]": dataset["level"].values
+    }
+    for words, unit, key in COMPARED:
+        for end, name in (("", ""), ("_low", "from "), ("_high", "to ")):
+            columns[f"{name}{words} [{unit or dataset['peak_amplitude'].attrs['units']}]"] = dataset[f"{key}{end}"].values
+    inside = dataset["interpolated"].values > 0.0
+    return pd.DataFrame(columns | {"measured levels": np.where(inside, "interpolated", "extrapolated")})
+
+
+def summary(dataset: xr.Dataset) -> list[str]:
+    """What was free and what is interpolated; peaks with intervals; tests against them; what the intervals do not hold."""
+    return [_what_was_free(dataset), *_peaks(dataset), *_compared_lines(dataset), *_remarks(dataset)]
+
+
+def _what_was_free(dataset: xr.Dataset) -> str:
+    attrs, unit = dataset.attrs, dataset["level"].attrs["units"]
+    own = f"; of each test by itself: {attrs['free_of_each_test']}" if attrs["free_of_each_test"] else ""
+    what = "held amplitudes" if attrs["held"] == "response" else "forces"
+    measured = f"Measured {what} from {attrs['measured_from']:.4g} to {attrs['measured_to']:.4g} {unit}"
+    inside = dataset["interpolated"].values > 0.0
+    parts = [
+        f"{', '.join(f'{level:.4g}' for level in dataset['level'].values[which])} {unit} {words}"
+        for which, words in ((inside, "interpolated"), (~inside, "extrapolated"))
+        if which.any()
+    ]
+    return f"Free: {attrs['free'] or 'nothing'}{own}. {measured}: {', '.join(parts)}."
+
+
+def _peaks(dataset: xr.Dataset) -> list[str]:
+    found, unit = [], dataset["peak_amplitude"].attrs["units"]
+    for k, level in enumerate(dataset["level"].values):
+        one = {key: [float(dataset[f"{key}{end}"].values[k]) for end in ("", "_low", "_high")] for _, _, key in COMPARED}
+        if not np.isfinite(one["peak_frequency"][0]):
+            found.append(f"{level:.4g} {dataset['level'].attrs['units']}: no peak in the band. Give a wider one.")
+            continue
+        f, a, z = one.values()
+        damping = f", damping ratio {100 * z[0]:.3g} % ({100 * z[1]:.3g} to {100 * z[2]:.3g} %)" if np.isfinite(z[0]) else ""
+        found.append(
+            f"{level:.4g} {dataset['level'].attrs['units']}: peak at {f[0]:.6g} Hz (95 % interval {f[1]:.6g} to {f[2]:.6g} Hz), "
+            f"{a[0]:.4g} {unit} ({a[1]:.4g} to {a[2]:.4g} {unit}){damping}"
+        )
+    return found
+
+
+def _compared_lines(dataset: xr.Dataset) -> list[str]:
+    if "measured" not in dataset.sizes:
+        return []
+    found = []
+    for t, name in enumerate(dataset["measured"].values):
+        words = []
+        for what, _, key in COMPARED:
+            ends = ("measured", "predicted", "predicted_low", "predicted_high")
+            measured, predicted, low, high = (float(dataset[f"{end}_{key}"].values[t]) for end in ends)
+            if np.isfinite(measured) and np.isfinite(predicted):
+                where = "inside" if low <= measured <= high else "outside"
+                words.append(f"{what} {100.0 * (predicted / measured - 1.0):+.2g} % ({where})")
+        share = 100.0 * float(dataset["inside"].values[t])
+        found.append(f"{name}: predicted against measured {', '.join(words)}; {share:.0f} % of its points lie inside the band")
+    return found
+
+
+def _remarks(dataset: xr.Dataset) -> list[str]:
+    attrs, found = dataset.attrs, []
+    if attrs["unknown"]:
+        found.append(f"Not determined by the tests, and drawn between their bounds: {attrs['unknown']}.")
+    if not attrs["scatter_known"]:
+        found.append("How far tests scatter from mounting to mounting is not known from one test: the intervals do not hold it.")
+    elif attrs["gain_scatter"] or attrs["frequency_scatter"]:
+        found.append(
+            f"Tests scatter beyond parameters and noise by {100.0 * attrs['gain_scatter']:.2g} % in response and "
+            f"{100.0 * attrs['frequency_scatter']:.2g} % in frequency (standard deviations): the intervals hold that."
+        )
+    if not dataset["interpolated"].values.all():
+        found.append(
+            "Beyond the measured levels the prediction rests on the contact law alone, whose error the intervals do not hold."
+        )
+    if attrs["draws"] < WHOLE:
+        share = 100.0 * (attrs["draws"] - 1.0) / (attrs["draws"] + 1.0)
+        found.append(
+            f"{attrs['draws']} draws: intervals from end to end of them hold {share:.0f} %; take {WHOLE} or more for 95 %."
+        )
+    return found
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each level with draws whose curve does not reach the end of the band."""
+    levels, lost = dataset["level"], dataset["unsolved"].values.astype(int)
+    words = "do not reach the end of the band"
+    return [
+        f"{levels.values[k]:.4g} {levels.attrs['units']}: the curves of {counted(int(lost[k]), 'draw')} {words}"
+        for k in np.flatnonzero(lost)
+    ]

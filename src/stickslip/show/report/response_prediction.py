@@ -1,0 +1,29 @@
+"""Presentation of predicted responses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from stickslip.laboratory.identification.response.prediction_result import comparison_table, failures, peak_table, summary
+from stickslip.show.plots.files import Figures
+from stickslip.show.plots.response_prediction import predicted, predicted_peaks
+from stickslip.show.report.presentation import Presentation, presents
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """The predicted peaks, and the measured curves against what is predicted of them."""
+    found = {"predicted peaks": peak_table(dataset)}
+    return found | ({"measured against predicted": comparison_table(dataset)} if "measured" in dataset.sizes else {})
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """Curves with their bands, and peaks over the levels."""
+    return {"predicted": predicted, "predicted_peaks": predicted_peaks}
+
+
+PRESENTATION = presents("response_prediction", Presentation("Predicted responses", summary, failures, figures, tables))
