@@ -59,6 +59,7 @@ LESS = {
     "performance_curve": {"points": "6", "harmonics": "1", "samples": "64"},
     "response_bounds": {"points": "3", "cloud": "4", "starts": "1", "harmonics": "3", "samples": "64"},
     "response_identification": {"harmonics": "1", "leave_one_out": "false"},
+    "response_prediction": {"harmonics": "1", "draws": "20", "force": "[3.0, 10.0]"},
     "ring_damper": {"frequency": "[575.0, 585.0]", "force_levels": "[1.0]", "harmonics": "3"},
     "shrouded_blades": {"frequency": "[260.0, 263.0]", "force_levels": "[20.0]", "harmonics": "3"},
     "speed_sweep": {"speed": "[6500.0, 7200.0]", "engine_orders": "[3]", "harmonics": "1", "samples": "64"},

@@ -57,6 +57,12 @@ def identified_responses(data):
     yield None, 100.0 * data["misfit"].values
 
 
+def predicted_responses(data):
+    for k in range(2):
+        yield data["frequency"].values[k], data["amplitude"].values[k]
+    yield data["level"].values, data["peak_amplitude"].values
+
+
 def performance(data):
     for case in range(2):
         yield data["force_ratio"].values, data["normalised_amplitude"].values[case]
@@ -146,6 +152,7 @@ SHOWN = {
     "identification": identification,
     "contact_law": contact_law,
     "response_identification": identified_responses,
+    "response_prediction": predicted_responses,
 }
 """Numbers that a curve, points or bars show, x and y in the units of the axes; None: places of bars, in any order."""
 

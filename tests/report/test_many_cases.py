@@ -79,6 +79,15 @@ def response_identification() -> xr.Dataset:
     return xr.Dataset(data, coords | {"quantity": ("test", ["acceleration"] * MANY)})
 
 
+def response_prediction() -> xr.Dataset:
+    frequency = ("level", "point"), np.broadcast_to(1.0 + np.arange(32.0), (MANY, 32))
+    one = ("level",), np.ones(MANY), {"units": "m/s2"}
+    data = {"frequency": frequency} | {f"amplitude{end}": (*frequency, {"units": "m/s2"}) for end in ("", "_low", "_high")}
+    data |= {f"peak_{key}{end}": one for key in ("amplitude", "frequency") for end in ("", "_low", "_high")}
+    coords = {"level": ("level", np.geomspace(1.0, 80.0, MANY), {"units": "N", "long_name": "force level"})}
+    return xr.Dataset(data, coords, {"quantity": "acceleration", "held": "force"})
+
+
 def history() -> xr.Dataset:
     return repeated(ss.response_history(ss.rigs.three_mass_wedge(), [222.0], [1.0]).dataset, "run").assign_coords(
         force_level=("run", [1.0] * MANY)
@@ -135,6 +144,7 @@ OF_MANY = {
     "ResponseBounds": bounds,
     "ControlledResponse": controlled,
     "ResponseIdentification": response_identification,
+    "ResponsePrediction": response_prediction,
     "ResponseHistory": history,
     "PerformanceCurve": performance,
     "NonlinearModes": modes,
@@ -190,7 +200,7 @@ def test_forty_cases_fit_a_page(kind):
         assert_fits_a_page(result.plot(figure))
 
 
-PARTS_ALONE = {"ResponseIdentification", "Identification", "ContactLaw", "SteadyCycles", "DamperEvolution"}
+PARTS_ALONE = {"ResponseIdentification", "ResponsePrediction", "Identification", "ContactLaw", "SteadyCycles", "DamperEvolution"}
 """Of these only what figures read is made up."""
 
 

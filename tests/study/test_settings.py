@@ -24,7 +24,11 @@ from stickslip.study.toml_text import toml_text
 from stickslip.support.checks import Faults, InputError
 from stickslip.support.units import Band
 
-FUNCTIONS = {"identification": "identify", "response_identification": "identify_response"}
+FUNCTIONS = {
+    "identification": "identify",
+    "response_identification": "identify_response",
+    "response_prediction": "predict_response",
+}
 """Analyses that have another name in Python."""
 
 DIFFERENT_MEANING = {

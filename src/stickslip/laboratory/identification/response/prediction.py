@@ -135,7 +135,7 @@ class ResponsePredictionWork(Settings):
     def population(self) -> Draws:
         return Draws.of(self.data)
 
-    @property
+    @cached_property
     def levels(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Forces and held amplitudes, of which one is empty."""
         return levels_of("force", self.force), levels_of("amplitude", self.amplitude)

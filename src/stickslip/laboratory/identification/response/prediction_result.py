@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.analyses.truncation import ALLOWED
 from stickslip.laboratory.identification.response.draws import NORMAL, interval
 from stickslip.laboratory.identification.response.half_power import measured_peak
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
+from stickslip.results.files import save
 from stickslip.results.result import Result
+from stickslip.results.schema import stamped
 from stickslip.support.checks import InputError, counted, fault, of_kind, several
 
 if TYPE_CHECKING:
@@ -49,6 +53,10 @@ class ResponsePrediction(Result):
         if "measured" not in self.dataset.sizes:
             raise InputError("A comparison needs measured tests: prediction.compare(tests).comparison().")
         return comparison_table(self.dataset)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the dataset as NetCDF, as the command does."""
+        return save(stamped(self.dataset, "response_prediction"), path)
 
 
 def level_of(test: MeasuredResponse, held: bool) -> float:
@@ -127,7 +135,7 @@ def comparison_table(dataset: xr.Dataset) -> pd.DataFrame:
 
     at = dataset["predicted_level"].values.astype(int)
     columns: dict[str, Any] = {"test": dataset["measured"].values}
-    columns[f"{dataset['level'].attrs['long_name']} [{dataset['level'].attrs['units']}]"] = dataset["level"].values[at]
+    columns[level_head(dataset)] = dataset["level"].values[at]
     for words, unit, key in COMPARED:
         unit = unit or dataset["peak_amplitude"].attrs["units"]
         for end, name in (
@@ -147,14 +155,17 @@ def peak_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Of each level the predicted peak with its 95 % interval."""
     import pandas as pd
 
-    columns: dict[str, Any] = {
-        f"{dataset['level'].attrs['long_name']} [{dataset['level'].attrs['units']}]": dataset["level"].values
-    }
+    columns: dict[str, Any] = {level_head(dataset): dataset["level"].values}
     for words, unit, key in COMPARED:
         for end, name in (("", ""), ("_low", "from "), ("_high", "to ")):
             columns[f"{name}{words} [{unit or dataset['peak_amplitude'].attrs['units']}]"] = dataset[f"{key}{end}"].values
     inside = dataset["interpolated"].values > 0.0
     return pd.DataFrame(columns | {"measured levels": np.where(inside, "interpolated", "extrapolated")})
+
+
+def level_head(dataset: xr.Dataset) -> str:
+    """The head of a column of levels: "force level [N]"."""
+    return f"{dataset['level'].attrs['long_name']} [{dataset['level'].attrs['units']}]"
 
 
 def summary(dataset: xr.Dataset) -> list[str]:
@@ -223,6 +234,12 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
     if not dataset["interpolated"].values.all():
         found.append(
             "Beyond the measured levels the prediction rests on the contact law alone, whose error the intervals do not hold."
+        )
+    error = float(np.max(np.abs(dataset["truncation_error"].values) + np.abs(dataset["sampling_error"].values)))
+    if error > ALLOWED:
+        found.append(
+            f"More harmonics or samples would change a peak by up to {100.0 * error:.2g} %, which the intervals hold: with more "
+            "of them in the identification they are narrower."
         )
     if attrs["draws"] < WHOLE:
         share = 100.0 * (attrs["draws"] - 1.0) / (attrs["draws"] + 1.0)

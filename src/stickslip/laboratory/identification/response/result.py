@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,9 @@ from stickslip.laboratory.identification.response.intervals import FitStatistics
 from stickslip.laboratory.identification.response.prediction import predict_response
 from stickslip.laboratory.identification.response.prediction_result import ResponsePrediction
 from stickslip.model.problem import Problem
+from stickslip.results.files import save
 from stickslip.results.result import Result
+from stickslip.results.schema import stamped
 from stickslip.support.checks import Array, counted, rounded
 
 if TYPE_CHECKING:
@@ -52,6 +55,10 @@ class ResponseIdentification(Result):
         """Responses that were not measured, with 95 % intervals: at force levels, N, or at held amplitudes (`amplitude`); further
         arguments are those of `predict_response`."""
         return predict_response(self, force, **settings)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the dataset as NetCDF, as the command does."""
+        return save(stamped(self.dataset, "response_identification"), path)
 
     def __str__(self) -> str:
         """Parameters with intervals, misfit of each test, notes."""

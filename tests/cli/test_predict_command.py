@@ -1,0 +1,153 @@
+"""`stickslip predict`: from the results of an identification to what was not measured, by commands alone; and what it refuses."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import stickslip as ss
+from stickslip.cli import app
+from stickslip.support import console
+
+FREQUENCIES = np.linspace(0.14, 0.24, 13)
+FREE = ("--free", "kt=0.6:0.1:3", "--free", "limit=0.8:0.2:5", "--free", "damping=0.03:0.002:0.2")
+
+
+STUDY = """
+[study]
+title = "One mass"
+analysis = "response_identification"
+[structure]
+rig = "single_mass"
+[sweep]
+harmonics = 3
+samples = 128
+[response_identification]
+tries = 0
+"""
+
+
+def command(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def write_universal(path, forces):
+    """Receptances of one mass on a slider at several forces as pyuff writes them, one function each."""
+    pyuff = pytest.importorskip("pyuff")
+    problem, rng = ss.rigs.single_mass(kt=0.5, limit=1.0, damping=0.02), np.random.default_rng(0)
+    data = ss.forced_response(problem, FREQUENCIES.tolist(), list(forces), 3, 128).dataset
+    file = pyuff.UFF(str(path))
+    for k, force in enumerate(forces):
+        H = data["response"].values[k, :, 0, 1] @ np.array([1.0, 1j]) / force
+        H = H * (1.0 + 0.002 * (rng.normal(size=H.size) + 1j * rng.normal(size=H.size)))
+        one = pyuff.prepare_58(
+            binary=0,
+            func_type=4,
+            rsp_node=2,
+            rsp_dir=3,
+            ref_node=2,
+            ref_dir=3,
+            data=H,
+            x=FREQUENCIES,
+            id1=f"{force} N",
+            rsp_ent_name="NONE",
+            ref_ent_name="NONE",
+            abscissa_spacing=0,
+            abscissa_spec_data_type=18,
+            abscissa_axis_units_lab="Hz",
+            ordinate_spec_data_type=8,
+            ordinate_axis_units_lab="m",
+            orddenom_spec_data_type=13,
+            orddenom_axis_units_lab="N",
+            ver_num=0,
+        )
+        file.write_sets(one, mode="add")
+    return path
+
+
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory):
+    """The folder of an identification by a universal file of three functions, and of another measured at 0.6 N."""
+    folder = tmp_path_factory.mktemp("test")
+    levels, other = write_universal(folder / "levels.uff", (0.3, 1.0, 2.0)), write_universal(folder / "other.uff", (0.6,))
+    (folder / "mass.toml").write_text(STUDY)
+    how = ("--by", "function", "--force", "0.3,1,2", "--error", "0.002")
+    shown = command("identify-response", folder / "mass.toml", levels, *how, *FREE, "--out", folder / "found")
+    assert shown.exit_code == 0, shown.output
+    return folder, other
+
+
+def test_a_universal_file_becomes_a_prediction_by_commands_alone(identified):
+    """Levels are those of the compared file; peaks of the truth lie inside, and so do the measured points."""
+    folder, other = identified
+    shown = command("predict", folder / "found", "--compare", other, "--compare-force", "0.6", "--draws", "20", "--workers", "1")
+    assert shown.exit_code == 0, shown.output
+    lines = shown.output.splitlines()
+    assert "Free: kt, limit, damping. Measured forces from 0.3 to 2 N: 0.6 N interpolated." in lines
+    data = ss.open_results(folder / "found_prediction")
+    assert (folder / "found_prediction" / "report.html").is_file()
+    truth = ss.forced_response(ss.rigs.single_mass(kt=0.5, limit=1.0, damping=0.02), ss.hertz(0.14, 0.24), 0.6, 3, 128).peaks()
+    assert float(data["peak_amplitude_low"][0]) <= truth["amplitude"][0] <= float(data["peak_amplitude_high"][0])
+    assert float(data["peak_frequency"][0]) == pytest.approx(truth["frequency"][0], rel=1e-3)
+    assert float(data["inside"][0]) >= 0.8
+    assert any("predicted against measured frequency" in line for line in lines)
+    again = command("predict", folder / "found" / "results.nc", "--force", "0.6", "--workers", "1")
+    assert again.exit_code == console.WRONG_INPUT
+    assert "--overwrite" in again.output
+
+
+def test_held_amplitudes_and_a_band(identified, tmp_path):
+    folder, _ = identified
+    options = (
+        "--displacement",
+        "3",
+        "--displacement",
+        "50",
+        "--band",
+        "0.15:0.2",
+        "--draws",
+        "20",
+        "--workers",
+        "1",
+        "--out",
+        tmp_path / "held",
+    )
+    shown = command("predict", folder / "found", *options)
+    assert shown.exit_code == 0, shown.output
+    assert "3 m interpolated, 50 m extrapolated" in shown.output
+    data = ss.open_results(tmp_path / "held")
+    assert data["frequency"].values[0, 0] == pytest.approx(0.15)
+    assert list(data["level"].values) == [3.0, 50.0]
+
+
+def test_what_is_refused_comes_with_its_remedy(identified, tmp_path):
+    folder, other = identified
+    wrong = {
+        ("--draws", "20"): "force must be given",
+        ("--force", "1", "--amplitude", "2"): "force must be given",
+        ("--force", "x"): "--force must give numbers",
+        ("--force", "1", "--setting", "pull=3"): "settings must name some of",
+        ("--force", "1", "--band", "0.1"): "--band must be LOW:HIGH",
+        ("--force", "1", "--compare", tmp_path / "none.uff"): "none.uff",
+        ("--force", "1", "--compare", other, "--compare-force", "0.6"): "must be one that is predicted",
+    }
+    for options, message in wrong.items():
+        shown = command("predict", folder / "found", *options, "--out", tmp_path / "wrong", "--workers", "1")
+        assert shown.exit_code == console.WRONG_INPUT, (options, shown.output)
+        assert message in " ".join(shown.output.split()), (options, shown.output)
+        assert "Traceback" not in shown.output
+
+
+def test_results_without_a_study_are_refused(identified, tmp_path):
+    """An identification in Python knows its problem as a function alone; other results hold no identification."""
+    folder, _ = identified
+    found = ss.ResponseIdentification(ss.open_results(folder / "found"), ss.rigs.single_mass, ())
+    found.dataset.attrs["study"] = ""
+    found.save(tmp_path / "python.nc")
+    shown = command("predict", tmp_path / "python.nc", "--force", "1")
+    assert shown.exit_code == console.WRONG_INPUT
+    assert "found.predict(force)" in " ".join(shown.output.split())
+    response = ss.forced_response(ss.rigs.single_mass(), [0.1], harmonics=1, samples=8)
+    response.save(tmp_path / "curve.nc")
+    shown = command("predict", tmp_path / "curve.nc", "--force", "1")
+    assert shown.exit_code == console.WRONG_INPUT
+    assert "identify-response" in shown.output

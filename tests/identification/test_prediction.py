@@ -1,0 +1,256 @@
+"""Predictions from an identification: coverage of their intervals on synthetic truths, draws against what they are drawn from,
+peaks against closed forms."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip as ss
+from stickslip.laboratory.identification.response.draws import Draws, interval
+from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak, measured_peak
+from stickslip.laboratory.identification.response.prediction_result import summary
+from stickslip.support.checks import InputError
+
+FREQUENCIES = np.linspace(0.14, 0.24, 21)
+MEASURED, UNMEASURED = (0.3, 1.0, 2.0), (0.6, 1.5, 4.0)
+FINE = {"harmonics": 3, "samples": 128}
+FREE = {"kt": (0.6, 0.1, 5.0), "limit": (0.8, 0.1, 5.0), "damping": (0.03, 0.002, 0.2)}
+
+
+def one_mass(kt=0.5, limit=1.0, damping=0.02, load=1.0):
+    return ss.rigs.single_mass(kt=kt, limit=limit * load, damping=damping)
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """The responses of the true problem, by force."""
+    data = ss.forced_response(one_mass(), FREQUENCIES.tolist(), MEASURED, **FINE).dataset
+    return dict(zip(MEASURED, data["amplitude"].values[:, :, 0], strict=True))
+
+
+def measured(clean, force, rng, noise=0.01, gain=1.0, **about):
+    """A measured test: the truth times a gain and 1 + noise."""
+    size = gain * clean[force] * (1.0 + noise * rng.normal(size=FREQUENCIES.size))
+    return ss.MeasuredResponse(FREQUENCIES, size, force, quantity="displacement", name=f"{force:g} N", **about)
+
+
+@pytest.fixture(scope="module")
+def found(clean):
+    """An identification by three tests with 1 % noise."""
+    rng = np.random.default_rng(1)
+    return ss.identify_response(one_mass, FREE, [measured(clean, force, rng) for force in MEASURED], tries=0, **FINE)
+
+
+def inside(clean, seeds, forces, draws):
+    """Of each seed of noise, force and quantity whether the true peak lies in the 95 % interval, and how wide that is."""
+    peaks = ss.forced_response(one_mass(), ss.hertz(0.14, 0.24), forces, **FINE).peaks()
+    peaks = peaks[peaks["peak"] == 0].set_index("force_level")
+    hits, widths = [], []
+    for seed in seeds:
+        rng = np.random.default_rng(seed)
+        found = ss.identify_response(one_mass, FREE, [measured(clean, force, rng) for force in MEASURED], tries=0, **FINE)
+        data = found.predict(forces, seed=seed, draws=draws).dataset
+        for k, force in enumerate(forces):
+            for key in ("frequency", "amplitude"):
+                low, high = (float(data[f"peak_{key}_{end}"][k]) for end in ("low", "high"))
+                hits.append(low <= peaks.loc[force, key] <= high)
+                widths.append((high - low) / peaks.loc[force, key])
+    return np.array(hits), np.array(widths)
+
+
+def test_intervals_hold_the_truth_at_an_unmeasured_force(clean):
+    """Two seeds; intervals are below the 1 % of the noise, so that a wide one would be noticed. All seeds: below."""
+    hits, widths = inside(clean, (0, 2), (0.6,), 20)
+    assert hits.sum() >= 3
+    assert np.all(widths < 0.015)
+
+
+@pytest.mark.nightly
+def test_95_per_cent_intervals_hold_95_per_cent_of_truths(clean):
+    """Twenty seeds of noise, three forces inside and beyond the measured ones, frequency and amplitude of the peak."""
+    hits, widths = inside(clean, range(20), UNMEASURED, 40)
+    assert 0.90 <= hits.mean() <= 0.99, hits.mean()
+    assert np.median(widths) < 0.01
+
+
+def dataset_of_draws(values, covariance, tests, unknown=(), bounds=(-9.0, 9.0), curves=None):
+    """A dataset as an identification keeps it: parameters a (of all tests) and b (of each test), as shares of −10 to 10."""
+    size = len(values)
+    names = ["a"] + ["b"] * (size - 1)
+    free = {"a": ss.FreeParameter(0.0, -10.0, 10.0), "b": ss.FreeParameter(0.0, -10.0, 10.0, each_test=True)}
+    if size == 1:
+        del free["b"]
+    fit = {
+        "fit_value": np.array(values),
+        "fit_low": np.full(size, bounds[0]),
+        "fit_high": np.full(size, bounds[1]),
+        "fit_unknown": np.isin(np.arange(size), unknown).astype(float),
+        "fit_test": np.array([-1.0, *range(size - 1)]),
+    }
+    data = {name: ("fit_variable", row) for name, row in fit.items()}
+    data["fit_covariance"] = ("fit_variable", "fit_variable_2"), np.array(covariance)
+    f = np.linspace(90.0, 110.0, 21)
+    shown = 1.0 / np.hypot(1.0 - (f / 100.0) ** 2, 0.05)
+    curves = np.tile(shown, (tests, 1)) if curves is None else curves
+    data |= {
+        "frequency": (("test", "point"), np.tile(f, (tests, 1))),
+        "computed": (("test", "point"), np.tile(shown, (tests, 1))),
+    }
+    data |= {"measured": (("test", "point"), curves), "solved": (("test", "point"), np.ones((tests, 21)))}
+    coords = {"fit_variable": names, "fit_variable_2": names}
+    return xr.Dataset(data, coords, {"free": json.dumps({name: vars(each) for name, each in free.items()})})
+
+
+def shares(draws, name):
+    """Variables of a parameter between −10 and 10."""
+    return np.array([(draw.values[name] + 10.0) / 20.0 for draw in draws])
+
+
+def test_draws_have_the_covariance_of_the_fit():
+    """Correlated variables of two names, one test each; what one test alone has keeps its estimate."""
+    covariance = np.array([[0.04, 0.018], [0.018, 0.01]])
+    draws = Draws.of(dataset_of_draws([0.5, 0.4], covariance, 1)).drawn(4000, 0)
+    both = np.array([shares(draws, "a"), shares(draws, "b")])
+    assert both.mean(axis=1) == pytest.approx([0.5, 0.4], abs=5e-3)
+    assert np.cov(both) == pytest.approx(covariance, rel=0.06)
+
+
+def test_draws_stay_inside_bounds_and_fill_them_where_nothing_is_known():
+    found = Draws.of(dataset_of_draws([0.5], [[0.04]], 1, bounds=(0.4, 0.9))).drawn(2000, 0)
+    assert shares(found, "a").min() >= 0.4 - 1e-12
+    assert np.mean(shares(found, "a") > 0.5) == pytest.approx(0.4772 / (0.4772 + 0.1915), abs=0.03)
+    open_one = Draws.of(dataset_of_draws([0.5], [[0.0]], 1, unknown=(0,), bounds=(0.2, 0.9)))
+    assert open_one.unknown == ["a"]
+    drawn = shares(open_one.drawn(100, 0), "a")
+    assert (drawn.min(), drawn.max()) == pytest.approx((0.2, 0.9), abs=0.01)
+    assert drawn.mean() == pytest.approx(0.55, abs=5e-3)
+
+
+def test_what_each_test_has_by_itself_is_drawn_for_a_further_test():
+    """Student's prediction interval of one more value from four: mean ± 3.182 s √(1 + 1/4)."""
+    own = np.array([0.47, 0.49, 0.52, 0.56])
+    draws = Draws.of(dataset_of_draws([0.5, *own], np.zeros((5, 5)), 4)).drawn(4000, 0)
+    low, middle, high = interval(shares(draws, "b"))
+    reach = 3.182446 * np.std(own, ddof=1) * np.sqrt(1.25)
+    assert middle == pytest.approx(own.mean(), abs=1e-3)
+    assert [low, high] == pytest.approx([own.mean() - reach, own.mean() + reach], abs=0.03 * reach)
+
+
+def test_scatter_between_tests_is_seen_beyond_noise():
+    """Eight tests with known factors on response and frequency; noise alone gives none."""
+    rng, f = np.random.default_rng(0), np.linspace(90.0, 110.0, 21)
+
+    def curve(gain, shift):
+        return gain / np.hypot(1.0 - (f / shift / 100.0) ** 2, 0.05) * np.exp(0.002 * rng.normal(size=f.size))
+
+    gains, shifts = (
+        np.exp(0.05 * np.array([-1.0, 1, -1, 1, -1, 1, -1, 1])),
+        np.exp(0.002 * np.array([1.0, 1, -1, -1, 1, 1, -1, -1])),
+    )
+    curves = np.array([curve(*pair) for pair in zip(gains, shifts, strict=True)])
+    scatter = Draws.of(dataset_of_draws([0.5], [[0.01]], 8, curves=curves)).scatter
+    # 15 of 16 factors are free, one is taken up by the parameter
+    assert scatter.gain == pytest.approx(0.05 * np.sqrt(16 / 15), rel=0.03)
+    assert scatter.shift == pytest.approx(0.002 * np.sqrt(16 / 15), rel=0.1)
+    assert scatter.freedom == 15.0
+    quiet = np.array([curve(1.0, 1.0) for _ in range(8)])
+    none = Draws.of(dataset_of_draws([0.5], [[0.01]], 8, curves=quiet)).scatter
+    assert (none.gain, none.shift) == (0.0, 0.0)
+    drawn = Draws.of(dataset_of_draws([0.5], [[0.0]], 8, curves=curves)).drawn(2000, 0)
+    assert np.std([draw.gain for draw in drawn]) == pytest.approx(scatter.gain * 2.131450 / 1.959964, rel=0.03)
+    assert np.std([draw.shift for draw in drawn]) == pytest.approx(scatter.shift * 2.131450 / 1.959964, rel=0.03)
+
+
+def test_an_interval_is_from_end_to_end_of_39_draws():
+    """(39 − 1)/(39 + 1) = 95 % of what is drawn alike lies between the ends of 39."""
+    values = np.random.default_rng(0).permutation(39).astype(float)
+    assert interval(values) == pytest.approx([0.0, 19.0, 38.0])
+    assert interval(np.append(values, np.nan)) == pytest.approx([0.0, 19.0, 38.0])
+
+
+def test_half_power_and_peak_of_an_oscillator():
+    """|H| = 1/√((1 − r²)² + (2 ζ r)²): peak at √(1 − 2ζ²), half power at r² = 1 − 2ζ² ± 2ζ √(1 − ζ²); upwards, downwards, and
+    measured at coarse frequencies."""
+    zeta, r = 0.03, np.linspace(0.9, 1.1, 4001)
+    size = 1.0 / np.hypot(1.0 - r**2, 2.0 * zeta * r)
+    top, height = np.sqrt(1.0 - 2.0 * zeta**2), 1.0 / (2.0 * zeta * np.sqrt(1.0 - zeta**2))
+    ends = np.sqrt(1.0 - 2.0 * zeta**2 + np.array([-1.0, 1.0]) * 2.0 * zeta * np.sqrt(1.0 - zeta**2))
+    damping = (ends[1] - ends[0]) / (2.0 * top)
+    for order in (slice(None), slice(None, None, -1)):
+        assert curve_peak(r[order], size[order], (top, height)) == pytest.approx([top, height, damping], rel=1e-4)
+    coarse = slice(7, None, 100)
+    assert measured_peak(r[coarse], size[coarse]) == pytest.approx([top, height, damping], rel=3e-3)
+    assert np.isnan(curve_peak(r[1800:2200], size[1800:2200], (top, height))[2])
+    assert np.isnan(measured_peak(r[r > 1.0], size[r > 1.0])).all()
+
+
+def test_a_folded_curve_has_its_largest_response():
+    frequency, size = np.array([1.0, 3.0, 2.0, 4.0]), np.array([1.0, 3.0, 2.0, 1.0])
+    assert at_frequencies(np.array([0.5, 1.5, 2.5, 3.5]), frequency, size)[1:] == pytest.approx([1.5, 2.5, 1.25])
+    assert np.isnan(at_frequencies(np.array([0.5, 4.5]), frequency, size)).all()
+
+
+def test_a_prediction_says_what_it_rests_on(found, clean):
+    """At forces and at held amplitudes, inside and beyond what was measured; figures and sentences; saved and compared."""
+    data = found.predict([0.6, 4.0], draws=20).compare(measured(clean | {0.6: clean[0.3] * 2.0}, 0.6, np.random.default_rng(0)))
+    first, *others = summary(data.dataset)
+    assert first == "Free: kt, limit, damping. Measured forces from 0.3 to 2 N: 0.6 N interpolated, 4 N extrapolated."
+    assert any("20 draws" in line and "90 %" in line for line in others)
+    assert any("rests on the contact law alone" in line for line in others)
+    assert {"", "peaks"} == set(data.figures)
+    held = found.predict(amplitude=4.0, draws=20).dataset
+    truth = ss.controlled_response(one_mass(), ss.hertz(0.14, 0.24), 4.0, quantity="displacement", **FINE).resonances()
+    assert float(held["peak_frequency"][0]) == pytest.approx(truth["frequency"][0], rel=2e-3)
+    assert float(held["peak_amplitude"][0]) == pytest.approx(4.0 / truth["force_level"][0], rel=0.01)
+    assert held["peak_amplitude"].attrs["units"] == "m/N"
+
+
+def test_errors_of_a_measured_curve_are_those_of_its_peak(found, clean):
+    """A further test of the truth lies inside; one of another blade, twice as high, does not."""
+    rng, data = np.random.default_rng(5), ss.forced_response(one_mass(), FREQUENCIES.tolist(), 0.6, **FINE).dataset
+    truth = {0.6: data["amplitude"].values[0, :, 0]}
+    table = found.predict(0.6).compare([measured(truth, 0.6, rng), measured(truth, 0.6, rng, gain=2.0)]).comparison()
+    assert table["points inside in %"][0] >= 85.0
+    assert table["points inside in %"][1] == 0.0
+    assert table["error of amplitude in %"].to_numpy() == pytest.approx([0.0, -50.0], abs=3.0)
+    assert table["error of frequency in %"].to_numpy() == pytest.approx([0.0, 0.0], abs=0.6)
+
+
+def test_start_states_are_drawn_as_they_were_identified(clean):
+    """Free start states have their prior; stuck contacts at a small force then have many responses, virgin ones have one."""
+    rng = np.random.default_rng(0)
+    tests = [measured(clean, force, rng, noise=0.0) for force in MEASURED]
+    known = ss.identify_response(one_mass, FREE, tests, tries=0, **FINE, start_states="free")
+    found = known.predict(0.3, draws=20, band=ss.hertz(0.15, 0.22))
+    assert found.dataset.attrs["start_states"] == "free"
+    virgin = known.predict(0.3, draws=20, band=ss.hertz(0.15, 0.22), start_states="virgin")
+    assert virgin.dataset.attrs["start_states"] == "virgin"
+
+
+def test_settings_that_differ_must_be_given(clean):
+    rng = np.random.default_rng(0)
+    tests = [measured(clean, force, rng, settings={"load": load}) for force, load in zip(MEASURED, (1.0, 1.0, 1.1), strict=True)]
+    found = ss.identify_response(one_mass, FREE, tests, tries=0, **FINE)
+    with pytest.raises(InputError, match="'load'"):
+        found.predict(0.6)
+    with pytest.raises(InputError, match="must not name what was identified"):
+        found.predict(0.6, settings={"kt": 1.0, "load": 1.0})
+    assert np.isfinite(found.predict(0.6, settings={"load": 1.0}, draws=20).dataset["peak_frequency"]).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "force must be given, or amplitude"),
+        ({"force": 1.0, "amplitude": 1.0}, "force must be given, or amplitude"),
+        ({"force": -1.0}, "force must be positive"),
+        ({"force": 1.0, "draws": 5}, "draws must be"),
+        ({"force": 1.0, "start_states": "all"}, "start_states must be one of"),
+        ({"force": 1.0, "band": [0.1, 0.2]}, "band must be"),
+    ],
+)
+def test_wrong_arguments_are_refused(found, arguments, message):
+    with pytest.raises(InputError, match=message):
+        found.predict(**arguments)
