@@ -14,10 +14,10 @@ frequencies, rng = np.linspace(0.14, 0.24, 31), np.random.default_rng(1)
 
 
 def test(force):
-    """In place of a measurement: the truth with 1 % noise."""
+    """In place of a measurement: the truth with 5 % noise."""
     response = ss.forced_response(blade(0.5, 1.0, 0.02), frequencies.tolist(), force).dataset["amplitude"].values[0, :, 0]
-    noisy = response * (1.0 + 0.01 * rng.normal(size=frequencies.size))
-    return ss.MeasuredResponse(frequencies, noisy, force, quantity="displacement", name=f"{force:g} N")
+    noisy = response * (1.0 + 0.05 * rng.normal(size=frequencies.size))
+    return ss.MeasuredResponse(frequencies, noisy, force, quantity="displacement", error=0.05, name=f"{force:g} N")
 
 
 bounds = {"kt": (1.0, 0.1, 5.0), "limit": (0.5, 0.1, 5.0), "damping": (0.05, 0.002, 0.2)}  # start, low, high

