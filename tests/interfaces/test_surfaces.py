@@ -384,6 +384,16 @@ def test_a_square_grid_is_divided_into_squares():
     assert {tuple(members.tolist()) for members in found.patches(4)} == blocks
 
 
+def test_patches_do_not_depend_on_the_order_of_the_nodes():
+    """Seven parts of a grid that has no middle line are other ones in a mirror."""
+    points = grid(np.arange(5.0) ** 1.3, np.arange(3.0))
+    found = surface(points, (0.0, 0.0, 1.0))
+    for seed in range(5):
+        order = np.random.default_rng(seed).permutation(len(points))
+        other = surface(points[order], (0.0, 0.0, 1.0))
+        assert [sorted(order[part].tolist()) for part in other.patches(7)] == [part.tolist() for part in found.patches(7)]
+
+
 def wedge_on_a_pad(points=None, **more):
     """Contacts of a curved pad against a rigid body, and the structure of both."""
     body = ss.RigidBody(0.02, np.diag([1e-6, 2e-6, 2.5e-6]), (1e-3, 30e-3, 2e-3), node="damper")

@@ -100,7 +100,7 @@ def test_a_mapping_file_names_the_rows(chain, tmp_path):
     ("text", "said"),
     [
         ("node,direction\n1,x\n", "must have 6 entries, but is 1"),
-        ("node,direction\n" + "1,w\n" * 6, "must be x, y, z, rx, ry, rz or 1 to 6, but is 'w'"),
+        ("node,direction\n" + "1,w\n" * 6, "must be x, y, z, rx, ry, rz or 1 to 6, or 0 for a mode or scalar point, but is 'w'"),
         ("node,direction\n" + ",x\n" * 6, "names.csv, node, must be given in each line"),
         ("node,direction,x\n" + "1,x,far\n" * 6, "must be finite numbers"),
         ("node,direction\n" + "1,x\n" * 6, "must be unique"),

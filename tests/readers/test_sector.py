@@ -122,6 +122,17 @@ def test_what_is_no_sector_is_refused(tmp_path, meshed):
         sector_of_model(half, Faces(6, "LOW", "HIGH"))
 
 
+def test_rotations_on_the_faces_are_refused(tmp_path, meshed):
+    """They would not be joined."""
+    model = read_model(write(tmp_path, meshed))
+    node = str(meshed.right[np.flatnonzero(meshed.solid.numbers[meshed.right, 0] >= 0)[0]] + 1)
+    dofs = (*model.dofs, f"{node}.rx")
+    M, K = (sparse.block_diag([matrix, sparse.eye_array(1)], format="csc") for matrix in (model.M, model.K))
+    said = f"must have displacements alone, but is '{node}.rx with rotations'. Mesh the sector with solid elements"
+    with pytest.raises(ss.InputError, match=re.escape(said)):
+        sector_of_model(replace(model, M=M, K=K, dofs=dofs), Faces(6, "LOW", "HIGH"))
+
+
 def test_matrices_with_the_cyclic_tie_are_refused(tmp_path, meshed):
     """The tie has taken the rows of one face to the other."""
     path = write(tmp_path, meshed, without=meshed.right)

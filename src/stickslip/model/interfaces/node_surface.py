@@ -26,6 +26,9 @@ from stickslip.support.checks import Array, Index, InputError, fault, nearest, o
 FLAT = 1e-9
 """Extent relative to the largest below which points lie on one line, or in one place."""
 
+TILT = 1e-3
+"""Component of an axis from which its sign counts: coordinates are printed with few digits."""
+
 STEEPEST = 0.2
 """Cosine between a normal and that of the best plane below which a surface is too curved to be projected onto it."""
 
@@ -198,7 +201,8 @@ class NodeSurface:
         """The nodes, or those `among` them, in so many patches of about equal area, compact in space: their numbers, patch by
         patch."""
         chosen = np.arange(len(self.nodes)) if among is None else among
-        return [chosen[part] for part in bisected(self._plane.flat[chosen], self.weights[chosen], count)]
+        flat = self._plane.flat * _signs(self._plane.axes[:2])  # a decomposition turns its axes as the order of the nodes has it
+        return [chosen[part] for part in bisected(flat[chosen], self.weights[chosen], count)]
 
     @cached_property
     def _plane(self) -> _Plane:
@@ -228,6 +232,12 @@ def mean_motion(structure: Structure, name: str, direction: Sequence[float]) -> 
         for dof, coefficient in node(each)(along.tolist()).items()
         if coefficient
     }
+
+
+def _signs(axes: Array) -> Array:
+    """Of each axis (n, 3) the sign of its first component that is more than rounding."""
+    first = np.argmax(np.abs(axes) > TILT, axis=1)
+    return np.asarray(np.sign(axes[np.arange(len(axes)), first]))
 
 
 def _no_way_out(name: str, out: Array) -> InputError:

@@ -9,9 +9,12 @@ the other. (Abaqus Keywords Guide: *MATRIX INPUT, *USER ELEMENT, *MATRIX, *SUBST
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from stickslip.model.readers.content import Content, dof
 from stickslip.model.readers.deck import Deck
@@ -21,8 +24,11 @@ from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.limits import refuse_cut, within_file, within_memory
 from stickslip.model.readers.numbers import numbers_in, table, triplets, whole
 from stickslip.model.structure.sparse import Sparse, both_triangles
-from stickslip.support.checks import Array, Index, fault
+from stickslip.support.checks import Array, Index, counted, fault
 
+FORMAT = "Abaqus matrix"
+HELD = 1e35
+"""Stiffness on the diagonal of K from which a boundary condition holds the row: Abaqus writes 1e36 there."""
 JOB = re.compile(r"(.+)_(?:STIF|MASS|DMPV|DMPS)\d*", re.IGNORECASE)
 
 
@@ -49,14 +55,27 @@ def read(path: Path) -> Content:
     pairs = numbers.reshape(-1, 2)
     matrix = _square(path.name, pairs[:, 0], pairs[:, 1], entries[:, 4], len(freedoms))
     dofs = tuple(dof(int(node), int(direction)) for node, direction in freedoms)
-    return Content("Abaqus matrix", {"": matrix}, dofs, deck.nodes, deck.sets, deck.notes, deck.cells, deck.solids)
+    return Content(FORMAT, {"": matrix}, dofs, deck.nodes, deck.sets, deck.notes, deck.cells, deck.solids)
+
+
+def without_held(
+    matrices: Mapping[str, Any], dofs: tuple[str, ...]
+) -> tuple[dict[str, Sparse], tuple[str, ...], tuple[str, ...]]:
+    """The matrices and names without the rows that boundary conditions hold, and a note on them."""
+    diagonal = np.abs(sparse.csc_array(matrices["K"]).diagonal())
+    free = np.flatnonzero(diagonal < HELD)
+    kept = {letter: sparse.csc_array(matrix)[free][:, free] for letter, matrix in matrices.items()}
+    held = len(dofs) - free.size
+    note = f"{counted(held, 'row')} held by boundary conditions, with 1e36 on the diagonal of K, are left out."
+    return kept, tuple(dofs[row] for row in free.tolist()), (note,) if held else ()
 
 
 def _square(what: str, rows: Index, columns: Index, values: Array, size: int) -> Sparse:
-    """The matrix of its entries; where all stand on one side of the diagonal, the other side is filled."""
+    """The matrix of its entries, mirrored where none has its mirror image: a triangle in the order of the program."""
     matrix = triplets(what, rows, columns, values, size)
-    one_triangle = not (np.any(rows > columns) and np.any(rows < columns))
-    return both_triangles(what, matrix) if one_triangle else matrix
+    off = rows != columns
+    whole_matrix = np.isin(rows[off] * size + columns[off], columns[off] * size + rows[off]).any()
+    return matrix if whole_matrix else both_triangles(what, matrix)
 
 
 def _substructure(path: Path, deck: Deck) -> Content:

@@ -1,8 +1,9 @@
-"""Harwell-Boeing and Rutherford-Boeing files (.rb, .rsa, .rua, .hb), one matrix a file.
+"""Harwell-Boeing and Rutherford-Boeing files (.rb, .rsa, .rua, .hb; .matrix of Ansys), one matrix a file.
 
 Lines of Fortran: a title; the numbers of lines in all and of each part; type, rows, columns, entries; the formats of the parts;
 then where each column starts, the rows of the entries, and their values. A right-hand side adds a line to the header and lines
 at the end, which are passed over. (Duff, Grimes and Lewis, Users' Guide for the Harwell-Boeing Sparse Matrix Collection, 1992.)
+HBMAT of Ansys writes NAME.mapping beside: number, node and direction of each row. (Ansys Command Reference, HBMAT.)
 """
 
 from __future__ import annotations
@@ -12,16 +13,18 @@ from pathlib import Path
 
 from scipy import sparse
 
-from stickslip.model.readers.content import Content
+from stickslip.model.readers.content import Content, dof
 from stickslip.model.readers.limits import rows_with_entries, within_memory
 from stickslip.model.readers.numbers import compressed_columns, fixed_words, number_lines, whole
 from stickslip.model.structure.sparse import both_triangles
-from stickslip.support.checks import fault
+from stickslip.support.checks import counted, fault
 
 FORMAT = re.compile(r"\((?:\d*P,?)?(\d*)([IEDFG])(\d+)(?:\.\d+)?(?:E\d+)?\)")
 """Fields of a line, kind of number, letters of a field: (3E25.16), (1P,4D20.12), (10I8)."""
 REAL = "EDFG"
 PARTS = ("starts of columns", "rows of entries", "values")
+LABELS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
+"""Directions as Ansys names them."""
 HEADER = 4
 """Lines before the matrix; a fifth one describes a right-hand side."""
 
@@ -64,7 +67,22 @@ def read(path: Path) -> Content:
         raise fault(f"{path.name}, {PARTS[1]},", "must rise in each column", "not in order, or one twice")
     if kind == "RSA" and sparse.triu(matrix, 1).nnz:
         raise fault(f"{path.name}, a symmetric matrix,", "must store its lower triangle", "entries above the diagonal")
-    return Content("Harwell-Boeing", {"": both_triangles(path.name, matrix) if kind == "RSA" else matrix})
+    mapping = path.with_suffix(".mapping")
+    dofs = _mapped(mapping, rows) if mapping.is_file() else ()
+    return Content("Harwell-Boeing", {"": both_triangles(path.name, matrix) if kind == "RSA" else matrix}, dofs)
+
+
+def _mapped(path: Path, size: int) -> tuple[str, ...]:
+    """The names of the rows, below a heading one line for each: its number, the node and the label of its direction."""
+    lines = [words for words in map(str.split, path.read_text(encoding="ascii", errors="replace").splitlines()) if words]
+    lines = [words for words in lines if words[0].isdecimal()]
+    for position, words in enumerate(lines, start=1):
+        if not (len(words) == 3 and words[0] == str(position) and words[1].isdecimal() and words[2] in LABELS):
+            rule = f"must be {position}, a node and {', '.join(LABELS)}"
+            raise fault(f"Line {position} of {path.name} below its heading", rule, " ".join(words)[:60])
+    if len(lines) != size:
+        raise fault(path.name, f"must have a line for each of the {counted(size, 'row')} of its matrix", len(lines))
+    return tuple(dof(words[1], LABELS[words[2]]) for words in lines)
 
 
 def _counts(what: str, line: bytes, least: int) -> list[int]:

@@ -34,6 +34,8 @@ DECKS: Mapping[str, Callable[[Path], Deck]] = {
 """Readers of the decks of programs, by the ending of the file."""
 SHOWN = 5
 """Nodes that a note lists."""
+SCALAR = "q0"
+"""The direction of a mode or scalar point."""
 LONGEST_NAME = 200
 """Characters of a node's or set's name."""
 
@@ -115,7 +117,7 @@ def with_nodes(content: Content, deck: Deck, file: str) -> Content:
     if without:
         listed = f"{counted(len(without), 'node')} of the model: {first_of(without, SHOWN)}"
         notes.append(f"{file} gives no coordinates of {listed}.")
-    strange = sorted({node for members in deck.sets.values() for node in members} - known - deck.nodes.keys())
+    strange = sorted({node for members in deck.sets.values() for node in members} - known - nodes.keys())
     if strange:
         listed = f"{counted(len(strange), 'node')} that the model does not have: {first_of(strange, SHOWN)}"
         notes.append(f"Sets of {file} name {listed}.")
@@ -168,4 +170,6 @@ def _direction(text: str) -> str:
         return text
     if text.isdecimal() and int(text) in DIRECTIONS:
         return DIRECTIONS[int(text)]
-    raise fault("A direction of the table", "must be x, y, z, rx, ry, rz or 1 to 6", text)
+    if text == "0":
+        return SCALAR
+    raise fault("A direction of the table", "must be x, y, z, rx, ry, rz or 1 to 6, or 0 for a mode or scalar point", text)

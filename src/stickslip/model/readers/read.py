@@ -60,7 +60,7 @@ FORMATS = (
     Format("MATLAB file", (".mat",), matlab.read),
     Format("Abaqus matrix", (".mtx",), abaqus.read),
     Format("Matrix Market", (".mtx", ".mm"), matrix_market.read, matrix_market.START),
-    Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb"), harwell_boeing.read),
+    Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb", ".matrix"), harwell_boeing.read),
     Format("Nastran OUTPUT4", (".op4",), nastran_op4.read),
     Format("Nastran DMIG", (".pch", ".dmig", ".bdf"), nastran_dmig.read),
     Format("Ansys .full file", (".full",), ansys.read),
@@ -246,6 +246,9 @@ def _together(paths: Mapping[str, Path], variables: Mapping[Any, str]) -> Conten
         dofs = tuple(dict.fromkeys(name for letter in ("K", *parts) for name in parts[letter].dofs))
         aligned = {letter: _spread(matrix, parts[letter].dofs, dofs) for letter, matrix in aligned.items()}
     notes = dict.fromkeys(note for part in parts.values() for note in part.notes)
+    if dofs and parts["K"].format == abaqus.FORMAT:
+        aligned, dofs, held = abaqus.without_held(aligned, dofs)
+        notes |= dict.fromkeys(held)
     named = {variables.get(letter, letter): matrix for letter, matrix in aligned.items()}
     return replace(parts["K"], matrices=named, dofs=dofs, notes=tuple(notes))
 

@@ -18,7 +18,7 @@ from scipy import sparse
 
 import stickslip
 from stickslip.model.readers.deck import OWN_AXES
-from stickslip.model.readers.model import Model
+from stickslip.model.readers.model import ROTATIONS, Model
 from stickslip.model.readers.places import Keep, Place, Where, places_of
 from stickslip.model.readers.read import Paths, read_model
 from stickslip.model.readers.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, quiet, to_cache
@@ -292,6 +292,7 @@ def sector_of_model(model: Model, faces: Faces) -> ReadSector:
     numbers = np.array([[model.rows.get(f"{node}.{direction}", -1) for direction in "xyz"] for node in names]).reshape(-1, 3)
     low, high = (_side(model, names, face) for face in (faces.low, faces.high))
     _refuse_local_axes(model, numbers, np.concatenate([low, high]))
+    _refuse_rotations(model, [names[node] for node in np.concatenate([low, high])])
     pairs = paired(Solid(model.M, model.K, points, numbers), faces, low, high)
     free = numbers[np.concatenate([pairs.left, pairs.right])] >= 0
     if np.any(free.any(axis=1) != free.all(axis=1)):
@@ -343,6 +344,18 @@ def _side(model: Model, names: Sequence[str], face: str) -> Index:
     if missing:
         raise fault(f"The nodes of {face}", "must have coordinates", f"{first_of(missing, 4)} without")
     return np.flatnonzero([node in members for node in names])
+
+
+def _refuse_rotations(model: Model, nodes: Sequence[str]) -> None:
+    """Rotations of shells and beams on the faces would stay apart: the faces are joined in their displacements."""
+    turning = [name for node in nodes for name in (f"{node}.{about}" for about in ROTATIONS) if name in model.rows]
+    if turning:
+        raise fault(
+            "Nodes on the faces of a sector",
+            "must have displacements alone",
+            f"{first_of(turning, 4)} with rotations",
+            "Mesh the sector with solid elements, and leave the rotations that these do not have out of the matrices.",
+        )
 
 
 def _refuse_local_axes(model: Model, numbers: Index, nodes: Index) -> None:

@@ -90,10 +90,17 @@ HALF_LENGTH = 12.0
 
 def bladed_disk_sector(study: Path) -> tuple[dict[str, str], list[Path]]:
     """One of 12 sectors of a disk with blades and platforms; dampers lie under the platforms of neighbours."""
-    mesh = _sector_mesh()
-    half = np.pi / SECTORS
     bore = MM * RADII["bore"]
-    body = solid(mesh).clamp(lambda points: np.hypot(points[:, 0], points[:, 1]) < bore + 1e-9)
+    body = solid(sector_mesh()).clamp(lambda points: np.hypot(points[:, 0], points[:, 1]) < bore + 1e-9)
+    tip = np.array([RADII["tip"], 0.0, 0.0])
+    near = body.points[np.linalg.norm(body.points - MM * tip, axis=1).argmin()] / MM
+    words, files = _written(study, {"sector": (body, sector_sets())})
+    return words | {"tip": str([round(float(c), 6) for c in near])}, files
+
+
+def sector_sets() -> dict[str, Where]:
+    """The faces of the sector and the undersides of its platforms."""
+    half = np.pi / SECTORS
 
     def face(side: float) -> Where:
         along = np.array([np.cos(side * half), np.sin(side * half)])
@@ -112,23 +119,19 @@ def bladed_disk_sector(study: Path) -> tuple[dict[str, str], list[Path]]:
 
         return on
 
-    tip = np.array([RADII["tip"], 0.0, 0.0])
-    sets: dict[str, Where] = {
+    return {
         "LOW": face(-1.0),
         "HIGH": face(1.0),
         "PLATFORM_RIGHT": underside(1.0),
         "PLATFORM_LEFT": underside(-1.0),
     }
-    near = body.points[np.linalg.norm(body.points - MM * tip, axis=1).argmin()] / MM
-    words, files = _written(study, {"sector": (body, sets)})
-    return words | {"tip": str([round(float(c), 6) for c in near])}, files
 
 
-def _sector_mesh() -> Any:
-    """Hexahedra of a sector in m: a grid of radius, angle and length without what lies outside the parts."""
+def sector_mesh(cells: int = 2) -> Any:
+    """Hexahedra of a sector in m, `cells` along the axis: a grid of radius, angle and length within the parts."""
     radii = np.array([60.0, 80.0, 100.0, 120.0, 132.0, 166.0, 200.0])
     widths = np.array([-1.0, -PLATFORM, -SHANK, -BLADE_WIDTH, BLADE_WIDTH, SHANK, PLATFORM, 1.0])
-    grid = box_mesh(radii, widths, [-HALF_LENGTH, 0.0, HALF_LENGTH])
+    grid = box_mesh(radii, widths, np.linspace(-HALF_LENGTH, HALF_LENGTH, cells + 1))
     radius, width, _ = np.abs(grid.p[:, grid.t].mean(axis=1))
     limits = [1.0, SHANK, PLATFORM, BLADE_WIDTH]
     allowed = np.array(limits)[np.searchsorted([RADII["rim"], RADII["underside"], RADII["top"]], radius)]
