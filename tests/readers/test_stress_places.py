@@ -10,7 +10,8 @@ from structure.calculix_elements import CALCULIX
 from structure.cantilever import LENGTH, THICKNESS, cantilever, static_stress
 
 import stickslip as ss
-from stickslip.analyses.fatigue import margins
+from stickslip.analyses.fatigue import margins, smallest_margin
+from stickslip.analyses.mistuning.fatigue import blade_margins, smallest_blade_margin
 from stickslip.analyses.stress import own_recovery
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.readers.deck import OWN_AXES
@@ -246,6 +247,35 @@ def test_stress_of_mistuned_blades_is_that_of_their_disk(small_disk):
     assert f"of the tuned disk {ratio:.4g} MPa" in str(population).replace("\xa0", " ")
 
 
+@pytest.mark.parametrize("equivalent", ["sines", "von_mises", "principal"])
+def test_margins_of_mistuned_blades_are_those_of_their_disk(small_disk, equivalent):
+    """Against the margin along the response of the whole disk, at the largest amplitude of each blade."""
+    lowest = float(small_disk.frequencies(stuck=True)[0])
+    at = [0.99 * lowest, lowest, 1.01 * lowest]
+    mistuning = ss.Mistuning(blade=[0.02, -0.01, 0.0, 0.01, -0.02, 0.015])
+    limit = ss.FatigueLimit(fatigue_strength=4e8, ultimate_strength=9e8)
+    population = ss.mistuned_response(small_disk, at, mistuning, harmonics=1, samples=96)
+    found = population.with_fatigue(limit, {"root": 2e8}, equivalent)
+    disk = ss.forced_response(ss.mistuned_disk(small_disk, mistuning), at, harmonics=1, samples=96).with_stress()
+    every = {f"{j}/root": 2e8 for j in range(1, 7)}
+    response = disk.with_fatigue(limit, every, equivalent).dataset
+    points = response["amplitude"].values[0].argmax(axis=0)
+    for name in ("fatigue_amplitude", "fatigue_mean", "fatigue_limit"):
+        expected = [response[name].sel(place=f"{j + 1}/root").values[0, point] for j, point in enumerate(points)]
+        np.testing.assert_allclose(found.dataset[name].values[0, :, 0], expected, rtol=1e-8)
+    margins = blade_margins(found.dataset).values[0, :, 0]
+    worst = smallest_blade_margin(found.dataset)
+    assert (worst.sample, worst.blade, worst.place) == (1, int(margins.argmin()) + 1, "root")
+    assert worst.size == pytest.approx(margins.min(), rel=1e-12)
+    if equivalent == "sines":
+        tuned = ss.forced_response(small_disk, at, harmonics=1, samples=96).with_stress().with_fatigue(limit, {"root": 2e8})
+        highest = tuned.dataset.isel(point=[int(tuned.dataset["amplitude"].values.argmax())])
+        assert worst.tuned == pytest.approx(smallest_margin(highest).size, rel=1e-8)
+        said = f"smallest fatigue margin {worst.size:.4g} (Goodman): blade {worst.blade}, root, at {worst.frequency:.5g} Hz"
+        assert said in str(found).replace("\xa0", " ")
+    assert smallest_blade_margin(population.dataset) is None
+
+
 @pytest.mark.parametrize("engine_order", [1, 2, 5])
 def test_stress_of_a_travelling_wave_is_that_of_the_unreduced_sector(disk_deck, engine_order):
     """Static force of each engine order: K_n u = p of the whole sector, also where the wave runs against the numbering."""
@@ -415,8 +445,15 @@ def test_a_study_of_mistuned_disks_has_the_stress_of_each_blade(ring):
     sector = '[structure.sector]\nsectors = 12\nlow = "LOW"\nhigh = "HIGH"\n[excitation]\nengine_order = 3\n[damping]'
     text = STUDY.replace("[damping]", sector).replace("middle = [0.01, 0.1, 0.0]", f"inner = {node}")
     text = text.replace('"forced_response"', '"mistuned_population"') + "[mistuned_population]\nblade_scatter = 0.01\n"
-    (work,) = job(text, deck.parent, "ring").plan.works.values()
-    assert work.places == ("inner",)
+    plan = job(text, deck.parent, "ring").plan
+    assert plan.works[""].places == ("inner",)
+    assert plan.fatigue is None
+    fatigue = "[fatigue]\nfatigue_strength = 4e8\nultimate_strength = 9e8\n"
+    assert job(text + fatigue, deck.parent, "ring").plan.fatigue is not None
+    without = text.replace(f"stress = {{ inner = {node} }}\n", "")
+    assert without != text
+    with pytest.raises(ss.InputError, match=r"\[fatigue\] must go with places of stress"):
+        job(without + fatigue, deck.parent, "ring")
 
 
 def test_a_study_of_a_sector_at_speed_does_not_count_the_rotation_twice(ring):

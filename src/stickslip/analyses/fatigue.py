@@ -36,7 +36,7 @@ EQUIVALENTS = {
 def with_fatigue(
     dataset: xr.Dataset, limit: FatigueLimit, mean: Mapping[str, float] | None = None, equivalent: Equivalent = "sines"
 ) -> xr.Dataset:
-    """A response with stress (`with_stress`) and its fatigue margin.
+    """A response with stress (`with_stress`), or blades of mistuned disks with theirs, and the fatigue margin.
 
     equivalent: the stress in tension that replaces a stress of several components.
 
@@ -68,7 +68,7 @@ def with_fatigue(
     amplitude, sizes = _in_tension(dataset, equivalent)
     sizes = sizes + added
     allowed = np.where(np.isfinite(sizes), limit.amplitude(np.nan_to_num(sizes)), np.nan)
-    dims = ("case", "point", "place")
+    dims = dataset["stress_alternating"].dims
     drawn = np.linspace(min(0.0, float(np.nanmin(sizes, initial=0.0))), limit.largest_mean, DRAWN)
     return dataset.assign(
         fatigue_amplitude=(dims, amplitude, {"units": "Pa", "long_name": "equivalent stress amplitude"}),
@@ -86,7 +86,7 @@ def with_fatigue(
 
 
 def _in_tension(dataset: xr.Dataset, equivalent: Equivalent) -> tuple[Array, Array]:
-    """Amplitude and mean of the equivalent stress (case, point, place), Pa."""
+    """Amplitude and mean of the equivalent stress, at each place, Pa."""
     if equivalent == "principal":
         if "stress_principal" not in dataset:
             raise InputError("The response of an older version has no principal stresses. Compute its stress again.")

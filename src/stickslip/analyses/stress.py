@@ -21,6 +21,8 @@ from stickslip.support.outcome import Outcome
 if TYPE_CHECKING:
     import xarray as xr
 
+SIZES = ("stress_von_mises", "stress_alternating", "stress_principal", "stress_principal_mean")
+"""Sizes of the stress at a place over a period, as `with_stress` explains them."""
 TURNS = 256
 """Instants of a period of a vibration of one harmonic."""
 
@@ -159,13 +161,13 @@ def own_recovery(problem: Problem) -> StressRecovery | None:
     return joined(problem.structure.stresses) if problem.structure.stresses else None
 
 
-def sector_stresses(balance: HarmonicBalance, points: Sequence[Point]) -> tuple[tuple[str, ...], Array]:
-    """The places of a sector, and the largest von Mises stress over the period there, with the mean and without, at one point of
-    each sector, (sectors, places, 2) [Pa]; of a tuned disk of its first sector."""
+def sector_stresses(balance: HarmonicBalance, points: Sequence[Point]) -> Array:
+    """Stress at the places of a sector, at one point of each sector, (sectors, places, `SIZES` and the mean of each component)
+    [Pa]; of a tuned disk of its first sector."""
     problem = balance.problem
     given = problem.stresses if isinstance(problem, FullDisk) else problem.structure.stresses
     if not given:
-        return (), np.zeros((len(points), 0, 2))
+        return np.zeros((len(points), 0, len(SIZES) + len(COMPONENTS)))
     recovery, found = joined(given), []
     for sector, point in enumerate(points, start=1):
         own = recovery.of_whole_disk([sector]) if isinstance(problem, FullDisk) else recovery
@@ -173,9 +175,12 @@ def sector_stresses(balance: HarmonicBalance, points: Sequence[Point]) -> tuple[
         motion = problem.structure.motion(y)[degrees_of_freedom(problem, own)]
         harmonics = stress_harmonics(problem, own, motion)
         over_time = np.einsum("pch,nh->pnc", harmonics, balance.tables.E)
-        sizes = von_mises(over_time), von_mises(over_time - harmonics[:, None, :, 0])
-        found.append(np.stack([size.max(axis=1) for size in sizes], axis=-1))
-    return recovery.places, np.array(found)
+        still = harmonics[..., 0]
+        vibration = over_time - still[:, None, :]
+        planes = np.array([critical_plane(*each) for each in zip(vibration, still, strict=True)])
+        sizes = von_mises(over_time).max(axis=1), von_mises(vibration).max(axis=1), *planes.T
+        found.append(np.column_stack([*sizes, still]))
+    return np.array(found)
 
 
 def has_gauges(dataset: xr.Dataset) -> bool:

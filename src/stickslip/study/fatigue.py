@@ -1,4 +1,4 @@
-"""Fatigue margin in a study: the table [fatigue] of a forced response with places of stress."""
+"""Fatigue margin in a study: the table [fatigue] of an analysis with places of stress."""
 
 from __future__ import annotations
 
@@ -54,8 +54,10 @@ class FatigueTable(Table):
     ] = None
 
 
-def fatigue_of(asked: Asked, recovery: StressRecovery | None) -> Callable[[xr.Dataset], xr.Dataset] | None:
-    """What adds the fatigue margin to a response with stress; None where it is not asked for."""
+def fatigue_of(
+    asked: Asked, recovery: StressRecovery | None, add: Callable[..., xr.Dataset] = with_fatigue
+) -> Callable[[xr.Dataset], xr.Dataset] | None:
+    """What adds the fatigue margin to a result with stress, by `with_fatigue` or its like; None where it is not asked for."""
     table = asked.tables.get("fatigue")
     if not isinstance(table, FatigueTable):
         return None
@@ -76,4 +78,4 @@ def fatigue_of(asked: Asked, recovery: StressRecovery | None) -> Callable[[xr.Da
         limit = FatigueLimit(**strengths, points=given["points"] or ())
     except InputError as error:
         raise InputError(f"[fatigue]: {error}") from None
-    return lambda dataset: with_fatigue(dataset, limit, mean, table.equivalent)
+    return lambda dataset: add(dataset, limit, mean, table.equivalent)

@@ -9,6 +9,8 @@ import numpy as np
 
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.response_dataset import levels_are_newtons
+from stickslip.analyses.stress import SIZES
+from stickslip.model.structure.stress import COMPONENTS
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.orders import attribute
 from stickslip.support.checks import Array
@@ -25,6 +27,12 @@ WORDS = {
     "pull": "pull on the damper",
 }
 
+STRESSES = {
+    "stress_von_mises": "largest von Mises stress over the period, with the mean",
+    "stress_alternating": "the same without the mean",
+    "stress_principal": "amplitude of the largest principal stress",
+    "stress_principal_mean": "mean stress along its axis",
+}
 NO_WORK = 1e-18
 """J per period: a damper that sticks works less than this, by rounding."""
 
@@ -42,6 +50,7 @@ def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Da
     if work.places:
         data |= _stresses(samples, tuned)
         coords["place"] = ("place", list(work.places), _named("1", "place of stress of a sector"))
+        coords["component"] = ("component", list(COMPONENTS), _named("1", "component of stress in the axes of the sector"))
     attrs: dict[str, Any] = {"title": work.disk.heading, "study": "", "analysis": "mistuned_population"}
     attrs |= {"sectors": N, "engine_order": work.disk.engine_order, "seed": work.seed, "force_level": work.sweep.levels[0]}
     attrs |= {"harmonics": attribute(work.sweep.harmonics), "samples": work.sweep.samples, "whitehead": 0.5 * (1.0 + np.sqrt(N))}
@@ -87,15 +96,15 @@ def _samples(samples: Sequence[Arrays], units: str, words: str) -> dict[str, Any
 def _stresses(samples: Sequence[Arrays], tuned: Arrays) -> dict[str, Any]:
     """Of each blade at its largest amplitude, and of the tuned disk."""
     found = np.array([arrays["stress"] for arrays in samples])
-    words = {"von_mises": "largest von Mises stress over the period, with the mean", "alternating": "the same without the mean"}
-    return {
-        f"{prefix}stress_{name}": (dims, values[..., k], _named("Pa", f"{text}, {where}"))
-        for prefix, dims, values, where in (
-            ("", ("sample", "blade", "place"), found, "of each blade at its largest amplitude"),
-            ("tuned_", ("place",), tuned["stress"][0], "of the tuned disk at its largest amplitude"),
-        )
-        for k, (name, text) in enumerate(words.items())
-    }
+    data: dict[str, Any] = {}
+    for prefix, dims, values, where in (
+        ("", ("sample", "blade", "place"), found, "of each blade at its largest amplitude"),
+        ("tuned_", ("place",), tuned["stress"][0], "of the tuned disk at its largest amplitude"),
+    ):
+        for k, name in enumerate(SIZES):
+            data[prefix + name] = (dims, values[..., k], _named("Pa", f"{STRESSES[name]}, {where}"))
+        data[f"{prefix}stress_mean"] = ((*dims, "component"), values[..., len(SIZES) :], _named("Pa", f"mean stress, {where}"))
+    return data
 
 
 def _tuned(tuned: Arrays, units: str) -> dict[str, Any]:

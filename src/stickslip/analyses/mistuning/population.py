@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from stickslip.analyses.fatigue import Equivalent
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
+from stickslip.analyses.mistuning.fatigue import with_blade_fatigue
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.settings import takes
 from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.structure.fatigue import FatigueLimit
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.support.renamed import renamed_arguments
@@ -28,6 +31,15 @@ class MistunedPopulation(Result):
 
     dataset: xr.Dataset
     disk: TunedDisk
+
+    def with_fatigue(
+        self, limit: FatigueLimit, mean: Mapping[str, float] | None = None, equivalent: Equivalent = "sines"
+    ) -> MistunedPopulation:
+        """A copy whose dataset also holds the fatigue margin of each blade at its largest amplitude, for report and tables.
+
+        The sector must have places of stress. Arguments: `ForcedResponse.with_fatigue`.
+        """
+        return replace(self, dataset=with_blade_fatigue(self.dataset, limit, mean, equivalent))
 
 
 def mistuned_response(

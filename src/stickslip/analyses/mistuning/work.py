@@ -17,11 +17,12 @@ from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blad
 from stickslip.analyses.mistuning.run_in import run_in_by
 from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.analyses.settings import Setting, Settings, Whole
-from stickslip.analyses.stress import own_recovery, sector_stresses
+from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
 from stickslip.analyses.work_parts import Measured
 from stickslip.model.disks.full import FullDisk
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
+from stickslip.model.structure.stress import COMPONENTS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import cycle_work
@@ -188,7 +189,7 @@ def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: Peak
                 peak[blade], highest[blade] = size, found
     place = np.array([point.point.omega for point in highest]) / (2.0 * np.pi)
     work = damper_work(balance, highest[int(peak.argmax())])
-    _, stress = sector_stresses(balance, [found.point for found in highest])
+    stress = sector_stresses(balance, [found.point for found in highest])
     status = {"outcome": np.array(int(Outcome.CONVERGED)), "message": np.array(Outcome.CONVERGED.sentence)}
     found_arrays = {"frequency": frequency, "amplitude": amplitude, "peak": peak, "peak_frequency": place}
     return {**found_arrays, "stress": stress, "damper_work": work, **status}
@@ -214,6 +215,7 @@ def _sizes(balance: HarmonicBalance, point: CurvePoint, measure: Measure) -> Arr
 
 
 def _failed(blades: int, places: int, reason: str) -> Arrays:
-    nothing = {"frequency": np.empty(0), "amplitude": np.empty((0, blades)), "stress": np.full((blades, places, 2), np.nan)}
+    stress = np.full((blades, places, len(SIZES) + len(COMPONENTS)), np.nan)
+    nothing = {"frequency": np.empty(0), "amplitude": np.empty((0, blades)), "stress": stress}
     unknown = {name: np.full(blades, np.nan) for name in ("peak", "peak_frequency", "damper_work")}
     return {**nothing, **unknown, "outcome": np.array(int(Outcome.NOT_CONVERGED)), "message": np.array(reason)}

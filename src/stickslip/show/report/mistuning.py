@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.fatigue import has_fatigue
+from stickslip.analyses.mistuning.fatigue import blade_margins, smallest_blade_margin
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import energy_text, size_text
 from stickslip.show.plots.files import Figures
@@ -45,6 +47,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines = [f"highest amplification {float(ratio.max()):.4g}: {where}, {busiest}", disk]
     if "stress_von_mises" in dataset:
         lines.append(_stress(solved))
+    lines += _fatigue(dataset)
     if ratio.size > 1:
         middle, high = np.percentile(ratio, [50, 95])
         lines.append(f"{ratio.size} samples: median {middle:.4g}, 95 % stay below {high:.4g}, mean {ratio.mean():.4g}")
@@ -71,6 +74,28 @@ def _stress(dataset: xr.Dataset) -> str:
     largest = stress.values[sample, blade, place], dataset["tuned_stress_von_mises"].max()
     sizes = [factor * 1e-6 * float(size) for size in largest]
     return f"largest von Mises stress {sizes[0]:.4g} {unit}: {here}; of the tuned disk {sizes[1]:.4g} {unit}"
+
+
+def _fatigue(dataset: xr.Dataset) -> list[str]:
+    """The smallest fatigue margin with its blade and sample, and how margins are spread over the samples."""
+    worst = smallest_blade_margin(dataset)
+    if worst is None:
+        return []
+    several = dataset.sizes["sample"] > 1
+    sample = f" of sample {worst.sample}" if several else ""
+    where = f"blade {worst.blade}{sample}, {worst.place}, at {worst.frequency:.5g} Hz"
+    factor, unit = in_system("MPa", system_of(dataset))
+    amplitude, mean = (f"{factor * 1e-6 * size:.4g} {unit}" for size in (worst.alternating, worst.mean))
+    verdict = "" if worst.size >= 1.0 else "; the material does not withstand it"
+    lines = [
+        f"smallest fatigue margin {worst.size:.4g} ({dataset.attrs['fatigue_criterion']}): {where}, amplitude {amplitude} at a "
+        f"mean of {mean}{verdict}; of the tuned disk {worst.tuned:.4g}"
+    ]
+    smallest = blade_margins(dataset).min(["blade", "place"]).dropna("sample").values
+    if several and np.isfinite(smallest).all():
+        low, middle = np.percentile(smallest, [5, 50])
+        lines.append(f"smallest fatigue margins of the samples: median {middle:.4g}, 5 % stay below {low:.4g}")
+    return lines
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -101,6 +126,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     )
     if "stress_von_mises" in dataset:
         samples["largest stress [Pa]"] = dataset["stress_von_mises"].max(["blade", "place"]).values
+    if has_fatigue(dataset):
+        samples["smallest margin"] = blade_margins(dataset).min(["blade", "place"]).values
     frames = {"samples": samples}
     if np.isfinite(dataset["amplification"].values).any():
         top = dataset.isel(sample=int(np.nanargmax(dataset["amplification"].values)))
@@ -108,6 +135,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         columns["work of the damper after it [J]"] = top["damper_work"]
         if "stress_von_mises" in top:
             columns["largest stress [Pa]"] = top["stress_von_mises"].max("place")
+        if has_fatigue(top):
+            columns["smallest margin"] = blade_margins(top).min("place")
         columns |= {name.replace("_", " "): top[name] for name in map(str, top) if name.endswith("_deviation")}
         frames["blades of the worst sample"] = pd.DataFrame({name: each.values for name, each in columns.items()})
     return frames

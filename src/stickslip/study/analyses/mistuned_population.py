@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -11,13 +11,16 @@ from pydantic import Field, Tag
 
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
+from stickslip.analyses.mistuning.fatigue import with_blade_fatigue
 from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork
 from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of
+from stickslip.study.fatigue import FatigueTable, fatigue_of
 from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
+from stickslip.study.stress import recovery_of
 from stickslip.support.checks import InputError, counted
 
 if TYPE_CHECKING:
@@ -73,6 +76,7 @@ class MistuningPlan(Plan):
 
     sweep: ForcedResponseSettings
     work: PopulationWork
+    fatigue: Callable[[xr.Dataset], xr.Dataset] | None = None
 
     @classmethod
     def of(cls, asked: Asked) -> MistuningPlan:
@@ -101,7 +105,7 @@ class MistuningPlan(Plan):
             blade=table.blade_nodes,
             **given,
         )
-        return cls(sweep, work)
+        return cls(sweep, work, fatigue_of(asked, recovery_of(asked), with_blade_fatigue))
 
     @property
     def summary(self) -> str:
@@ -114,13 +118,14 @@ class MistuningPlan(Plan):
         return {"": self.work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return population_dataset(self.work, results[""])
+        found = population_dataset(self.work, results[""])
+        return found if self.fatigue is None else self.fatigue(found)
 
 
 KINDS = {
     "mistuned_population": Kind(
         MistuningPlan.of,
-        {"mistuned_population": MistuningTable},
+        {"mistuned_population": MistuningTable, "fatigue": FatigueTable},
         required=("mistuned_population",),
         without=("tolerance", "peak_tolerance"),
     )
