@@ -63,6 +63,12 @@ def predicted_responses(data):
     yield data["level"].values, data["peak_amplitude"].values
 
 
+def decays(data):
+    yield 1e3 * data["time"].values, 1e6 * data["displacement"].values[0]
+    yield 1e6 * data["amplitude"].values[0], data["frequency"].values[0]
+    yield 1e6 * data["mode_amplitude"].values[0, :, 0], 100.0 * data["mode_damping_ratio"].values[0]
+
+
 def performance(data):
     for case in range(2):
         yield data["force_ratio"].values, data["normalised_amplitude"].values[case]
@@ -153,6 +159,7 @@ SHOWN = {
     "contact_law": contact_law,
     "response_identification": identified_responses,
     "response_prediction": predicted_responses,
+    "free_decay": decays,
 }
 """Numbers that a curve, points or bars show, x and y in the units of the axes; None: places of bars, in any order."""
 

@@ -159,7 +159,13 @@ def test_a_size_out_of_range_is_refused_with_a_remedy(value, tmp_path):
 OTHERS = {"force_levels": [0.3], "harmonics": 2, "samples": 384, "peak_tolerance": 1e-3, "quantity": "velocity", "measure": "rms"}
 """Keys of [sweep] with values that no template has."""
 
-SHOWN_ONLY = {("nonlinear_modes", "force_levels"): "where resonances of these levels lie on a mode, computed when all is solved"}
+SHOWN_ONLY = {
+    ("nonlinear_modes", "force_levels"): "where resonances of these levels lie on a mode, computed when all is solved",
+    **dict.fromkeys(
+        [("free_decay", "harmonics"), ("free_decay", "samples")],
+        "of the modes, computed over the amplitudes of the decay after it",
+    ),
+}
 
 
 @pytest.mark.parametrize("kind", [name for name, kind in KINDS.items() if kind.on_problem])

@@ -121,3 +121,34 @@ def test_the_figure_shows_frequency_and_damping_over_amplitude():
     np.testing.assert_allclose(motion.lines[0].get_ydata(), 1e6 * found.dataset["displacement"].values[0])
     np.testing.assert_allclose(frequency.lines[0].get_ydata(), found.dataset["frequency"].values[0])
     np.testing.assert_allclose(damping.lines[0].get_ydata(), 100.0 * found.dataset["damping_ratio"].values[0])
+
+
+def test_the_decay_begins_in_the_steady_motion():
+    """By frequency and force level as by the end of the steady motion itself."""
+    problem = slider(5000.0, damping=20.0)
+    end = ss.time_response(problem, 14.0, 1.0).cycle.end
+    ways = [ss.free_decay(problem, 0.1, steps=1000, **begin).dataset for begin in ({"frequency": 14.0}, {"start": end})]
+    np.testing.assert_array_equal(*(way["displacement"].values for way in ways))
+    with pytest.raises(ss.InputError, match="must not be given together"):
+        ss.free_decay(problem, 0.1, {"1.x": 1.0}, frequency=14.0)
+
+
+def test_a_lightly_damped_decay_lies_on_the_nonlinear_mode(tmp_path):
+    """Frequency of each half cycle at its mean amplitude; the damping by amplitude is that of the mode and, since the slider lets
+    the mass soften with the amplitude, a little more. The study of this decay computes both."""
+    problem = slider(1000.0, damping=0.2)
+    found = ss.free_decay(problem, 1.5, velocity={"1.x": 1.0}, steps=30_000)
+    modes = ss.nonlinear_modes(problem, amplitude=(1e-3, 1.1e-2), harmonics=5)
+    data = found.with_modes(modes).dataset
+    amplitude, frequency, ratio = (data[key].values[0] for key in ("amplitude", "frequency", "damping_ratio"))
+    inside = np.flatnonzero((amplitude > 2e-3) & np.isfinite(ratio))
+    assert inside.size > 20
+    x = data["mode_amplitude"].values[0, :, 0]
+    at = np.interp(amplitude[inside], x, data["mode_frequency"].values[0])
+    np.testing.assert_allclose(frequency[inside], at, rtol=5e-4)
+    between = np.sqrt(amplitude[inside] * amplitude[inside + 1])
+    excess = ratio[inside] / np.interp(between, x, data["mode_damping_ratio"].values[0])
+    assert np.all((excess > 0.98) & (excess < 1.1))
+    assert ss.open_results(found.save(tmp_path / "decay.nc")).attrs["analysis"] == "free_decay"
+    with pytest.raises(ss.InputError, match="must be those of the problem"):
+        ss.free_decay(slider(2000.0), 0.5, velocity={"1.x": 1.0}, steps=2000).with_modes(modes)

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from stickslip.analyses.arguments import OfProblem
 from stickslip.analyses.contact_rows import ContactRows
+from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
+from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.analyses.time_response import time_response
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
+from stickslip.results.files import save
 from stickslip.results.result import Result
+from stickslip.results.schema import stamped
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.time.march import no_history, state_at
 from stickslip.solve.time.methods import DEFAULT_METHOD, Method
 from stickslip.solve.time.model import time_model
 from stickslip.solve.time.period import Loads, march_period, settle
 from stickslip.solve.time.start import TimeStart, from_rest
-from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive
+from stickslip.support.checks import Array, InputError, fault, finite, of_kind, positive
 from stickslip.support.machine import one_blas_thread
 
 if TYPE_CHECKING:
@@ -41,55 +51,146 @@ class FreeDecay(Result):
     For each output and each half cycle from one turning point to the next (output, half_cycle), NaN after the last:
     turning_time [s] and turning_point [m] at its beginning; amplitude [m], half the distance to the next; frequency [Hz],
     1/(2 Δt); damping_ratio ζ from the logarithmic decrement of two successive amplitudes, δ = ln(a_k/a_{k+1}) = πζ/√(1 − ζ²).
+    Of nonlinear modes beside it (`with_modes`): mode_amplitude [m] (mode, output, mode_point), mode_frequency [Hz] and
+    mode_damping_ratio (mode, mode_point).
     """
 
     dataset: xr.Dataset
     problem: Problem
 
+    def with_modes(self, modes: NonlinearModes) -> FreeDecay:
+        """A copy that holds nonlinear modes of the problem too, for its figure."""
+        of_kind("modes", modes, NonlinearModes)
+        if modes.problem.fingerprint != self.problem.fingerprint:
+            raise InputError("The modes must be those of the problem that decays, but are of another one.")
+        return replace(self, dataset=beside_modes(self.dataset, modes.dataset))
 
-def free_decay(
-    problem: Problem,
-    duration: float,
-    displacement: Mapping[str, float] | None = None,
-    velocity: Mapping[str, float] | None = None,
-    *,
-    start: TimeStart | None = None,
-    steps: int = 20_000,
-    method: Method = DEFAULT_METHOD,
-) -> FreeDecay:
+    def save(self, path: str | Path) -> Path:
+        """Write the dataset as NetCDF."""
+        return save(stamped(self.dataset, "free_decay"), path)
+
+
+Motions = Mapping[str, float]
+
+
+def _motions(name: str, given: Any) -> dict[str, float]:
+    return {dof: finite(name, value) for dof, value in of_kind(name, given, dict).items()}
+
+
+@dataclass(frozen=True, eq=False)
+class FreeDecayWork(Settings):
+    """A free decay as one case."""
+
+    problem: OfProblem
+    duration: Annotated[float, Setting(positive)]
+    displacement: Annotated[Motions | None, Setting(_motions)] = None
+    velocity: Annotated[Motions | None, Setting(_motions)] = None
+    _: KW_ONLY
+    start: TimeStart | None = None
+    frequency: Annotated[float | None, Setting(positive)] = None
+    force: Annotated[float, Setting(positive)] = 1.0
+    steps: Annotated[int, Setting(Whole(8, MOST_STEPS))] = 20_000
+    method: Method = DEFAULT_METHOD
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given = (self.start is not None, self.frequency is not None, self.displacement is not None or self.velocity is not None)
+        if sum(given) > 1:
+            raise InputError(
+                "start must not be given together with displacement, velocity or frequency, since it contains both motion and "
+                "velocity. Leave out one."
+            )
+        if not isinstance(self.method, Method):
+            raise fault("method", "must be a GeneralisedAlpha or a Newmark", self.method)
+        if self.start is not None:
+            _checked(self.problem, self.start)
+        elif self.frequency is None:
+            _at(self.problem, self.displacement or {}, self.velocity or {})
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything that the decay depends on."""
+        start = () if self.start is None else [values.tolist() for values in vars(self.start).values()]
+        return (f"free decay, {self.identity('start')}, start {start}",)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return ("free decay",)
+
+    def prepare(self) -> None:
+        """Nothing: there is one case, and this process computes it."""
+
+    def _begin(self) -> TimeStart:
+        """The state at t = 0."""
+        if self.start is not None:
+            return self.start
+        if self.frequency is None:
+            return _at(self.problem, self.displacement or {}, self.velocity or {})
+        steady = time_response(self.problem, self.frequency, self.force)
+        if not steady.periodic:
+            raise InputError(f"The motion at {self.frequency:g} Hz must be steady before it decays. {steady.sentence}")
+        return steady.cycle.end
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """Outputs, motions and forces of the contacts over the time, and the energies."""
+        started = time.process_time()
+        begin, model, step = self._begin(), time_model(self.problem), self.duration / self.steps
+        with one_blas_thread():
+            matrices = model.step_matrices(self.method.coefficients, step)
+            static = model.shapes.T @ self.problem.static_load
+            loads = Loads(static, np.zeros((model.mass.size, 1)), np.zeros((self.steps, 1)))
+            state, history = state_at(model, begin), no_history(model, self.steps)
+            settle(model.table, matrices, loads, state)
+            first = matrices.outputs @ state.motion, state.contacts.w.copy(), state.contacts.forces.copy()
+            work = march_period(model.table, matrices, loads, state, history)
+        if work.failed >= 0:
+            raise InputError(f"Newton's method did not find a solution for step {work.failed} of {self.steps}. Take more steps.")
+        first = first[0], first[1], first[2] + matrices.stiffness * first[1]
+        outputs, motion, force = (
+            np.column_stack([begun, signals[:, 1:], signals[:, 0]])
+            for begun, signals in zip(first, (history.outputs, history.contact_motion, history.contact_force), strict=True)
+        )
+        if not np.all(np.isfinite(outputs)):
+            raise InputError(
+                "The motion grows without bound: the structure is unstable, or the steps are too long. Take more steps."
+            )
+        found = {"outputs": outputs, "motion": motion, "force": force, "friction_work": history.friction_work}
+        found |= {"viscous_work": np.array(work.viscous), "cpu_seconds": np.array(time.process_time() - started)}
+        return found
+
+    def gathered(self, results: Sequence[Arrays]) -> FreeDecay:
+        """The decay of the only case."""
+        return FreeDecay(_dataset(self, results[0]), self.problem)
+
+
+@takes(FreeDecayWork)
+def free_decay(work: FreeDecayWork) -> FreeDecay:
     """Integrate M q̈ + C q̇ + K q + Bᵀ f(B q) = p_static for `duration`, s, without excitation.
 
     displacement [m] and velocity [m/s] at t = 0 are given by degree of freedom, as {"tip.y": 1e-3}; all others are 0. The sliders
     begin where their start rules put them, and contacts slip while the structure is displaced to the position of its release.
-    start: the state at t = 0 instead, for example `time_response(...).cycle.end`, from which the motion continues after the
-    excitation has stopped. steps: number of steps of the whole duration; take hundreds for each cycle of the fastest motion of
+    frequency [Hz], force: the steady motion at this frequency and force level instead, after which the excitation stops.
+    start: any state at t = 0 instead, for example `time_response(...).cycle.end`, with the sliders
+    where they are there. steps: number of steps of the whole duration; take hundreds for each cycle of the fastest motion of
     interest. With thousands per cycle the motion agrees with an integration from event to event within 1e-4.
     """
-    of_kind("problem", problem, Problem)
-    if start is not None and (displacement is not None or velocity is not None):
-        raise InputError("start must not be given together with displacement or velocity, since it contains both. Leave out one.")
-    step = positive("duration", duration) / between("steps", steps, 8, MOST_STEPS)
-    if not isinstance(method, Method):
-        raise fault("method", "must be a GeneralisedAlpha or a Newmark", method)
-    begin = _at(problem, displacement or {}, velocity or {}) if start is None else _checked(problem, start)
-    model = time_model(problem)
-    with one_blas_thread():
-        matrices = model.step_matrices(method.coefficients, step)
-        loads = Loads(model.shapes.T @ problem.static_load, np.zeros((model.mass.size, 1)), np.zeros((steps, 1)))
-        state, history = state_at(model, begin), no_history(model, steps)
-        settle(model.table, matrices, loads, state)
-        first = matrices.outputs @ state.motion, state.contacts.w.copy(), state.contacts.forces.copy()
-        work = march_period(model.table, matrices, loads, state, history)
-    if work.failed >= 0:
-        raise InputError(f"Newton's method did not find a solution for step {work.failed} of {steps}. Take more steps.")
-    first = first[0], first[1], first[2] + matrices.stiffness * first[1]
-    outputs, motion, force = (
-        np.column_stack([begun, signals[:, 1:], signals[:, 0]])
-        for begun, signals in zip(first, (history.outputs, history.contact_motion, history.contact_force), strict=True)
-    )
-    if not np.all(np.isfinite(outputs)):
-        raise InputError("The motion grows without bound: the structure is unstable, or the steps are too long. Take more steps.")
-    return FreeDecay(_dataset(problem, step, outputs, motion, force, history.friction_work, work.viscous, method), problem)
+    return work.gathered(all_cases(work))
+
+
+def beside_modes(dataset: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
+    """The dataset of a decay with the curves of nonlinear modes (case, point)."""
+    axes = ("mode", "mode_point")
+
+    def named(dims: tuple[str, ...], values: Array, words: str, units: str) -> tuple[Any, ...]:
+        return dims, values, {"units": units, "long_name": words}
+
+    found = {
+        "mode_amplitude": named((*axes, "output"), modes["amplitude"].values, "amplitude of the nonlinear mode", "m"),
+        "mode_frequency": named(axes, modes["frequency"].values, "frequency of the nonlinear mode", "Hz"),
+        "mode_damping_ratio": named(axes, modes["damping_ratio"].values, "damping ratio of the nonlinear mode", "1"),
+    }
+    numbers = named(("mode",), modes["mode_number"].values, "number of the stuck mode", "1")
+    return dataset.assign(found).assign_coords(mode=numbers)
 
 
 def _checked(problem: Problem, start: TimeStart) -> TimeStart:
@@ -144,38 +245,30 @@ def half_cycles(times: Array, values: Array) -> tuple[Array, Array, Array]:
     return amplitude, 0.5 / np.diff(times), decrement / np.sqrt(np.pi**2 + decrement**2)
 
 
-def _dataset(
-    problem: Problem,
-    step: float,
-    outputs: Array,
-    motion: Array,
-    force: Array,
-    friction_work: Array,
-    viscous: float,
-    method: Method,
-) -> xr.Dataset:
+def _dataset(work: FreeDecayWork, arrays: Arrays) -> xr.Dataset:
     import xarray as xr
 
-    time = np.asarray(step * np.arange(outputs.shape[1]), dtype=float)
-    found = [turning_points(time, signal) for signal in outputs]
-    if any(np.any(np.diff(times) < FEWEST * step) for times, _ in found):
+    problem, outputs, step = work.problem, arrays["outputs"], work.duration / work.steps
+    times = np.asarray(step * np.arange(outputs.shape[1]), dtype=float)
+    found = [turning_points(times, signal) for signal in outputs]
+    if any(np.any(np.diff(turning) < FEWEST * step) for turning, _ in found):
         raise InputError(
             f"A half cycle must have {FEWEST} steps at least, but some have fewer: the motion is faster than the steps. Take "
             "more steps, or a shorter duration."
         )
-    width = max(len(times) for times, _ in found)
+    width = max(len(turning) for turning, _ in found)
     table = np.full((5, len(found), width), np.nan)
-    for k, (times, values) in enumerate(found):
-        table[:2, k, : len(times)] = times, values
-        table[2:, k, : len(times) - 1] = half_cycles(times, values)
+    for k, (turning, values) in enumerate(found):
+        table[:2, k, : len(turning)] = turning, values
+        table[2:, k, : len(turning) - 1] = half_cycles(turning, values)
     rows, contact, half = ContactRows(problem), ("contact", "direction", "time"), ("output", "half_cycle")
-    work = np.nansum(rows.spread(friction_work[:, None])[..., 0], axis=1)
+    rubbed = np.nansum(rows.spread(arrays["friction_work"][:, None])[..., 0], axis=1)
     variables: dict[str, tuple[tuple[str, ...], Any, str, str]] = {
         "displacement": (("output", "time"), outputs, "m", "outputs"),
-        "contact_motion": (contact, rows.spread(motion), "m", "contact displacements"),
-        "contact_force": (contact, rows.spread(force), "N", "contact forces"),
-        "friction_work": (("contact",), work, "J", "energy that friction has dissipated"),
-        "viscous_work": ((), viscous, "J", "energy that viscous damping has dissipated"),
+        "contact_motion": (contact, rows.spread(arrays["motion"]), "m", "contact displacements"),
+        "contact_force": (contact, rows.spread(arrays["force"]), "N", "contact forces"),
+        "friction_work": (("contact",), rubbed, "J", "energy that friction has dissipated"),
+        "viscous_work": ((), arrays["viscous_work"], "J", "energy that viscous damping has dissipated"),
         "turning_time": (half, table[0], "s", "time of the turning point"),
         "turning_point": (half, table[1], "m", "displacement at the turning point"),
         "amplitude": (half, table[2], "m", "half the distance to the next turning point"),
@@ -188,10 +281,13 @@ def _dataset(
             for name, (dims, values, units, long_name) in variables.items()
         },
         coords={
-            "time": ("time", time, {"units": "s"}),
-            "output": list(problem.output_names),
-            "contact": [contact.name for contact in problem.contacts],
-            "direction": list(DIRECTION_NAMES),
+            name: (name, values, {"units": units, "long_name": words})
+            for name, values, units, words in (
+                ("time", times, "s", "time"),
+                ("output", list(problem.output_names), "1", "output"),
+                ("contact", [contact.name for contact in problem.contacts], "1", "contact"),
+                ("direction", list(DIRECTION_NAMES), "1", "direction of the contact: t1, t2 tangential, n closing"),
+            )
         },
-        attrs={"title": problem.heading, "method": repr(method), "steps": outputs.shape[1] - 1},
+        attrs={"title": problem.heading, "method": repr(work.method), "steps": work.steps},
     )

@@ -1,0 +1,60 @@
+"""Presentation of free decays, computed and measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.results.view import length_text
+from stickslip.show.plots.files import Figures
+from stickslip.show.plots.free_decay import decay
+from stickslip.show.report.numbers import hertz, percent
+from stickslip.show.report.presentation import Presentation, presents
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """Of each output the first and the last half cycle and the most damping, and how far the nonlinear modes are from them."""
+    lines = []
+    for k, name in enumerate(dataset["output"].values):
+        amplitude, frequency, damping = (dataset[key].values[k] for key in ("amplitude", "frequency", "damping_ratio"))
+        there = np.flatnonzero(np.isfinite(frequency) & np.isfinite(damping))
+        if not there.size:
+            lines.append(f"{name}: fewer than two half cycles")
+            continue
+        first, last, most = there[0], there[-1], there[int(np.argmax(damping[there]))]
+        lines.append(
+            f"{name}: {hertz(frequency[first])} Hz at {length_text(amplitude[first], dataset)}, {hertz(frequency[last])} Hz at "
+            f"{length_text(amplitude[last], dataset)}; most damping {percent(damping[most])} at "
+            f"{length_text(amplitude[most], dataset)}"
+        )
+    return lines
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """None: a decay that fails is refused."""
+    return []
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """The half cycles of all outputs."""
+    import pandas as pd
+
+    columns: dict[str, Any] = {"output": np.repeat(dataset["output"].values, dataset.sizes["half_cycle"])}
+    keys = ("turning_time", "turning_point", "amplitude", "frequency", "damping_ratio")
+    for key in keys:
+        columns[f"{key.replace('_', ' ')} [{dataset[key].attrs['units']}]"] = dataset[key].values.ravel()
+    return {"half cycles": pd.DataFrame(columns).dropna(subset=["turning time [s]"], ignore_index=True)}
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """Motion, frequency and damping."""
+    return {"decay": decay}
+
+
+PRESENTATION = presents("free_decay", Presentation("Free decay", sentences, failures, figures, tables))

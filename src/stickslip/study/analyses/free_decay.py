@@ -1,0 +1,115 @@
+"""Free decay in a study: the table [free_decay], and the nonlinear modes in the band of [sweep] beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from stickslip.analyses.free_decay import MOST_STEPS, FreeDecayWork, beside_modes
+from stickslip.analyses.modes.work import NonlinearModesWork
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.study.analyses.forced_response import sweep_of
+from stickslip.study.analyses.nonlinear_modes import ModesTable, modes_settings
+from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.fields import Number, Positive, Table
+from stickslip.study.units import FREQUENCY, LENGTH, TIME, VELOCITY
+from stickslip.support.checks import counted, fault
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TABLE = "free_decay"
+
+BEYOND = 1.02
+"""Share by which a mode goes beyond the amplitudes of the decay on either side."""
+
+
+class FreeDecayTable(Table):
+    """The motion after a release, an impact or a steady motion, without excitation."""
+
+    duration: Annotated[Positive, TIME, Field(description="of the decay")]
+    displacement: Annotated[
+        dict[str, Number], Field(description="at the release, length by degree of freedom, { tip = 1e-3 }; all others are 0")
+    ] = Field(default_factory=dict)
+    velocity: Annotated[
+        dict[str, Number], Field(description="after an impact, length/time by degree of freedom; all others are 0")
+    ] = Field(default_factory=dict)
+    frequency: Annotated[
+        Positive | None, FREQUENCY, Field(description="of the steady motion in place of both, after which the excitation stops")
+    ] = None
+    force: Annotated[Positive, Field(description="force level of this steady motion")] = 1.0
+    steps: Annotated[int, Field(ge=8, le=MOST_STEPS, description="time steps of the whole duration")] = 20_000
+    modes: Annotated[bool, Field(description="nonlinear modes in the band of [sweep] are computed beside the decay")] = True
+
+
+def checked(table: FreeDecayTable) -> None:
+    """One kind of beginning."""
+    moved = bool(table.displacement) or bool(table.velocity)
+    if moved == (table.frequency is not None):
+        what = "both" if moved else "neither"
+        raise fault("displacement or velocity", "must be given, or frequency of a steady motion", what)
+
+
+@dataclass(frozen=True, eq=False)
+class FreeDecayPlan(Plan):
+    """A decay, then the modes over its amplitudes."""
+
+    work: FreeDecayWork
+    modes: NonlinearModesWork | None
+
+    @classmethod
+    def of(cls, asked: Asked) -> FreeDecayPlan:
+        """The plan of a study."""
+        table, units = FreeDecayTable.model_validate(asked.tables[TABLE]), asked.units
+        problem = sweep_of(asked).problem
+        moved: dict[str, Any] = {}
+        for key, dimension in (("displacement", LENGTH), ("velocity", VELOCITY)):
+            given: dict[str, float] = getattr(table, key)
+            if given:
+                moved[key] = {dof: value * units.factor(dimension) for dof, value in given.items()}
+        if table.frequency is not None:
+            moved |= {"frequency": table.frequency * units.factor(FREQUENCY), "force": table.force}
+        work = FreeDecayWork(problem, table.duration * units.factor(TIME), **moved, steps=table.steps)
+        modes = NonlinearModesWork(**modes_settings(asked, ModesTable())) if table.modes else None
+        return cls(work, modes)
+
+    @property
+    def summary(self) -> str:
+        beside = "" if self.modes is None else f", beside {counted(len(self.modes.modes), 'nonlinear mode')}"
+        return f"{self.work.duration:g} s of free decay in {self.work.steps} steps{beside}"
+
+    @property
+    def works(self) -> Mapping[str, Work]:
+        return {"": self.work}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        """The decay by itself."""
+        return self.work.gathered(results[""]).dataset
+
+    def searched(
+        self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
+    ) -> xr.Dataset:
+        """The decay with the modes over the amplitudes that it passes at the first output."""
+        dataset = self.dataset(results)
+        amplitude = dataset["amplitude"].values[0]
+        ends = amplitude[np.isfinite(amplitude) & (amplitude > 0.0)]
+        if self.modes is None or not ends.size:
+            return dataset
+        work = replace(self.modes, amplitude=(float(ends.min()) / BEYOND, float(ends.max()) * BEYOND))
+        return beside_modes(dataset, work.dataset(all_cases(work, checkpoint, workers, progress)))
+
+
+KINDS = {
+    TABLE: Kind(
+        FreeDecayPlan.of,
+        {TABLE: FreeDecayTable},
+        required=(TABLE,),
+        checks={TABLE: checked},
+        without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
+    )
+}
