@@ -58,9 +58,9 @@ def test_a_lighter_damper_is_better_for_the_blade(tmp_path):
     assert [float(f) for f in stuck.split(", ")[:2]] == pytest.approx([330, 425], abs=0.6)
     found = peaks_of(tmp_path, "results/dampers")
     expected = {
-        ("light", 5.0): (360.2, 0.0705, 0.018),
-        ("middle", 5.0): (381.8, 0.107, 0.017),
-        ("heavy", 5.0): (396.5, 0.160, 0.042),
+        ("light", 5.0): (360.3, 0.0700, 0.018),
+        ("middle", 5.0): (382.2, 0.1063, 0.024),
+        ("heavy", 5.0): (396.6, 0.1633, 0.023),
     }
     assert_peaks(found, expected)
     assert found["heavy", 5.0]["patch_error"] > 0.0

@@ -216,6 +216,16 @@ def test_a_packed_model_says_how_to_unpack_it(tmp_path, name, tool):
         ss.read_structure(tmp_path / name)
 
 
+def test_a_counterpart_and_a_table_that_are_still_packed(chain, tmp_path):
+    path = chain.save(tmp_path, "matrix_market")
+    (tmp_path / "chain_M.mtx").rename(tmp_path / "chain_M.mtx.gz")
+    with pytest.raises(InputError, match=r"must be unpacked, but is 'chain_M\.mtx\.gz'\. Unpack it first, with gunzip"):
+        ss.read_structure(path)
+    (tmp_path / "rows.csv.gz").write_bytes(b"")
+    with pytest.raises(InputError, match=r"The file of names must be unpacked, but is 'rows\.csv\.gz'"):
+        ss.read_structure(chain.save(tmp_path, "npz"), names=tmp_path / "rows.csv.gz")
+
+
 def test_a_run_of_calculix_that_is_still_packed(tmp_path):
     for name in ("blade.inp", "blade.sti.gz"):
         (tmp_path / name).write_bytes(b"")

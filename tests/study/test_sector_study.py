@@ -151,18 +151,19 @@ SECTOR = "sectors = 12\n"
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        (SECTOR, "sectors = 10\n", "they match for sectors = 12."),
-        ('low = "LOW" ', 'low = "HIGH" ', "must have no node in common"),
+        (SECTOR, "sectors = 10\n", "they match for sectors = 12. Check sectors and the axis."),
+        ('low = "LOW" ', 'low = "HIGH" ', "must have no node in common, but is '21 nodes'. low and high are one set."),
         ("[excitation]\nengine_order = 3 ", "# ", "[excitation] must be given for a bladed disk"),
         ("engine_order = 3 ", "orders = { three = 1.0 } ", "must be a whole number, but is 'three'"),
         ("[excitation]", "[base]\ndirection = 'x'\nacceleration = 1.0\n[excitation]", "base must go with another model"),
         (SECTOR, f"{SECTOR}at_speeds = [{{ speed = 0.0, model = 'x.npz' }}]\n", 'must go with analysis = "speed_sweep"'),
         (SECTOR, f"{SECTOR}speed = 6000.0\n", ""),
-        ("next/PLATFORM_LEFT", "next/PLATFORM_LOFT", "does not exist"),
+        ("next/PLATFORM_LEFT", "next/PLATFORM_LOFT", "does not exist. Did you mean 'next/PLATFORM_LEFT'?"),
+        ('low = "LOW" ', 'low = "LOWS" ', "must be a set of nodes of the model, but is 'LOWS'. Did you mean 'LOW'?"),
         ('"PLATFORM_RIGHT"', '"PLATFORMRIGHT"', "Did you mean 'PLATFORM_RIGHT'?"),
         ("modes = 12 ", "shift = [1.0, 0.0, 0.0] # ", "shift must go with a whole structure"),
         ('direction = "tip.y"', 'direction = "next/tip.y"', "must act on the sector itself"),
-        ("keep = { tip", 'keep = { face = "LOW", tip', "must not lie on the cyclic faces"),
+        ("keep = { tip", 'keep = { face = "LOW", tip', "Keep nodes beside the faces"),
     ],
 )
 def test_what_does_not_fit_is_refused(folder, old, new, words):

@@ -75,9 +75,10 @@ def force_on(table: ForceTable, parts: Parts, units: Units) -> Force:
 
 def _existing_set(parts: Parts, name: str, what: str = "Set of nodes", others: Sequence[str] = ()) -> None:
     """Refuse the name of a set that no model has, and name one that it has, kept or not."""
-    own, known = name.removeprefix(NEXT), [*parts.sets, *others]
+    following = NEXT if name.startswith(NEXT) else ""
+    own, known = name.removeprefix(NEXT), [*(f"{following}{each}" for each in parts.sets), *others]
     if own not in parts.structure.sets and known:
-        raise InputError(f"{what} {name!r} does not exist. {nearest(own, known)}")
+        raise InputError(f"{what} {name!r} does not exist. {nearest(name, known)}")
 
 
 def _opposite(table: SurfaceTable, parts: Parts) -> Opposite:

@@ -14,6 +14,17 @@ EMPTY_ROWS = 1000
 """Rows that a matrix may have beyond two for each of its entries."""
 
 
+PACKED = {".gz": "gunzip", ".zip": "unzip", ".bz2": "bunzip2", ".xz": "unxz", ".zst": "unzstd", ".7z": "7z x", ".tar": "tar xf"}
+"""Endings of packed files, and what unpacks them."""
+
+
+def refuse_packed(what: str, path: Path) -> None:
+    """Refuse a packed file: readers look for other files of the model beside it, by its name."""
+    tool = PACKED.get(path.suffix.lower())
+    if tool:
+        raise fault(what, "must be unpacked", path.name, f"Unpack it first, with {tool}, beside the other files of the model.")
+
+
 def memory() -> int:
     """Half of the machine's memory, bytes: more is not spent on one model."""
     return machine.memory() // 2

@@ -20,6 +20,7 @@ from stickslip.model.readers.ansys_deck import read_archive
 from stickslip.model.readers.content import DIRECTIONS, Content, located, located_once
 from stickslip.model.readers.deck import Deck
 from stickslip.model.readers.input_deck import read_deck
+from stickslip.model.readers.limits import refuse_packed
 from stickslip.model.readers.nastran_grid import read_grid
 from stickslip.model.readers.numbers import number_of, whole
 from stickslip.model.structure.matrices import Point
@@ -73,6 +74,7 @@ def checked_name(name: str) -> str:
 def with_names(content: Content, path: Path) -> Content:
     """The content with the names, coordinates and sets of a file of names."""
     existing("The file of names", [path])
+    refuse_packed("The file of names", path)
     reader = DECKS.get(path.suffix.lower())
     if reader is not None:
         return with_nodes(content, _deck(reader, path), path.name)

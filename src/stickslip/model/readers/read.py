@@ -29,6 +29,7 @@ from stickslip.model.readers import (
 )
 from stickslip.model.readers.content import NEEDED, SYNONYMS, Content, chosen
 from stickslip.model.readers.describe import implausible
+from stickslip.model.readers.limits import refuse_packed
 from stickslip.model.readers.model import Model, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.places import Keep, Where, places_of
@@ -67,8 +68,6 @@ FORMATS = (
     Format("CalculiX run", (".sti", ".mas", ".dof", ".inp"), calculix.read),
 )
 
-PACKED = {".gz": "gunzip", ".zip": "unzip", ".bz2": "bunzip2", ".xz": "unxz", ".zst": "unzstd", ".7z": "7z x", ".tar": "tar xf"}
-"""Endings of packed files, and what unpacks them."""
 COUNTERPARTS = (("STIFFNESS", "MASS", "DAMPING"), ("STIF", "MASS", "DMPV"), ("K", "M", "C"))
 """Ends of the names of files that hold stiffness, mass and damping of one model, in capitals or small letters."""
 NAME_BOTH = 'Name the files of both: model = { M = "mass.mtx", K = "stiffness.mtx" } in a study, {"M": ..., "K": ...} in Python.'
@@ -198,9 +197,7 @@ def format_of(path: Path) -> Format:
         raise fault("A model", "must be a file", f"{path}, a {'folder' if path.is_dir() else 'device or pipe'}")
     if not path.is_file():
         raise fault("A model", "must be a file that exists", str(path), similar_file(path))
-    if path.suffix.lower() in PACKED:
-        remedy = f"Unpack it first, with {PACKED[path.suffix.lower()]}, beside the other files of the model."
-        raise fault("A model", "must be unpacked", path.name, remedy)
+    refuse_packed("A model", path)
     if not fitting:
         raise fault("A model", f"must be a file ending in {', '.join(endings[:-1])} or {endings[-1]}", path.name)
     with path.open("rb") as file:
@@ -215,6 +212,9 @@ def _counterparts(path: Path) -> dict[str, Path]:
             match = re.fullmatch(rf"(.*(?:[^A-Za-z]|^))(?:{'|'.join(map(case, ends))})(\d*)", path.stem)
             if match:
                 beside = [path.with_stem(f"{match[1]}{case(end)}{match[2]}") for end in ends]
+                for packed in (file.with_name(f"{file.name}.gz") for file in beside if not file.is_file()):
+                    if packed.is_file():
+                        refuse_packed("A matrix of the model", packed)
                 return {letter: file for letter, file in zip("KMC", beside, strict=True) if file.is_file()}
     raise fault(
         path.name,

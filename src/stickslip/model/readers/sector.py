@@ -34,7 +34,7 @@ from stickslip.model.structure.reduced_waves import reduced_waves
 from stickslip.model.structure.rotation_axis import Z_AXIS, AxisLike, RotationAxis
 from stickslip.model.structure.solid import Solid
 from stickslip.model.structure.sparse import Sparse
-from stickslip.support.checks import Index, InputError, between, counted, fault, finite, first_of
+from stickslip.support.checks import Index, InputError, between, counted, fault, finite, first_of, nearest
 from stickslip.support.units import UnitSystem, unit_system
 
 MODES = 30
@@ -295,11 +295,12 @@ def sector_of_model(model: Model, faces: Faces) -> ReadSector:
     _refuse_rotations(model, [names[node] for node in np.concatenate([low, high])])
     pairs = paired(Solid(model.M, model.K, points, numbers), faces, low, high)
     free = numbers[np.concatenate([pairs.left, pairs.right])] >= 0
-    if np.any(free.any(axis=1) != free.all(axis=1)):
+    partly = np.concatenate([pairs.left, pairs.right])[free.any(axis=1) != free.all(axis=1)]
+    if partly.size:
         raise fault(
             "Nodes on the faces of a sector",
             "must be free or fixed in all three directions",
-            "some are fixed in one or two",
+            f"{first_of([names[node] for node in partly], 4)} fixed in one or two",
             "Fix these nodes in all three directions, or support other nodes instead.",
         )
     left, right = np.split(free[:, 0], [pairs.left.size])
@@ -338,7 +339,8 @@ def _notes(pairs: Sector, faces: Faces, left: NDArray[np.bool_], right: NDArray[
 def _side(model: Model, names: Sequence[str], face: str) -> Index:
     """The numbers of the nodes of a face."""
     if face not in model.sets:
-        raise fault("A face of the sector", "must be a set of nodes of the model", face, f"Its sets: {', '.join(model.sets)}.")
+        known = nearest(face, model.sets) if model.sets else "It has no sets: name a deck or a table with them (names = ...)."
+        raise fault("A face of the sector", "must be a set of nodes of the model", face, known)
     members = set(model.sets[face])
     missing = sorted(members - set(names))
     if missing:

@@ -36,7 +36,9 @@ def paired(solid: Solid, faces: Faces, low: Index, high: Index) -> Sector:
             raise fault(f"The face {name}", "must have nodes, all of them off the axis", what, "Cut a hole at the axis.")
     common = np.intersect1d(low, high)
     if common.size:
-        raise fault(f"The faces {faces.low} and {faces.high}", "must have no node in common", counted(common.size, "node"))
+        what, remedy = f"The faces {faces.low} and {faces.high}", "Leave these nodes out of one of the sets."
+        remedy = "low and high are one set." if faces.low == faces.high else remedy
+        raise fault(what, "must have no node in common", counted(common.size, "node"), remedy)
     if faces.interpolated:
         return _interpolated(solid, faces, low, high)
     if low.size != high.size:
@@ -67,7 +69,7 @@ def _reason(points: Array, faces: Faces, low: Index, high: Index) -> InputError 
     fits = round(2.0 * np.pi / abs(angle)) if angle else 0
     if fits >= 2 and match(fits, 1 if angle > 0.0 else -1):
         exchanged = "" if angle > 0.0 else ", with low and high exchanged"
-        return InputError(f"{what}, but they match for sectors = {fits}{exchanged}.")
+        return InputError(f"{what}, but they match for sectors = {fits}{exchanged}. Check sectors and the axis.")
     distances = partners(points, low, high, faces.axis, faces.sectors)[0]
     lonely = int(np.sum(distances > limit))
     return InputError(

@@ -159,7 +159,9 @@ def refuse_on_faces(sector: Sector, kept: Mapping[str, int]) -> None:
     missing = [name for name, row in kept.items() if row in on_faces]
     if missing:
         more = "" if len(missing) <= NAMED else f" and {len(missing) - NAMED} more"
-        raise fault("Kept degrees of freedom", "must not lie on the cyclic faces", f"{', '.join(missing[:NAMED])}{more}")
+        shown = f"{', '.join(missing[:NAMED])}{more}"
+        remedy = "Keep nodes beside the faces, and take theirs out of the contact surfaces."
+        raise fault("Kept degrees of freedom", "must not lie on the cyclic faces", shown, remedy)
 
 
 def _condensed(
