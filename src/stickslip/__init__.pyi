@@ -135,6 +135,11 @@ from .laboratory.identification.response.work import identify_response as identi
 from .laboratory.identification.least_squares import FreeParameter as FreeParameter
 from .laboratory.measurement.contact_cycles import contact_cycles as contact_cycles
 from .laboratory.measurement.contact_record import ContactRecord as ContactRecord, read_contact_records as read_contact_records
+from .laboratory.measurement.decay import (
+    MeasuredDecay as MeasuredDecay,
+    measured_decay as measured_decay,
+    read_decay as read_decay,
+)
 from .laboratory.measurement.cycles import whole_cycles as whole_cycles
 from .laboratory.measurement.measured_response import MeasuredResponse as MeasuredResponse
 from .laboratory.measurement.response_table import read_measured_response as read_measured_response

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.results.view import length_text
 from stickslip.show.plots.files import Figures
-from stickslip.show.plots.free_decay import decay
+from stickslip.show.plots.free_decay import decay, measured
 from stickslip.show.report.numbers import hertz, percent
 from stickslip.show.report.presentation import Presentation, presents
 
@@ -57,4 +57,32 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {"decay": decay}
 
 
+def measured_sentences(dataset: xr.Dataset) -> list[str]:
+    """The first and the last window and the most damping, with standard errors."""
+    amplitude, frequency, ratio = (dataset[key].values for key in ("amplitude", "frequency", "damping_ratio"))
+    errors = [dataset[f"{key}_error"].values for key in ("frequency", "damping_ratio")]
+    return [
+        f"{words}: {length_text(float(amplitude[k]), dataset)}, {hertz(frequency[k])} Hz (standard error {errors[0][k]:.2g} Hz), "
+        f"damping {percent(ratio[k])} (standard error {100.0 * errors[1][k]:.2g} %)"
+        for words, k in (("first window", 0), ("most damping", int(np.argmax(ratio))), ("last window", -1))
+    ]
+
+
+def measured_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """All windows."""
+    import pandas as pd
+
+    keys = [str(key) for key, variable in dataset.data_vars.items() if variable.dims == ("window",)]
+    columns = {f"{key.replace('_', ' ')} [{dataset[key].attrs['units']}]": dataset[key].values for key in keys}
+    return {"windows": pd.DataFrame(columns)}
+
+
+def measured_figures(dataset: xr.Dataset) -> Figures:
+    """Signal, frequency and damping."""
+    return {"measured_decay": measured}
+
+
+MEASURED = presents(
+    "measured_decay", Presentation("Measured decay", measured_sentences, failures, measured_figures, measured_tables)
+)
 PRESENTATION = presents("free_decay", Presentation("Free decay", sentences, failures, figures, tables))

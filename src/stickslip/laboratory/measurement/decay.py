@@ -1,0 +1,261 @@
+"""Measured decays: amplitude, frequency and damping ratio along a ring-down test, each with its standard error.
+
+A damped sine is fitted to one window after the other, x(t) = m + exp(−δ t) (a cos ω t + b sin ω t), by Gauss and Newton; what it
+leaves, noise and change within the window, makes the errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.analyses.arguments import output_of
+from stickslip.analyses.free_decay import beside_modes
+from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
+from stickslip.laboratory.measurement.number_table import NumberTable, named_column, text_table
+from stickslip.laboratory.measurement.records import UNITS
+from stickslip.laboratory.measurement.response_units import MOTIONS, known_unit, response_unit
+from stickslip.results.files import save
+from stickslip.results.result import Result
+from stickslip.results.schema import stamped
+from stickslip.support.checks import Array, InputError, among, existing, fault, of_kind, positive, vector
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FEWEST = 8
+"""Samples of a cycle at least."""
+
+ITERATIONS, ENOUGH = 30, 1e-10
+"""Of Gauss-Newton in a window at most, and the relative step that ends it."""
+
+SURE = 5.0
+"""Standard errors of its amplitude from which a window shows a motion; decays end where there are fewer."""
+
+SMALLEST = 1e-3
+"""Share of the largest amplitude at which a decay ends in any case."""
+
+EVEN = 1e-3
+"""Relative deviation of the time steps up to which a record counts as evenly sampled."""
+
+WORDS = {
+    "time": ("time", "t"),
+    "signal": (
+        "signal",
+        "displacement",
+        "velocity",
+        "acceleration",
+        "response",
+        "amplitude",
+        "disp",
+        "vel",
+        "acc",
+        "x",
+        "a",
+        "v",
+    ),
+}
+"""Titles of columns, in lower case."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredDecay(Result):
+    """`dataset`: signal (time) in m, m/s or m/s² by the attribute `quantity`; along `window`, at its middle window_time [s]:
+    amplitude [m] of the displacement, frequency [Hz] and damping_ratio, each with its standard error `_error`; nonlinear modes
+    beside it as of `FreeDecay`."""
+
+    dataset: xr.Dataset
+
+    def with_modes(self, modes: NonlinearModes, output: int = 0) -> MeasuredDecay:
+        """A copy that holds computed nonlinear modes too, at the output that was measured, for its figure."""
+        of_kind("modes", modes, NonlinearModes)
+        number = output_of(modes.problem, output)
+        return replace(self, dataset=beside_modes(self.dataset, modes.dataset.isel(output=[number])))
+
+    def save(self, path: str | Path) -> Path:
+        """Write the dataset as NetCDF."""
+        return save(stamped(self.dataset, "measured_decay"), path)
+
+
+def measured_decay(
+    time: ArrayLike,
+    signal: ArrayLike,
+    quantity: str = "displacement",
+    *,
+    band: tuple[float, float] | None = None,
+    cycles: float = 2.0,
+    name: str = "",
+) -> MeasuredDecay:
+    """Amplitude, frequency and damping of a measured decay, (n,) samples at even times, s, of a displacement, velocity or
+    acceleration in m, m/s or m/s².
+
+    The decay begins at the largest sample and is looked at window by window, `cycles` long and half a cycle apart, until its
+    amplitude is below five standard errors or a thousandth of the largest. band [Hz]: in which the frequency is looked for; other
+    modes in a window disturb the fit, and their part is in the errors. Amplitudes are those of the displacement, A/ω of a
+    velocity and A/ω² of an acceleration. Damping ratios are those of the measured amplitude, δ/√(δ² + ω²): where the stiffness
+    changes along a decay, they differ between the quantities.
+    """
+    among("quantity", quantity, MOTIONS)
+    t = vector("time", time)
+    x, step = vector("signal", signal, t.size), _step(t)
+    low, high = (0.0, 0.5 / step) if band is None else band
+    if not 0.0 <= low < high:
+        raise fault("band", "must be (low, high) in Hz with low below high", band)
+    if not 0.5 <= positive("cycles", cycles) <= 100.0:
+        raise fault("cycles", "must be from 0.5 to 100", cycles)
+    first = int(np.argmax(np.abs(x - x.mean())))
+    omega = 2.0 * np.pi * _dominant(x[first:] - x[first:].mean(), step, (low, high))
+    if 2.0 * np.pi / (omega * step) < FEWEST:
+        raise fault("The samples of a cycle", f"must be {FEWEST} at least", 2.0 * np.pi / (omega * step), "Sample faster.")
+    rows = _windows(t[first:], x[first:], omega, cycles)
+    if len(rows) < 2:
+        remedy = "Is it a free decay, and does the band hold its frequency?"
+        raise fault("A decay", "must show two windows beyond its noise", len(rows), remedy)
+    return MeasuredDecay(_dataset(t, x, np.array(rows), quantity, name))
+
+
+def read_decay(
+    path: str | Path,
+    *,
+    columns: Mapping[str, str | int] | None = None,
+    units: Mapping[str, str] | None = None,
+    quantity: str | None = None,
+    **settings: Any,
+) -> MeasuredDecay:
+    """A decay from a text file with a title for each column: "time [s], acceleration [m/s2]".
+
+    columns: {"time" or "signal": title or number (from 1) of the column} where titles are not understood. units: {the same names:
+    unit} where the file states none: s, and m, m/s or m/s² of the quantity, are assumed. quantity: as title or unit say unless
+    given. Further arguments are those of `measured_decay`.
+    """
+    path, columns, units = Path(path), dict(columns or {}), dict(units or {})
+    existing("path", [path])
+    for what, given in (("columns", columns), ("units", units)):
+        for key in given:
+            among(what, key, WORDS)
+    table = text_table(path, lambda title: any(title.lower() in words for words in WORDS.values()))
+    at = {key: _column(table, key, columns.get(key)) for key in WORDS}
+    title = (table.titles[at["signal"]] if table.titles else "").lower()
+    stated = units.get("signal") or table.units[at["signal"]] or ""
+    unit = response_unit(stated) if stated else None
+    if quantity is None:
+        named = [motion for motion in MOTIONS if title and motion.startswith(title[:3]) and len(title) > 2]
+        quantity = unit.kind if unit is not None and unit.kind in MOTIONS else named[0] if named else None
+    if quantity is None:
+        remedy = 'Give it: quantity="acceleration".'
+        raise fault(f"The quantity of {path.name}", "must be stated by title or unit", title or "none", remedy)
+    factor = known_unit(f"The unit of the signal in {path.name}", stated, (quantity,)).factor if stated else 1.0
+    text = units.get("time") or table.units[at["time"]] or "s"
+    if text not in UNITS or UNITS[text][0] != "s":
+        raise fault(f"The unit of time in {path.name}", "must be one of s, ms, us, min", text)
+    t, x = UNITS[text][1] * table.numbers[:, at["time"]], factor * table.numbers[:, at["signal"]]
+    return measured_decay(t, x, quantity, **{"name": path.stem, **settings})
+
+
+def _column(table: NumberTable, key: str, which: str | int | None) -> int:
+    """The number of the column of the time or of the signal: as given, by its title, or the first and the second of two."""
+    if which is not None:
+        return named_column(table, key, which)
+    found = [k for k, title in enumerate(table.titles or ()) if title.strip().lower() in WORDS[key]]
+    if len(found) == 1:
+        return found[0]
+    if not found and table.numbers.shape[1] == 2:
+        return 0 if key == "time" else 1
+    titles = ", ".join(table.titles or ()) or "none"
+    raise fault(f"The column of the {key} in {table.name}", "must be known", titles, f'Give it: columns={{"{key}": 2}}.')
+
+
+def _step(t: Array) -> float:
+    """The even step of a time."""
+    if t.size < 4 * FEWEST:
+        raise fault("time", f"must hold {4 * FEWEST} samples at least", t.size)
+    steps = np.diff(t)
+    step = float(t[-1] - t[0]) / (t.size - 1)
+    if not step > 0.0 or np.abs(steps - step).max() > 0.5 * step or np.std(steps) > EVEN * step:
+        worst = float(steps[np.argmax(np.abs(steps - step))])
+        raise fault("The steps of time", "must be even and positive", worst, "Resample the record.")
+    return step
+
+
+def _dominant(x: Array, step: float, band: tuple[float, float]) -> float:
+    """The frequency of the largest line of the spectrum in a band, Hz, by the parabola through it and its neighbours."""
+    size = 2 * x.size
+    spectrum = np.abs(np.fft.rfft(x * np.hanning(2 * x.size)[x.size :], size))
+    hertz = np.fft.rfftfreq(size, step)
+    inside = np.flatnonzero((hertz >= band[0]) & (hertz <= band[1]) & (hertz > 0.0))
+    if not inside.size or not spectrum[inside].max() > 0.0:
+        raise InputError(f"The signal must move between {band[0]:g} and {band[1]:g} Hz, but does not. Widen the band.")
+    return float(hertz[inside[np.argmax(spectrum[inside])]])
+
+
+def _windows(t: Array, x: Array, omega: float, cycles: float) -> list[list[float]]:
+    """Of each window its middle, amplitude, ω, δ and the standard errors of these three."""
+    rows: list[list[float]] = []
+    begin, end = t[0], t[-1]
+    while begin + cycles * 2.0 * np.pi / omega <= end:
+        inside = (t >= begin) & (t <= begin + cycles * 2.0 * np.pi / omega)
+        fitted = _damped_sine(t[inside], x[inside], omega)
+        if fitted is None or fitted[1] < SURE * fitted[4] or (rows and fitted[1] < SMALLEST * rows[0][1]):
+            break
+        rows.append(fitted)
+        omega = fitted[2]
+        begin += np.pi / omega
+    return rows
+
+
+def _damped_sine(t: Array, x: Array, omega: float) -> list[float] | None:
+    """The middle of a window, amplitude there, ω, δ and their standard errors; None where the fit fails."""
+    middle = 0.5 * float(t[0] + t[-1])
+    s, delta, least = t - middle, 0.0, omega
+    scale = float(np.abs(x).max()) or 1.0
+    for _ in range(ITERATIONS):
+        fading, angle = np.exp(-delta * s), omega * s
+        basis = np.column_stack([np.ones_like(s), fading * np.cos(angle), fading * np.sin(angle)])
+        (m, a, b), *_ = np.linalg.lstsq(basis, x, rcond=None)
+        moving = a * basis[:, 1] + b * basis[:, 2]
+        by_omega = s * (b * basis[:, 1] - a * basis[:, 2])
+        J = np.column_stack([basis, by_omega, -s * moving])
+        left = x - m - moving
+        change = np.linalg.lstsq(J, left, rcond=None)[0][3:]
+        omega, delta = omega + change[0], delta + change[1]
+        if not 0.5 * least < omega < 2.0 * least or abs(delta) > least:
+            return None
+        if np.abs(change).max() <= ENOUGH * omega:
+            break
+    else:
+        return None
+    noise = float(left @ left) / max(x.size - J.shape[1], 1) + (np.finfo(float).eps * scale) ** 2
+    covariance = noise * np.linalg.pinv(J.T @ J)
+    amplitude = float(np.hypot(a, b))
+    towards = np.array([0.0, a, b, 0.0, 0.0]) / max(amplitude, 1e-300)
+    errors = [float(np.sqrt(towards @ covariance @ towards)), *np.sqrt(np.diag(covariance)[3:]).tolist()]
+    return [middle, amplitude, float(omega), float(delta), *errors]
+
+
+def _dataset(t: Array, x: Array, rows: Array, quantity: str, name: str) -> xr.Dataset:
+    import xarray as xr
+
+    middle, size, omega, delta, size_error, omega_error, delta_error = rows.T
+    order = MOTIONS.index(quantity)
+    ratio = delta / np.hypot(delta, omega)
+    values = {
+        "window_time": (middle, "s", "middle of the window"),
+        "amplitude": (size / omega**order, "m", "amplitude of the displacement"),
+        "amplitude_error": (size_error / omega**order, "m", "standard error of the amplitude"),
+        "frequency": (omega / (2.0 * np.pi), "Hz", "frequency"),
+        "frequency_error": (omega_error / (2.0 * np.pi), "Hz", "standard error of the frequency"),
+        "damping_ratio": (ratio, "1", "damping ratio"),
+        "damping_ratio_error": (delta_error / np.hypot(delta, omega), "1", "standard error of the damping ratio"),
+    }
+    units = ("m", "m/s", "m/s2")[order]
+    data: dict[str, Any] = {
+        key: ("window", each, {"units": unit, "long_name": words}) for key, (each, unit, words) in values.items()
+    }
+    data["signal"] = "time", x, {"units": units, "long_name": f"measured {quantity}"}
+    coords = {"time": ("time", t, {"units": "s", "long_name": "time"})}
+    return xr.Dataset(data, coords, {"title": name or "Measured decay", "quantity": quantity})

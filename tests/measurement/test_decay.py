@@ -1,0 +1,110 @@
+"""Measured decays against closed forms, a linear oscillator with and without noise and a Coulomb slider, and a computed decay."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.support.checks import InputError
+
+TIME = np.arange(4000) / 4000.0
+
+
+def linear(ratio=0.01, frequency=60.0, amplitude=1e-3):
+    """Displacement, velocity and acceleration of A exp(−ζω t) cos(ω_d t)."""
+    omega = 2.0 * np.pi * frequency
+    root = complex(-ratio / np.sqrt(1.0 - ratio**2) * omega, omega)
+    return [np.real(root**order * amplitude * np.exp(root * TIME)) for order in range(3)], -root.real
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_linear_decay_is_found_whatever_was_measured(order):
+    signals, delta = linear()
+    data = ss.measured_decay(
+        TIME, 0.2 * (order == 0) * 1e-3 + signals[order], ("displacement", "velocity", "acceleration")[order]
+    ).dataset
+    np.testing.assert_allclose(data["frequency"], 60.0, rtol=1e-9)
+    np.testing.assert_allclose(data["damping_ratio"], 0.01, rtol=1e-7)
+    exact = 1e-3 * np.exp(-delta * data["window_time"].values)
+    np.testing.assert_allclose(data["amplitude"], exact, rtol=2e-4)  # |root|² of an acceleration is ω² (1 + ζ²)
+    assert data.sizes["window"] > 80
+
+
+def test_errors_are_those_of_noise():
+    """Deviations over their standard errors have a standard deviation of 1; windows apart by their length are independent."""
+    (signal, *_), delta = linear()
+    rng, scores = np.random.default_rng(0), []
+    for _ in range(20):
+        data = ss.measured_decay(TIME, signal + 2e-5 * rng.normal(size=TIME.size)).dataset.isel(window=slice(0, 40, 4))
+        exact = {"frequency": 60.0, "damping_ratio": 0.01, "amplitude": 1e-3 * np.exp(-delta * data["window_time"].values)}
+        scores.append([((data[key] - value) / data[f"{key}_error"]).values for key, value in exact.items()])
+    assert np.std(np.array(scores), axis=(0, 2)) == pytest.approx(1.0, abs=0.2)
+    assert ss.measured_decay(TIME, signal + 2e-5 * rng.normal(size=TIME.size)).dataset["amplitude"].values.min() > 2e-5
+
+
+def test_rigid_friction_damps_by_its_closed_form():
+    """Each half cycle loses 2 F/k: −2 F/(k π) a rad, ζ = 2 F/(π k A) at amplitudes far above F/k, at the undamped frequency."""
+    omega, loss, start = 2.0 * np.pi * 60.0, 4e-6, 1e-3
+    half = np.floor(TIME * omega / np.pi)
+    signal = np.where(half % 2 == 0, 1.0, -1.0) * loss + (start - loss - 2.0 * loss * half) * np.cos(omega * TIME)
+    data = ss.measured_decay(TIME, np.where(start - loss - 2.0 * loss * half > 0.0, signal, 0.0)).dataset
+    far = data.isel(window=data["amplitude"].values > 40.0 * loss)
+    assert far.sizes["window"] > 60
+    np.testing.assert_allclose(far["frequency"], 60.0, rtol=1e-3)
+    # the friction offset, which changes its sign each half cycle, stands beside the sine: fits of few cycles feel it
+    expected = 2.0 * loss / (np.pi * far["amplitude"].values)
+    np.testing.assert_allclose(np.convolve(far["damping_ratio"] / expected, np.full(4, 0.25), "valid"), 1.0, atol=0.06)
+    np.testing.assert_allclose(np.diff(far["amplitude"].values), -2.0 * loss, rtol=0.06)
+
+
+def test_a_decay_in_a_file_is_that_of_its_structure(tmp_path):
+    """A computed decay of a mass on a slider, written as mm and ms with noise: frequency and damping of its half cycles."""
+    structure = ss.Structure(np.eye(1), 1e4 * np.eye(1), ("1.x",), C=np.array([[0.2]]))
+    slider = ss.Contact("slider", ss.Macroslip(1e3, 1.0, normal_load=1.0), ({"1.x": 1.0},))
+    problem = ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x",))
+    decay = ss.free_decay(problem, 1.5, velocity={"1.x": 1.0}, steps=15_000).dataset
+    signal = decay["displacement"].values[0, ::10] + 2e-6 * np.random.default_rng(0).normal(size=1501)
+    rows = [f"{1e3 * t:.6g};{1e3 * x:.8g}" for t, x in zip(decay["time"].values[::10], signal, strict=True)]
+    (tmp_path / "decay.csv").write_text("Time [ms];Displacement [mm]\n" + "\n".join(rows) + "\n")
+    found = ss.read_decay(tmp_path / "decay.csv")
+    amplitude, ratio, frequency = (decay[key].values[0] for key in ("amplitude", "damping_ratio", "frequency"))
+    known = np.isfinite(ratio)
+    order = np.argsort(amplitude[known])
+    shown = found.dataset.isel(window=found.dataset["amplitude"].values > 3e-3)
+    np.testing.assert_allclose(
+        shown["frequency"], np.interp(shown["amplitude"], amplitude[known][order], frequency[known][order]), rtol=1e-3
+    )
+    between = np.sqrt(amplitude[known] * np.append(amplitude[known][1:], np.nan))
+    inside = np.isfinite(between)
+    expected = np.interp(shown["amplitude"], between[inside][::-1], ratio[known][inside][::-1])
+    np.testing.assert_allclose(shown["damping_ratio"], expected, rtol=0.06)
+    assert ss.open_results(found.save(tmp_path / "decay.nc")).attrs["quantity"] == "displacement"
+    modes = ss.nonlinear_modes(problem, amplitude=(2e-3, 1e-2), harmonics=3, samples=128)
+    beside = found.with_modes(modes)
+    motion, frequency, _ = beside.plot().axes
+    np.testing.assert_allclose(motion.lines[0].get_ydata(), 1e6 * found.dataset["signal"].values)
+    np.testing.assert_allclose(frequency.lines[-1].get_ydata(), modes.dataset["frequency"].values[0])
+    assert "Measured decay: decay" in str(beside)
+    assert "standard error" in str(beside)
+
+
+def test_what_is_no_decay_is_refused(tmp_path):
+    rng, (signal, *_) = np.random.default_rng(0), linear()[0]
+    wrong = [
+        ((TIME, signal, "force"), {}, "quantity must be one of"),
+        ((TIME[:20], signal[:20]), {}, "must hold 32 samples"),
+        ((TIME**2, signal), {}, "must be even"),
+        ((TIME, signal), {"band": (100.0, 50.0)}, "band must be"),
+        ((TIME, signal), {"cycles": 0.1}, "cycles must be"),
+        ((TIME[::20], signal[::20]), {}, "must be 8 at least"),
+        ((TIME, rng.normal(size=TIME.size)), {"band": (50.0, 70.0)}, "must show two windows"),
+        ((TIME, np.zeros(TIME.size)), {}, "must move between"),
+    ]
+    for arguments, settings, message in wrong:
+        with pytest.raises(InputError, match=message):
+            ss.measured_decay(*arguments, **settings)
+    (tmp_path / "two.csv").write_text("when;what\n" + "\n".join(f"{t};{x}" for t, x in zip(TIME, signal, strict=True)))
+    with pytest.raises(InputError, match="must be stated by title or unit"):
+        ss.read_decay(tmp_path / "two.csv")
+    assert ss.read_decay(tmp_path / "two.csv", quantity="displacement").dataset.attrs["title"] == "two"
+    with pytest.raises(InputError, match="columns must be one of"):
+        ss.read_decay(tmp_path / "two.csv", columns={"x": 1})
