@@ -1,6 +1,7 @@
 """The page as the server gives it: under its token and the names of this computer alone; without Dash a fault with the remedy."""
 
 import builtins
+import time
 
 import pytest
 
@@ -40,6 +41,39 @@ def test_the_page_stands_under_its_token(client):
 def test_another_name_of_this_computer_is_refused(client):
     assert client.get("/token/", base_url="http://evil.example:8000").status_code == 403
     assert client.get("/token/", base_url="http://localhost:8000").status_code == 200
+
+
+def test_what_is_solved_can_be_seen_and_stopped(study):
+    pytest.importorskip("dash")
+    from stickslip.show.explorer.solving import Doing, OutdatedError
+
+    solver, application = prepared(study, "token")
+    client, here = application.server.test_client(), {"base_url": "http://127.0.0.1:8000"}
+    assert client.get("/token/doing/one", **here).json == {}
+    solver.doing["one"] = Doing("Solving the curve", 0.25, time.perf_counter() - 3.0)
+    seen = client.get("/token/doing/one", **here).json
+    assert (seen["words"], seen["share"], round(seen["seconds"])) == ("Solving the curve", 0.25, 3)
+    assert client.get("/token/doing/another", **here).json == {}
+    assert client.post("/token/stop/one/7", **here).status_code == 204
+    with pytest.raises(OutdatedError):
+        solver.answer({}, None, "one", 6)
+    assert client.get("/doing/one", **here).status_code == 404
+
+
+def test_a_coarse_curve_does_not_wait_for_its_reference(study):
+    pytest.importorskip("dash")
+    from stickslip.show.explorer.page import _answered
+
+    solver, _ = prepared(study, "token")
+    wanted = {"values": {"kt": 0.3}, "pinned": {}, "output": "1.x", "log": True, "dark": False, "tab": "a", "version": 1}
+    coarse = _answered(solver, wanted | {"fine": False})
+    assert "reference" not in [trace.get("name") for trace in coarse["figure"]["data"]]
+    assert "at most 3 harmonics" in coarse["message"]
+    assert len(solver.known) == 1
+    fine = _answered(solver, wanted | {"fine": True})
+    assert "reference" in [trace.get("name") for trace in fine["figure"]["data"]]
+    coarse = _answered(solver, wanted | {"fine": False, "version": 2})
+    assert "reference" in [trace.get("name") for trace in coarse["figure"]["data"]]
 
 
 def test_a_request_is_answered_with_the_peak_and_a_wrong_one_with_a_sentence(study):

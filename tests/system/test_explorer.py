@@ -308,6 +308,21 @@ def test_the_page_fits_its_width_and_is_legible(address, width, scheme):
         assert (text == "rgb(230, 233, 236)") == (scheme == "dark")
 
 
+def test_a_long_answer_shows_its_progress_and_can_be_stopped(tmp_path):
+    slow = STUDY.replace("harmonics = 5", "harmonics = 150").replace("samples = 64", "samples = 2048")
+    with served(tmp_path, slow) as (_, address), browser() as page:
+        page.call("Page.navigate", url=address)
+        page.until("document.querySelector('#doing span')?.textContent.startsWith('Solving the curve')", 120)
+        assert not page.value("document.getElementById('doing').hidden")
+        seen = page.value("document.documentElement.dataset.version")
+        page.value("document.getElementById('stop').click()")
+        page.until("document.getElementById('message').textContent.startsWith('Stopped')", 20)
+        assert page.value("document.getElementById('doing').hidden")
+        time.sleep(3.0)
+        assert page.value("document.documentElement.dataset.version") == seen
+        assert not page.value(FINE)
+
+
 def test_ctrl_c_ends_it(tmp_path):
     with served(tmp_path) as (process, _):
         process.send_signal(signal.SIGINT)

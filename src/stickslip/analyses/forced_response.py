@@ -509,17 +509,9 @@ class ForcedResponseWork(OneBalance):
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one force level."""
-        started = time.process_time()
-        omegas = [2.0 * np.pi * frequency / self.periods for frequency in self.settings.frequencies]
-        exactly, tolerance = self.settings.listed, self.settings.peak_tolerance
-        level, measure = self.levels[case], self.measure.over(self.periods)
-        curve = None
-
-        def traced(share: float) -> None:
-            report(TRACING * share)
-
+        started, curve = time.process_time(), None
         try:
-            curve = solve_curve(self.balance, omegas, level, exactly, traced, peak_tolerance=tolerance, measure=measure)
+            curve = self._traced(case, lambda share: report(TRACING * share))
             return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
         except KeyboardInterrupt as stop:
             if isinstance(stop, CurveStopped):
@@ -531,6 +523,21 @@ class ForcedResponseWork(OneBalance):
             if curve is None or not curve.points:
                 raise
             raise CaseStopped(self._plain_arrays(curve)) from stop
+
+    def solve_without_errors(self, case: int, report: Report) -> Arrays:
+        """As `solve`, but for a first look: without the errors and the stability of the peaks, and without their warnings."""
+        return self._plain_arrays(self._dense(self._traced(case, report)))
+
+    def _traced(self, case: int, report: Report) -> Curve:
+        """The curve of one force level."""
+        omegas = [2.0 * np.pi * frequency / self.periods for frequency in self.settings.frequencies]
+        level, exactly, tolerance = self.levels[case], self.settings.listed, self.settings.peak_tolerance
+        measure = self.measure.over(self.periods)
+        return solve_curve(self.balance, omegas, level, exactly, report, peak_tolerance=tolerance, measure=measure)
+
+    def _dense(self, curve: Curve) -> Curve:
+        """A curve dense enough to draw; at listed frequencies as it is."""
+        return curve if self.settings.listed else without_ripples(self.balance, refined(self.balance, curve))
 
     def so_far(self, results: Mapping[int, Arrays]) -> xr.Dataset:
         """The response of some force levels; the others are curves without points."""
@@ -578,8 +585,7 @@ class ForcedResponseWork(OneBalance):
 
     def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
-        if not self.settings.listed:
-            curve = without_ripples(self.balance, refined(self.balance, curve))
+        curve = self._dense(curve)
         arrays = self._plain_arrays(curve)
         stability = judged(self.balance, curve, self.measure.over(self.periods))
         by_harmonics, by_samples, of_work = discretisation_errors(self.balance, curve, self.measure.over(self.periods))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -69,7 +69,7 @@ class Job:
     """What a study asks for, made ready.
 
     `text` is the file as it stands; `content` identifies what the files that it names hold, "" where it names none.
-    `sweep` holds the problem of an analysis of one; `notes` on the model, such as where its places were found;
+    `sweep` holds the problem of an analysis of one; `remarks` on the model, such as where its places were found;
     `units` those of the file, in which results are shown.
     """
 
@@ -79,8 +79,16 @@ class Job:
     text: str
     content: str = ""
     sweep: ForcedResponseSettings | None = None
-    notes: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     units: UnitSystem = UNIT_SYSTEMS["SI"]
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """The remarks, and warnings of what is implausible, which solve linear responses."""
+        if self.sweep is None:
+            return self.remarks
+        forced = "force_levels" not in KINDS[self.analysis].without
+        return (*self.remarks, *self.sweep.problem.warnings, *plausibility_warnings(self.sweep, self.units, forced))
 
 
 @dataclass(frozen=True)
@@ -159,9 +167,6 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
         "", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig), stated[1] if stated else {})
     )
     found.stop()
-    if sweep:
-        forced = "force_levels" not in kind.without
-        notes += (*sweep.problem.warnings, *plausibility_warnings(sweep, tables.units.system, forced))
     if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or (sweep.problem.heading if sweep else "") or name

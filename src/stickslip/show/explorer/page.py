@@ -20,7 +20,7 @@ from stickslip.show.explorer.figures import (
     performance_figure,
 )
 from stickslip.show.explorer.sliders import Slider
-from stickslip.show.explorer.solving import OutdatedError, Solver
+from stickslip.show.explorer.solving import COARSE, OutdatedError, Solver
 from stickslip.show.plots.look import spoken
 from stickslip.show.plots.moving_picture import CONFIG as ALONE
 from stickslip.show.plots.moving_picture import step_script
@@ -31,6 +31,8 @@ STEPS = 400
 RATIOS, RATIO_REACH = 9, 3.0
 """Points of the performance curve, from the present ratio divided by this to it times this."""
 CONFIG = ALONE | {"responsive": True}
+NOTHING: dict[str, Any] = {"data": [], "layout": {"xaxis": {"visible": False}, "yaxis": {"visible": False}}}
+"""The figure before the first answer."""
 
 Wanted = Mapping[str, Any]
 
@@ -75,6 +77,15 @@ def _layout(solver: Solver) -> Any:
             dcc.Download(id="download"),
             header,
             html.P("", id="message", role="status", **{"aria-live": "polite"}),
+            html.Div(
+                [
+                    html.Progress(value="0", max="1", **{"aria-label": "Progress"}),
+                    html.Span(""),
+                    html.Button("Stop", id="stop", type="button"),
+                ],
+                id="doing",
+                hidden=True,
+            ),
             html.Main([_controls(solver, solver.outputs), _results()]),
         ],
         id="page",
@@ -144,14 +155,14 @@ def _control(slider: Slider) -> Any:
 
 def _results() -> Any:
     response = [
-        dcc.Graph(id="curve", config=CONFIG, figure={"data": [], "layout": {}}, style={"height": "470px"}),
+        dcc.Graph(id="curve", config=CONFIG, figure=NOTHING, style={"height": "470px"}),
         html.P("A click on the curve shows that point below; else the peak is shown.", className="note"),
         html.Div(html.Button("Show the peak", id="show", type="button"), className="buttons"),
         html.Div(id="details"),
     ]
     performance = [
         html.P("Pull over excitation, the line is this study; from three harmonics.", className="note"),
-        dcc.Loading(dcc.Graph(id="performance", config=CONFIG, figure={"data": [], "layout": {}})),
+        dcc.Loading(dcc.Graph(id="performance", config=CONFIG, figure=NOTHING)),
         html.P("", id="performance-message"),
     ]
     tabs = [
@@ -249,15 +260,18 @@ def _answered(solver: Solver, wanted: Wanted) -> Any:
     head = {"version": version, "fine": fine}
     try:
         output = _output(solver, wanted)
-        pinned = solver.answer(wanted["pinned"]) if wanted.get("pinned") is not None else None
         answer = solver.answer(wanted["values"], None if fine else output, tab, version)
+        pinned = None
+        if wanted.get("pinned") is not None:  # a coarse curve does not wait for its reference
+            pinned = solver.answer(wanted["pinned"], None, tab, version) if fine else solver.kept(wanted["pinned"])
         if not answer.response.dataset["frequency"].notnull().any():
             return head | {"message": " ".join(answer.sentences), "failed": True}
         return head | {
             "figure": curve_figure(answer, pinned, output, bool(wanted["log"]), bool(wanted["dark"])),
             "numbers": peak_words(answer, output),
             "changes": change_words(answer, pinned, output),
-            "message": " ".join(answer.sentences) or ("" if fine else "Coarse, with few harmonics."),
+            "message": " ".join(answer.sentences)
+            or ("" if fine else f"Coarse: at most {COARSE} harmonics. The curve of the study follows."),
             "failed": False,
             "seconds": answer.seconds,
         }

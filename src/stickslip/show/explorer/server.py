@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import socket
+import time
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -55,7 +56,21 @@ def prepared(path: Path, token: str) -> tuple[Solver, Any]:
     app = application(solver, token)
     app.server.before_request(_refuse_other_names)
     app.server.before_request(partial(_refuse_malformed, app))
+    app.server.add_url_rule(f"/{token}/doing/<tab>", "doing", partial(_doing, solver))
+    app.server.add_url_rule(f"/{token}/stop/<tab>/<int:version>", "stop", partial(_stop, solver), methods=["POST"])
     return solver, app
+
+
+def _doing(solver: Solver, tab: str) -> dict[str, Any]:
+    """What is solved for a tab now; empty where nothing is."""
+    now = solver.doing.get(tab)
+    return {} if now is None else {"words": now.words, "share": now.share, "seconds": time.perf_counter() - now.started}
+
+
+def _stop(solver: Solver, tab: str, version: int) -> tuple[str, int]:
+    """End what is solved for a tab: its requests up to this one count as overtaken."""
+    solver.ask(tab, version)
+    return "", 204
 
 
 def _refuse_other_names() -> Any:

@@ -15,10 +15,11 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
+from stickslip.analyses.forced_response import TRACING, ForcedResponse, ForcedResponseWork
 from stickslip.analyses.performance.curve import PerformanceCurve, performance_curve
 from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.problem import Problem
+from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.results.shown_units import attributes_of
 from stickslip.show.explorer.sliders import Slider, sliders_of, varied
 from stickslip.show.report.failures import failures_of, warnings_of
@@ -61,6 +62,15 @@ class Answer:
         return list(self.response.dataset.output.values).index(output)
 
 
+@dataclass(frozen=True)
+class Doing:
+    """What is solved for a tab now: in words, which share of it is done, and when it began."""
+
+    words: str
+    share: float
+    started: float
+
+
 @dataclass(eq=False)
 class Solver:
     """A study that can vary, and its responses that are known."""
@@ -69,6 +79,8 @@ class Solver:
     folder: Path
     name: str
     newest: OrderedDict[str, int] = field(default_factory=OrderedDict)
+    doing: dict[str, Doing] = field(default_factory=dict)
+    read: tuple[Any, Job] | None = None
     known: OrderedDict[Any, Answer] = field(default_factory=OrderedDict)
     solving: Lock = field(default_factory=Lock)
     performing: Lock = field(default_factory=Lock)
@@ -127,9 +139,12 @@ class Solver:
         """The study with the values of sliders, as a file."""
         return toml_text(varied(self.document, self.sliders, values))
 
-    def job(self, values: Values) -> Job:
-        """The study with the values of sliders, checked. Raises `InputError` with its faults."""
-        return job(self.study(values), self.folder, self.name)
+    def job(self, values: Values, progress: Progress = quiet) -> Job:
+        """The study with the values of sliders, checked; the last one is kept. Raises `InputError` with its faults."""
+        key, last = tuple(sorted(values.items())), self.read
+        if last is None or last[0] != key:
+            last = self.read = key, job(self.study(values), self.folder, self.name, progress)
+        return last[1]
 
     def ask(self, tab: str, version: int) -> None:
         """Note the newest request of a tab."""
@@ -152,11 +167,18 @@ class Solver:
         with self.solving:
             self._refuse_outdated(tab, version)
             if key not in self.known:
-                self.known[key] = self._solved(values, output, tab, version)
+                try:
+                    self.known[key] = self._solved(values, output, tab, version)
+                finally:
+                    self.doing.pop(tab, None)
             self.known.move_to_end(key)
             while len(self.known) > KEPT:
                 self.known.popitem(last=False)
             return self.known[key]
+
+    def kept(self, values: Values) -> Answer | None:
+        """The response for these values, where it is known."""
+        return self.known.get((tuple(sorted(values.items())), None))
 
     def performance(
         self, values: Values, ratios: Any, output: str, tab: str = "", version: int = 0
@@ -187,8 +209,8 @@ class Solver:
         """The problem with these values."""
         return self._sweep(values).problem
 
-    def _sweep(self, values: Values) -> ForcedResponseSettings:
-        sweep = self.job(values).sweep
+    def _sweep(self, values: Values, progress: Progress = quiet) -> ForcedResponseSettings:
+        sweep = self.job(values, progress).sweep
         if sweep is None:
             raise InputError("The study has no [sweep] to solve.")
         return sweep
@@ -196,9 +218,19 @@ class Solver:
     def _solved(self, values: Values, output: str | None, tab: str, version: int) -> Answer:
         """The response as `answer` describes it, solved now."""
         started = time.perf_counter()
-        sweep, fine = self._sweep(values), output is None
+
+        def report(words: str, share: float) -> None:
+            self._refuse_outdated(tab, version)
+            self.doing[tab] = Doing("Estimating the errors" if fine and share >= TRACING else words, share, started)
+
+        fine = output is None
+        report("Reading the model", 0.0)
+        sweep = self._sweep(values, lambda share, text: report("Reading the model", TRACING * share))
+        words = "Solving the curve" if fine else "Solving a coarse curve"
+        report(words, 0.0)
         work = ForcedResponseWork.of(sweep) if output is None else _coarse(sweep, output)
-        curve = work.solve(0, lambda fraction: self._refuse_outdated(tab, version))
+        solve = work.solve if fine else work.solve_without_errors
+        curve = solve(0, lambda share: report(words, share))
         response = work.gathered([curve])
         response = replace(response, dataset=response.dataset.assign_attrs(attributes_of(self.units)))
         sentences = failures_of(response.dataset)

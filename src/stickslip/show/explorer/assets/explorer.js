@@ -2,12 +2,13 @@
 // those that a newer one has overtaken, and an answer that is older than what is shown is not shown.
 (() => {
   const tab = crypto.randomUUID(), dark = matchMedia("(prefers-color-scheme: dark)");
-  const FINE_AFTER = 250, LOST_AFTER = 20000, NARROW = 1000;
+  const FINE_AFTER = 250, LOST_AFTER = 20000, NARROW = 1000, LOOK_EVERY = 500;
   const BELOW = { legend: { orientation: "h", y: -0.22 } };
   // The renderer of Dash adds these after this script has run.
   const dash = window.dash_clientside = window.dash_clientside || {};
   const set_props = (id, props) => dash.set_props(id, props);
   let version = 0, shown = { version: 0, fine: false }, fine, pinned, started = false, last = {}, sent = -Infinity, moved = 0;
+  let stopped = 0, awaited = null; // the version of the last stop, and the request that is under way
 
   const valueAt = (share, { low, high, log }) => {
     const value = log ? low * (high / low) ** share : low + share * (high - low);
@@ -47,13 +48,52 @@
   function send() {
     if (performance.now() - sent < LOST_AFTER) return;
     sent = performance.now();
-    set_props("wanted", { data: { ...last, fine: false } });
+    ask({ ...last, fine: false });
+  }
+
+  function ask(request) {
+    awaited = request;
+    set_props("wanted", { data: request });
+  }
+
+  // What the server says that it does, from the second look on: most answers are there before.
+  async function look() {
+    const place = document.getElementById("doing"), seen = awaited;
+    if (!place) return;
+    if (!seen || place.dataset.seen !== `${seen.version}${seen.fine}`) {
+      place.hidden = true;
+      place.dataset.seen = seen ? `${seen.version}${seen.fine}` : "";
+      return;
+    }
+    try {
+      const doing = await (await fetch(`doing/${tab}`)).json();
+      if (seen !== awaited) return;
+      const share = Math.floor(100 * (doing.share ?? 0));
+      place.querySelector("progress").value = doing.share ?? 0;
+      place.querySelector("span").textContent =
+        doing.words ? `${doing.words}: ${share} % after ${Math.round(doing.seconds)} s` : "Waiting for another curve";
+      place.hidden = false;
+    } catch {
+      place.hidden = true;
+      set_props("message", { children: "The explorer has ended: nothing is solved any more." });
+    }
+  }
+
+  function stop() {
+    version += 1;
+    fetch(`stop/${tab}/${version}`, { method: "POST" }).catch(() => {});
+    clearTimeout(fine);
+    sent = -Infinity;
+    awaited = null;
+    stopped = version;
+    document.getElementById("doing").hidden = true;
+    set_props("message", { children: "Stopped. The next change of a value solves again." });
   }
 
   function refine() {
     clearTimeout(fine);
     const request = last, rested = performance.now() - moved;
-    fine = setTimeout(() => set_props("wanted", { data: { ...request, fine: true } }), Math.max(FINE_AFTER - rested, 0));
+    fine = setTimeout(() => ask({ ...request, fine: true }), Math.max(FINE_AFTER - rested, 0));
   }
 
   dash.explorer = {
@@ -103,10 +143,11 @@
     },
 
     show(answer) {
+      if (answer && awaited && answer.version === awaited.version && answer.fine === awaited.fine) awaited = null;
       const older = answer && (answer.version < shown.version || (answer.version === shown.version && shown.fine && !answer.fine));
       if (answer && !answer.fine) {
         sent = -Infinity;
-        if (answer.version < version) send(); else refine();
+        if (answer.version === version) refine(); else if (version !== stopped) send();
       }
       if (!answer || older) return Array(7).fill(dash.no_update);
       shown = answer;
@@ -131,6 +172,9 @@
       return [code, false];
     },
   };
+
+  setInterval(look, LOOK_EVERY);
+  document.addEventListener("click", event => { if (event.target.id === "stop") stop(); });
 
   dark.addEventListener("change", () => {
     if (!last.values) return;
