@@ -8,6 +8,7 @@ import stickslip as ss
 from stickslip.cli import app
 from stickslip.model.rigs.platform_blade import PlatformBlade
 from stickslip.model.rigs.single_blade import damper_shape, pads, placed_dampers
+from stickslip.model.structure.mesh_surface import MeshSurface
 from stickslip.show.plots.model_view import MOST_POINTS, model_view
 from stickslip.study.templates import write_new
 from stickslip.support.units import UnitSystem
@@ -87,6 +88,36 @@ def test_a_disk_is_drawn_by_its_sector():
     assert {"right edge, closing motion", "left edge, closing motion", "static forces"} <= {found.label for found in view.arrows}
     lengths = np.linalg.norm(arrows(view, "left edge, closing motion").directions, axis=1)
     np.testing.assert_allclose(lengths, 1.0)
+
+
+def test_a_disk_whose_elements_are_known_is_drawn_by_its_faces():
+    """The sector and its neighbours, turned about the axis, in place of dots; the damper by its section."""
+    disk = ss.rigs.octopus_blisk(modes=3)
+    view = model_view(disk)
+    assert [faces.label for faces in view.faces] == ["sector", "preceding sector", "following sector"]
+    assert "mesh" not in {points.label for points in view.points}
+    own, before, after = (faces.places for faces in view.faces)
+    turn = disk.structure.axis.turn(disk.sectors)
+    np.testing.assert_allclose(after, own @ turn.T, atol=1e-12)
+    np.testing.assert_allclose(before @ turn.T, own, atol=1e-12)
+    assert len(view.sections) == 1
+    kinds = [trace.type for trace in view.to_plotly().data]
+    assert kinds.count("mesh3d") == 3
+    assert disk.plot()._repr_png_().startswith(b"\x89PNG")
+
+
+def test_points_within_a_surface_are_not_drawn_as_dots():
+    """Of two bodies, one has elements."""
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    surface = MeshSurface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), np.zeros((12, 1)), ("a.x",))
+    points = np.array([[0.5, 0.1, 0.1], [3.0, 0.0, 0.0]])
+    nodes = {"a": (0.0, 0.0, 0.0)}
+    structure = ss.Structure([[1.0]], [[1.0]], ["a.x"], nodes=nodes, mesh_points=points, surfaces=(surface,))
+    law = ss.Macroslip(kt=1.0, mu=0.1, normal_load=1.0)
+    view = model_view(ss.Problem(structure, [ss.Contact("c", law, ({"a.x": 1.0},))], [ss.Force("a.x", 1.0)], ["a.x"]))
+    (faces,) = view.faces
+    assert (faces.label, len(faces.triangles)) == ("surface", 4)
+    np.testing.assert_allclose(next(found for found in view.points if found.label == "mesh").places, points[1:])
 
 
 def test_check_draws_the_model_of_a_study(tmp_path, monkeypatch):

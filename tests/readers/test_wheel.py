@@ -58,6 +58,14 @@ def test_frequencies_are_those_of_the_cyclic_analysis_of_calculix(disk):
         assert found == pytest.approx(expected, rel=1e-4)
 
 
+def test_the_sector_is_drawn_by_the_faces_of_its_elements(disk):
+    """Closed: each edge of a triangle belongs to two of them."""
+    triangles = disk.mesh_triangles
+    edges = np.sort(np.concatenate([triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)
+    assert set(np.unique(edges, axis=0, return_counts=True)[1]) == {2}
+    assert triangles.max() < len(disk.mesh_points)
+
+
 def test_the_stress_due_to_rotation_is_that_of_calculix(disk):
     """Linear here, with the prestressed K, and nonlinear there."""
     recovery = disk.stresses[0]

@@ -180,12 +180,14 @@ def disks_of(
     nodes, sets = kept_nodes(model, whole), kept_sets(model, tuple(places))
     mean = arrays["rotation"] if arrays["rotation"].size else None
     recoveries = () if stress is None else (stress.recovery(arrays["stress"], dofs, faces.sectors, mean),)
+    surface = model.surface
     disks = [
         replace(
             cyclic(faces.sectors, dofs, arrays["M"], waves, axis=faces.axis),
             nodes=nodes,
             sets=sets,
-            mesh_points=model.located[1],
+            mesh_points=model.located[1] if surface is None else surface.points,
+            mesh_triangles=np.zeros((0, 3), dtype=np.int64) if surface is None else surface.triangles,
             damping=damping,
             stresses=recoveries,
         )

@@ -137,7 +137,8 @@ def with_bodies(disk: CyclicStructure, bodies: Mapping[str, Structure]) -> Cycli
     masses, stiffnesses = waves(disk.masses, added.M), waves(disk.stiffnesses, added.K)
     whole = cyclic(disk.sectors, (*disk.dofs, *added.dofs), masses, stiffnesses, axis=disk.axis)
     nodes = {**disk.nodes, **added.nodes}
-    whole = replace(whole, sets=disk.sets, mesh_points=disk.mesh_points, stresses=disk.stresses)
+    whole = replace(whole, sets=disk.sets, mesh_points=disk.mesh_points, mesh_triangles=disk.mesh_triangles)
+    whole = replace(whole, stresses=disk.stresses)
     return replace(whole, nodes=nodes, outlines=added.outlines)
 
 

@@ -13,6 +13,7 @@ from stickslip.model.structure.damping import Damping, ModalDamping, RayleighDam
 from stickslip.support.checks import (
     SMALLEST,
     Array,
+    Index,
     InputError,
     counted,
     fault,
@@ -42,6 +43,7 @@ class Structure:
     damping: instead of C, a rule (`ModalDamping`, `RayleighDamping`). Neither: undamped.
     nodes: coordinates of nodes, m, and sets: nodes by the name of a set, where they are known; contact surfaces need them.
     mesh_points: coordinates of all nodes of the mesh behind a reduced model, (points, 3) [m], for drawings only.
+    mesh_triangles: of the outer surface, (triangles, 3), places among mesh_points, of a sector whose elements are known.
     surfaces: outer surfaces of meshed bodies with their motion, for deformed shapes only.
     stresses: at named places of models, from the motion q.
     outlines: sections of rigid bodies by the node at their mass centre, corners (k, 3) [m], for drawings only.
@@ -57,6 +59,7 @@ class Structure:
     nodes: Mapping[str, Point] = field(default_factory=dict, kw_only=True)
     sets: Mapping[str, tuple[str, ...]] = field(default_factory=dict, kw_only=True)
     mesh_points: Array = field(default_factory=lambda: np.zeros((0, 3)), kw_only=True)
+    mesh_triangles: Index = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64), kw_only=True)
     outlines: Mapping[str, Array] = field(default_factory=dict, kw_only=True)
     surfaces: tuple[MeshSurface, ...] = field(default=(), kw_only=True)
     stresses: tuple[StressRecovery, ...] = field(default=(), kw_only=True)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.model.contact.point import Contact
+from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import BaseMotion, Output
 from stickslip.model.problem import Problem
 from stickslip.model.structure.cyclic import CyclicStructure
@@ -22,7 +23,7 @@ from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rigid_body import arm_of
 from stickslip.results.shown_units import in_system
 from stickslip.show.plots.look import CONTACTS, colour, house_style
-from stickslip.support.checks import Array, InputError
+from stickslip.support.checks import Array, Index, InputError
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import UnitSystem
 
@@ -35,6 +36,12 @@ ARROW = 0.08
 MOST_POINTS = 8000
 """Nodes of the mesh that are drawn; of more, evenly spread ones."""
 
+NEIGHBOURS = (("preceding sector", -1), ("following sector", 1))
+SECTIONS = "sections of bodies"
+ROUNDING = 1e-9
+"""m, by which points of a mesh may lie outside of the box around its surface."""
+SHADED = 0.4
+"""Opacity of surfaces, through which contacts are seen."""
 FAINT = 0.5
 """Opacity of the mesh, before which the rest stands."""
 
@@ -102,18 +109,31 @@ class Arrows:
 
 
 @dataclass(frozen=True, eq=False)
+class Faces:
+    """An outer surface: label, role of its colour, places (n, 3) of its points, triangles (t, 3) between them."""
+
+    label: str
+    role: str
+    places: Array
+    triangles: Index
+
+
+@dataclass(frozen=True, eq=False)
 class ModelView:
-    """What there is to draw of a problem, with all lengths in one unit."""
+    """What there is to draw of a problem, with all lengths in one unit; sections: corners (k, 3) of each rigid body's outline."""
 
     title: str
     points: tuple[Points, ...]
     arrows: tuple[Arrows, ...]
     unit: str = "m"
+    faces: tuple[Faces, ...] = ()
+    sections: tuple[Array, ...] = ()
 
     @cached_property
     def sides(self) -> Array:
-        """Sides of the box around all points, (3,)."""
-        return np.asarray(np.ptp(np.concatenate([points.places for points in self.points]), axis=0))
+        """Sides of the box around all that is drawn, (3,)."""
+        places = [*(each.places for each in self.points), *(each.places for each in self.faces), *self.sections]
+        return np.asarray(np.ptp(np.concatenate(places), axis=0))
 
     @property
     def arrow(self) -> float:
@@ -129,6 +149,14 @@ class ModelView:
         figure.subplots_adjust(left=0.02, right=0.68, bottom=0.08, top=0.94)
         with house_style():
             axes: Any = figure.add_subplot(projection="3d")
+            for faces in self.faces:
+                corners, z = [faces.places[:, k] for k in order[:2]], faces.places[:, order[2]]
+                look = {"color": colour(faces.role), "alpha": SHADED, "linewidth": 0.0}
+                axes.plot_trisurf(*corners, z, triangles=faces.triangles, label=faces.label, **look)
+            for number, section in enumerate(self.sections):
+                axes.plot(
+                    *section[[*range(len(section)), 0]][:, order].T, color=colour("ink"), label=SECTIONS if not number else None
+                )
             for points in self.points:
                 look = {"s": SIZES[points.kind] ** 2, "c": colour(points.role), "alpha": FAINT if points.kind == "mesh" else 1.0}
                 axes.scatter(*points.places[:, order].T, label=points.label, linewidths=0.0, **look)
@@ -144,10 +172,18 @@ class ModelView:
     def to_plotly(self, dark: bool = False) -> Any:
         """As a plotly figure that can be turned."""
         from plotly.graph_objects import Figure as Interactive
-        from plotly.graph_objects import Scatter3d
+        from plotly.graph_objects import Mesh3d, Scatter3d
 
         paper, ink = colour("paper", dark), colour("text", dark)
-        clouds = []
+        clouds: list[Any] = []
+        for faces in self.faces:
+            (x, y, z), (i, j, k) = faces.places.T, faces.triangles.T
+            look = {"color": colour(faces.role, dark), "opacity": SHADED, "flatshading": True, "hoverinfo": "skip"}
+            clouds.append(Mesh3d(x=x, y=y, z=z, i=i, j=j, k=k, name=_escaped(faces.label), showlegend=True, **look))
+        for number, section in enumerate(self.sections):
+            x, y, z = section[[*range(len(section)), 0]].T
+            entry = {"name": SECTIONS, "legendgroup": SECTIONS, "showlegend": not number}
+            clouds.append(Scatter3d(x=x, y=y, z=z, mode="lines", line={"color": ink, "width": 5}, hoverinfo="skip", **entry))
         for points in self.points:
             x, y, z = points.places.T
             marker = {"size": SIZES[points.kind], "color": colour(points.role, dark), "line": {"width": 0}}
@@ -199,18 +235,53 @@ def model_view(problem: Problem, system: UnitSystem | None = None) -> ModelView:
     factor, unit = in_system("m", system)
     points = tuple(replace(each, places=factor * each.places) for each in _points(problem))
     arrows = tuple(replace(each, feet=factor * each.feet) for each in (*_frames(problem), *_forces(problem, system)))
-    return ModelView(problem.heading, points, arrows, unit)
+    faces = tuple(replace(each, places=factor * each.places) for each in _faces(problem))
+    sections = tuple(factor * np.asarray(corners) for corners in structure.outlines.values())
+    return ModelView(problem.heading, points, arrows, unit, faces, sections)
+
+
+def _faces(problem: Problem) -> Iterator[Faces]:
+    """The outer surfaces of blades, and of a sector with both neighbours, where the elements are known."""
+    structure = problem.structure
+    for number, surface in enumerate(structure.surfaces, start=1):
+        label = "surface" if len(structure.surfaces) == 1 else f"surface {number}"
+        yield Faces(label, "grey", surface.points, surface.triangles)
+    points, triangles = _sector(problem)
+    if triangles.size:
+        yield Faces("sector", "grey", points, triangles)
+        if isinstance(structure, CyclicStructure):
+            for name, steps in NEIGHBOURS:
+                yield Faces(name, "pale", structure.axis.turned(points, structure.sectors, steps), triangles)
+
+
+def _sector(problem: Problem) -> tuple[Array, Index]:
+    """Points (n, 3) and triangles (t, 3) of the outer surface of a sector from a file, or of a ready disk."""
+    structure = problem.structure
+    if isinstance(problem, TunedDisk) and problem.surface is not None:
+        quads = problem.surface.quads
+        return problem.surface.points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    return structure.mesh_points, structure.mesh_triangles
+
+
+def _dots(problem: Problem) -> Array:
+    """The points of the mesh that no surface shows, those of bodies without elements, (n, 3)."""
+    structure = problem.structure
+    dots = structure.mesh_points if not _sector(problem)[1].size else np.zeros((0, 3))
+    for surface in structure.surfaces:
+        low, high = surface.points.min(axis=0) - ROUNDING, surface.points.max(axis=0) + ROUNDING
+        dots = dots[~np.all((low <= dots) & (dots <= high), axis=1)]
+    return dots
 
 
 def _points(problem: Problem) -> Iterator[Points]:
     """The mesh, of a disk with both neighbours, nodes, bodies and outputs."""
     structure = problem.structure
-    mesh = structure.mesh_points
-    if mesh.shape[0]:
-        drawn = mesh[:: -(-mesh.shape[0] // MOST_POINTS)]
+    mesh, dots = structure.mesh_points, _dots(problem)
+    if dots.shape[0]:
+        drawn = dots[:: -(-dots.shape[0] // MOST_POINTS)]
         yield Points("mesh", "grey", "mesh", drawn)
         if isinstance(structure, CyclicStructure):
-            for name, steps in (("preceding sector", -1), ("following sector", 1)):
+            for name, steps in NEIGHBOURS:
                 yield Points(name, "pale", "mesh", structure.axis.turned(drawn, structure.sectors, steps))
     bodies = _bodies(structure.dofs)
     for label, role, kind, names in (
