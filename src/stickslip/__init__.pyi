@@ -67,6 +67,7 @@ from .analyses.controlled_response import (
     controlled_response as controlled_response,
     phase_resonance as phase_resonance,
 )
+from .analyses.stepped_sine import SteppedSine as SteppedSine, stepped_sine as stepped_sine
 from .analyses.time_response import time_response as time_response
 from .analyses.free_decay import FreeDecay as FreeDecay, free_decay as free_decay
 from .solve.time.methods import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newmark

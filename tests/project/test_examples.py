@@ -47,6 +47,7 @@ PINNED: dict[str, tuple[str, float, float]] = {
     "identify_contact_parameters.py": ("friction_right", 0.45, 0.05),  # the truth that was put in
     "law_of_a_contact.py": ("friction", 0.4727, 5e-3),  # an independent evaluation of the record
     "decay_after_an_impact.py": ("largest_damping", 6.24, 1e-2),
+    "stepped_sine_with_dwell.py": ("peak", 3.813, 1e-3),  # 20 000 steps a period of the semi-implicit Euler method
     "measured_decay.py": ("stuck_frequency", 212.28, 1e-3),  # √(k + kt)/m, closed form
     "check_a_point_in_time.py": ("amplitude_in_time", 3.511226, 1e-5),
     "nonlinear_mode_of_a_blade.py": ("peak_at_80_newton", 5.162, 3e-2),  # the sweep of docs/single_blade.md
