@@ -25,6 +25,7 @@ TABLE, IDENTIFICATION = "response_prediction", "response_identification"
 @guarded
 def predict(
     ctx: typer.Context,
+    *,
     identification: Annotated[Path, typer.Argument(help="results.nc of identify-response, or the folder that holds it.")],
     force: Annotated[list[str] | None, typer.Option(metavar="F", help="Force level, N: --force 1 --force 5, or 1,5.")] = None,
     amplitude: Annotated[
@@ -35,7 +36,7 @@ def predict(
             "--velocity",
             "--displacement",
             metavar="A",
-            help="Held amplitude of the measured quantity in place of forces, m/s2, m/s or m.",
+            help="Held amplitude of the measured quantity in place of forces, m/s², m/s or m.",
         ),
     ] = None,
     setting: Annotated[

@@ -4,7 +4,7 @@ forces with its limit lines, and the timeline of stick, slip and open."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,11 +20,13 @@ if TYPE_CHECKING:
 
 CYCLE = Axis("share of the cycle", limits=(0.0, 1.0))
 PARTS: dict[str, tuple[str, Dash]] = {
-    "elastic_motion": ("elastic motion", "dot"),
-    "slip_motion": ("slip motion", "solid"),
+    "slip_motion": ("slip", "solid"),
+    "elastic_motion": ("elastic", "dot"),
     "rolling": ("rolling", "dash"),
 }
 """Parts of the motion along a platform, in words, with their dashes."""
+LINES = (2, 3, 6, 7)
+"""Colours of the contacts in their order: those that stick and slip do not have."""
 HEIGHT = 2.7
 
 
@@ -43,9 +45,10 @@ def _hysteresis(dataset: xr.Dataset) -> Panel:
     for axis, name in enumerate(("horizontal", "vertical")):
         motion, force = (dataset[key].values[:, axis] for key in ("platform_motion", "force_on_right"))
         if np.ptp(motion) > 0.0:
-            layers.append(Line(closed(motion) / um, closed(force), Style("ink", ("solid", "dash")[axis]), name))
+            drawn, style = closed(force), Style("ink", ("solid", "dash")[axis])
+            layers.append(Line(closed(motion) / um, drawn, style, hover=_called(name, drawn)))
     axes = Axis("relative motion", "µm"), Axis("force on the right platform", "N")
-    return Panel(*axes, layers, "Platform to platform", HEIGHT)
+    return Panel(*axes, layers, "Platform to platform; dashed: vertical", HEIGHT)
 
 
 def _forces(dataset: xr.Dataset) -> Panel:
@@ -53,11 +56,9 @@ def _forces(dataset: xr.Dataset) -> Panel:
     layers: list[Layer] = []
     for k, name, mu in _contacts(dataset):
         normal, top = dataset.normal_force.values[:, k], float(dataset.normal_force.values[:, k].max())
-        layers.append(Line(closed(dataset.friction_force.values[:, k]), closed(normal), contact(k), name))
+        layers.append(Line(closed(dataset.friction_force.values[:, k]), closed(normal), _line(k), name))
         if np.isfinite(mu):
-            layers.append(
-                Line([-mu * top, 0.0, mu * top], [top, 0.0, top], contact(k, dash="dot", width=0.8), name, listed=False)
-            )
+            layers.append(Line([-mu * top, 0.0, mu * top], [top, 0.0, top], _line(k, dash="dot", width=0.8), name, listed=False))
     axes = Axis("friction force T", "N"), Axis("normal force N", "N")
     return Panel(*axes, layers, "Contact forces; dotted: friction cones", HEIGHT)
 
@@ -66,22 +67,22 @@ def _ratios(dataset: xr.Dataset) -> Panel:
     """T/N of each contact within its limits ±μ."""
     layers: list[Layer] = []
     for k, name, mu in _contacts(dataset):
-        layers.append(Line(dataset.phase.values, dataset.force_ratio.values[:, k], contact(k), name))
-        layers += [Rule(sign * mu, contact(k, dash="dot", width=0.8), along="y") for sign in (-1.0, 1.0) if np.isfinite(mu)]
+        layers.append(Line(dataset.phase.values, dataset.force_ratio.values[:, k], _line(k), name))
+        layers += [Rule(sign * mu, _line(k, dash="dot", width=0.8), along="y") for sign in (-1.0, 1.0) if np.isfinite(mu)]
     return Panel(CYCLE, Axis("force ratio T/N"), layers, "Force ratios; dotted: ±μ", HEIGHT)
 
 
 def _motion(dataset: xr.Dataset) -> Panel:
     """The parts of the motion of each contact along its platform, about their means."""
-    layers: list[Layer] = [Line([np.nan], [np.nan], Style("grey", dash), words) for words, dash in PARTS.values()]
+    layers: list[Layer] = []
     for k, name, _ in _contacts(dataset):
         for part, (words, dash) in PARTS.items():
             values = dataset[part].values[:, k]
-            line = contact(k, dash=dash, width=1.2)
+            line = _line(k, dash=dash, width=1.2)
             layers.append(
                 Line(dataset.phase.values, (values - values.mean()) / um, line, name, {"": [words] * values.size}, listed=False)
             )
-    return Panel(CYCLE, Axis("motion about its mean", "µm"), layers, "Motion along the platforms", HEIGHT)
+    return Panel(CYCLE, Axis("motion about its mean", "µm"), layers, "Motion: slip; dotted: elastic, dashed: rolling", HEIGHT)
 
 
 def _plane(dataset: xr.Dataset) -> Panel:
@@ -89,12 +90,13 @@ def _plane(dataset: xr.Dataset) -> Panel:
     pull, sides = float(dataset.attrs["pull"]), dataset.side.values
     left, right = (dataset.friction_force.values[:, sides == side].sum(axis=1) / pull for side in ("left", "right"))
     limits = [dataset.slip_limit.values[:, sides == side].sum(axis=1) / pull for side in ("left", "right")]
-    layers: list[Layer] = [Line(closed(left), closed(right), Style("stick"), "both sides")]
+    drawn = [(left, right, "both sides", Style("ink"))]
     for sign in (-1.0, 1.0):
-        layers.append(Line(closed(sign * limits[0]), closed(right), Style("grey", width=0.9), "left side slips"))
-        layers.append(Line(closed(left), closed(sign * limits[1]), Style("grey", "dash", 0.9), "right side slips"))
+        drawn.append((sign * limits[0], right, "left side slips", Style("grey", width=0.9)))
+        drawn.append((left, sign * limits[1], "right side slips", Style("grey", "dash", 0.9)))
+    layers = [Line(closed(x), closed(y), style, hover=_called(words, closed(y))) for x, y, words, style in drawn]
     axes = Axis("friction force on the left over pull"), Axis("friction force on the right over pull")
-    return Panel(*axes, layers, "Friction of both sides", HEIGHT)
+    return Panel(*axes, layers, "Friction; grey: left side slips, dashed: right", HEIGHT)
 
 
 def _timeline(dataset: xr.Dataset) -> Panel:
@@ -110,6 +112,16 @@ def _timeline(dataset: xr.Dataset) -> Panel:
     axis = Axis("", names={float(row): name for row, name in enumerate(names)}, upside_down=True)
     keys = [Key(state, Style(state)) for state in ("stick", "slip", "open")]
     return Panel(CYCLE, axis, [Cells(np.append(phase, 1.0), colours, texts), *keys], "States", HEIGHT)
+
+
+def _called(words: str, values: Array) -> dict[str, list[str]]:
+    """The name of a line that no legend lists, for each of its points."""
+    return {"": [words] * values.size}
+
+
+def _line(place: int, **more: Any) -> Style:
+    """The style of the lines of a contact."""
+    return contact(LINES[place % len(LINES)], **more)
 
 
 def _contacts(dataset: xr.Dataset) -> Iterator[tuple[int, str, float]]:

@@ -255,7 +255,8 @@ def _layout(chart: Chart, columns: int, narrow: bool) -> dict[str, Any]:
         ends = (1.0 - (top + heights[i]) / inner, 1.0 - top / inner)
         for (left, right), k in zip(spans, row, strict=False):
             panel, on, pixels = chart.panels[k], _on(k), (right - left) * (total - 70)
-            x, y = _axis(panel.x, pixels, panel), _axis(panel.y, heights[i], panel)
+            names = CHARACTER * max((min(len(name), LONGEST_NAME) for name in panel.y.names.values()), default=0)
+            x, y = _axis(panel.x, max(pixels - names, 0.5 * pixels), panel), _axis(panel.y, heights[i], panel)
             x |= {"domain": [left, right], "anchor": on["yaxis"]}
             last = not joined or k + columns >= len(chart.panels)
             named_x, named_y = labelled(chart.panels, columns, k)

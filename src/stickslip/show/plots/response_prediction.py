@@ -34,7 +34,7 @@ def predicted(dataset: xr.Dataset) -> Chart:
         one = dataset.isel(measured=t)
         dots = level(int(one["predicted_level"]), count, dash="none", marker="circle", size=2.5)
         f, size = one["measured_frequency"].values, one["measured_amplitude"].values / unit.metres
-        layers.append(Line(f, size, dots, str(one["measured"].values), listed=False))
+        layers.append(Line(f, size, dots, hover={"": [str(one["measured"].values)] * f.size}))
     quantity = f"{dataset.attrs['quantity']}{' per force' if dataset.attrs['held'] == 'response' else ''}"
     axis = Axis(quantity, unit.name, log=spans(values[np.isfinite(values)], 8.0))
     dotted = ", measured points (dots)" if "measured" in dataset.sizes else ""

@@ -54,7 +54,7 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     heads += [AGAINST[which] for which in _limits(dataset)]
     name = "" if len(outputs) > 1 else f" of {dataset['output'].values[0]}"
     rows = [_row(dataset, case, output) for case in cases for output in outputs]
-    answer = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows)
+    answer = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows, stacked=True)
 
     def least_certain_first(case: int) -> float:
         errors = (error for k in range(dataset.sizes["output"]) for error in errors_of(dataset, case, k).values())

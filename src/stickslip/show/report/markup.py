@@ -31,14 +31,23 @@ def cell(shown: str, value: float | None = None, note: str = "") -> str:
     return f"<td{kind}{data}>{text(shown)}{f' <small>{text(note)}</small>' if note else ''}</td>"
 
 
-def table(identifier: str, caption: str, heads: Sequence[str], rows: Iterable[str]) -> str:
-    """A table whose `rows` are ready <tr> elements; heads of numbers stand over their numbers, a long table is folded."""
+def table(identifier: str, caption: str, heads: Sequence[str], rows: Iterable[str], stacked: bool = False) -> str:
+    """A table whose `rows` are ready <tr> elements; heads of numbers stand over their numbers, a long table is folded.
+
+    stacked: on a narrow screen every number of a row stands below its head, so that none is out of sight.
+    """
     ready = list(rows)
     kinds = re.findall(r"<td( class=\"number\")?", ready[0]) if ready else []
     kinds += [""] * (len(heads) - len(kinds))
     head = "".join(f'<th scope="col"{kind}>{text(name)}</th>' for name, kind in zip(heads, kinds, strict=False))
+    kind = ""
+    if stacked:
+        kind, cells = ' class="stacked"', re.compile(r"<td(?! colspan)")
+        for k, row in enumerate(ready):
+            names = iter(heads)
+            ready[k] = cells.sub(lambda found, names=names: f'{found[0]} data-head="{text(next(names))}"', row)  # type: ignore[misc]
     html = (
-        f'<div class="wide" tabindex="0" role="region" aria-label="{text(caption)}"><table id="{identifier}">'
+        f'<div class="wide" tabindex="0" role="region" aria-label="{text(caption)}"><table id="{identifier}"{kind}>'
         f"<caption>{text(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(ready)}</tbody></table></div>"
     )
     folded = f"<details><summary>{text(caption.rstrip('.'))} ({len(ready)} rows)</summary>{html}</details>"

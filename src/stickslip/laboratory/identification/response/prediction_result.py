@@ -16,6 +16,7 @@ from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.results.schema import stamped
+from stickslip.results.view import size_text
 from stickslip.support.checks import InputError, counted, fault, of_kind, several
 
 if TYPE_CHECKING:
@@ -196,9 +197,10 @@ def _peaks(dataset: xr.Dataset) -> list[str]:
             continue
         f, a, z = one.values()
         damping = f", damping ratio {100 * z[0]:.3g} % ({100 * z[1]:.3g} to {100 * z[2]:.3g} %)" if np.isfinite(z[0]) else ""
+        size, low, high = (size_text(each, unit, dataset) for each in a)
         found.append(
             f"{level:.4g} {dataset['level'].attrs['units']}: peak at {f[0]:.6g} Hz (95 % interval {f[1]:.6g} to {f[2]:.6g} Hz), "
-            f"{a[0]:.4g} {unit} ({a[1]:.4g} to {a[2]:.4g} {unit}){damping}"
+            f"{size} ({low} to {high}){damping}"
         )
     return found
 
