@@ -32,7 +32,7 @@ PINNED: dict[str, tuple[str, float, float]] = {
     "jointed_beams.py": ("stuck_frequency", 125.11, 1e-3),  # the whole meshes, tests/study/test_worked_beams.py
     "dry_and_oiled_dampers.py": ("oiled", 0.25893, 2e-3),
     "stress_of_a_blade.py": ("largest", 0.7869, 1e-3),
-    "own_bladed_disk.py": ("margin", 2.63, 1e-2),  # its frequencies and stress: tests/readers/test_wheel.py
+    "own_bladed_disk.py": ("margin", 3.09, 1e-2),  # its frequencies and stress: tests/readers/test_wheel.py
     "fatigue_margin.py": ("margin", 354.0, 2e-2),
     "duffing_oscillator.py": ("peak", 1.7209689, 1e-6),  # closed form of one harmonic
     "identify_from_responses.py": ("kt", 0.5, 5e-3),  # the truth that was put in

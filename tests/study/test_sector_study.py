@@ -197,6 +197,20 @@ def test_a_speed_sweep_goes_between_models_at_two_speeds(folder):
         job(f"{text}{sweep}[excitation]\nengine_order = 3\n", folder, "wheel")
 
 
+def test_a_model_at_another_speed_than_that_of_the_band_is_warned_of(folder):
+    """Engine order 4 excites between 1000 and 1200 Hz, say, at 15 000 to 18 000 rev/min."""
+    text = (folder / "wheel.toml").read_text()
+    order = int(re.search(r"engine_order = (\d+)", text)[1])
+    low, high = (float(end) for end in re.search(r"frequency = \[(.*)\]", text)[1].split(","))
+    inside = 0.5 * (low + high) * 60.0 / order
+    found = changed(folder, (SECTOR, f"{SECTOR}speed = 6000.0\n"))
+    (warned,) = [note for note in found.notes if "another speed" in note]
+    assert f"engine order {order} excites at {order * 100.0:.5g} Hz" in warned
+    assert f"{low * 60.0 / order:.5g} to {high * 60.0 / order:.5g} rev/min" in warned
+    found = changed(folder, (SECTOR, f"{SECTOR}speed = {inside}\n"))
+    assert not any("another speed" in note for note in found.notes)
+
+
 def test_a_check_says_how_many_samples_are_used(folder):
     """Delays between twelve sectors under engine order 4 are whole numbers of samples."""
     plan = changed(folder, ("engine_order = 3 ", "engine_order = 4 "), ("samples = 96", "samples = 256")).plan

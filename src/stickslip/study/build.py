@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
+from math import gcd
 from typing import Any, Literal
 
 import numpy as np
@@ -208,6 +209,11 @@ def excited(problem: Problem, table: ExcitationTable) -> TunedDisk:
             raise fault("orders, an engine order", "must be a whole number", order)
         amplitudes[int(order)] = complex_amplitude(factor)
     return problem.with_engine_orders(amplitudes)
+
+
+def lowest_order(table: ExcitationTable) -> int:
+    """The engine order by which the frequencies of a study count: the one, or the greatest common divisor of several."""
+    return gcd(*map(int, table.orders or {})) if table.engine_order is None else table.engine_order
 
 
 def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:

@@ -133,6 +133,19 @@ def plausibility_warnings(sweep: ForcedResponseSettings, system: UnitSystem | No
     return [words for check in (_band, _harmonics, _at_rest, _distances, _bodies, *levels) for words in check(study)]
 
 
+def other_speed(sweep: ForcedResponseSettings, speed: float, engine_order: int) -> list[str]:
+    """A model at a rotor speed (rev/min) at which the engine order excites elsewhere than in the band."""
+    low, high = min(sweep.frequencies), max(sweep.frequencies)
+    hertz, turns = engine_order * speed / 60.0, 60.0 / max(engine_order, 1)
+    if not hertz or low <= hertz <= high:
+        return []
+    return [
+        f"Warning: the model is that at {speed:.5g} rev/min, where engine order {engine_order} excites at {hertz:.5g} Hz. In the "
+        f"band it excites at {low * turns:.5g} to {high * turns:.5g} rev/min: stiffness, static loads and mean stress are those "
+        "of another speed."
+    ]
+
+
 def _harmonics(study: _Study) -> list[str]:
     """A warning where several harmonics are excited and the peaks are those of one."""
     excited = excited_harmonics(study.problem.forces)
@@ -182,6 +195,8 @@ def _at_rest(study: _Study) -> list[str]:
     none = "no state of rest was found in which contacts carry the static loads"
     what = "no contact is pressed on at rest" if study.loads else none
     where = "Check the directions of pulls and normals, the preloads, and the positions of bodies."
+    if any(contact.nodes for contact in closed):
+        where += " Two contact points on a surface do not hold a body against turning: give `points` three or more."
     return [f"Warning: {what}. {where}{_neighbour(study.problem)}"]
 
 

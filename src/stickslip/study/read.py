@@ -31,7 +31,7 @@ from stickslip.study.kinds import KEYS, KINDS, StudyTable, owners
 from stickslip.study.lines import with_line
 from stickslip.study.names import Names, dofs_in
 from stickslip.study.parts import Messages, Parts, bodies_of, body_note, structures_of, together
-from stickslip.study.plausibility import check_static_loads, plausibility_warnings
+from stickslip.study.plausibility import check_static_loads, other_speed, plausibility_warnings
 from stickslip.study.renamed import with_new_names
 from stickslip.study.settings_table import check_of, values_of
 from stickslip.study.surfaces import contacts_on, force_on, surfaces_in
@@ -160,6 +160,8 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
         with one_blas_thread():
             stated = problem_of(tables, document, folder, found, (progress, notes))
             sweep = sweep_of(tables, stated[0] if stated else None, kind, found)
+    if sweep and stated and stated[1] and tables.excitation is not None:
+        notes += other_speed(sweep, next(iter(stated[1])), build.lowest_order(tables.excitation))
     if sweep and "speed_sweep" not in tables.own:  # its static loads are those of each speed
         found.attempt("", check_static_loads, sweep.problem, notes)
     found.stop()

@@ -93,7 +93,8 @@ class TunedDisk(Problem):
 
     @property
     def heading(self) -> str:
-        return ", ".join(filter(None, (self.title, self.orders_in_words)))
+        said = self.orders_in_words in self.title
+        return self.title if said else ", ".join(filter(None, (self.title, self.orders_in_words)))
 
     @property
     def disk(self) -> CyclicStructure:
