@@ -8,7 +8,7 @@ from typing import Annotated, Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.settings import Setting, Whole
+from stickslip.analyses.settings import OfKind, OneOf, Setting, Whole
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.fourier import fourier
 from stickslip.solve.balance.measure import measure_of
@@ -17,7 +17,6 @@ from stickslip.solve.starts.space import Rules, Sharing, rules_of
 from stickslip.support.checks import (
     LARGEST_SEED,
     InputError,
-    among,
     fault,
     finite,
     numbers,
@@ -41,7 +40,7 @@ def _rule(name: str, value: Any) -> Rules:
     return rules[0] if len(rules) == 1 else rules
 
 
-OfProblem = Annotated[Problem, Setting(lambda name, value: of_kind(name, value, Problem))]
+OfProblem = Annotated[Problem, Setting(OfKind(Problem))]
 Frequencies = Annotated[Band | Sequence[float], Setting(_somewhere)]
 HarmonicNumbers = Annotated[int | Sequence[int], Setting(lambda name, value: checked_harmonics(value))]
 Samples = Annotated[int, Setting(Whole(1, MOST_SAMPLES))]
@@ -53,9 +52,7 @@ Rule = Annotated[
     Rules,
     Setting(_rule, 'quantity that a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0'),
 ]
-Share = Annotated[
-    Sharing, Setting(lambda name, value: among(name, value, get_args(Sharing)), "which friction elements share a start variable")
-]
+Share = Annotated[Sharing, Setting(OneOf(get_args(Sharing)), "which friction elements share a start variable")]
 Seed = Annotated[int, Setting(Whole(0, LARGEST_SEED), "seed of the random draws")]
 
 
@@ -109,14 +106,14 @@ def ranges_of(what: str, ranges: Any) -> dict[str, Ends]:
     """{name: (low, high)} with low below high, at least one."""
     if not isinstance(ranges, Mapping) or not ranges:
         raise fault(what, "must be {name: (low, high)} with at least one", ranges)
-    return {name: _range(f"{what}, {name}", pair) for name, pair in ranges.items()}
-
-
-def _range(what: str, pair: Any) -> Ends:
-    ends = vector(what, pair).tolist()
-    if len(ends) != 2 or not ends[0] < ends[1]:
-        raise fault(what, "must be (low, high) with low below high", pair)
-    return finite(what, ends[0]), finite(what, ends[1])
+    found = {}
+    for name, pair in ranges.items():
+        own = f"{what}, {name}"
+        ends = vector(own, pair).tolist()
+        if len(ends) != 2 or not ends[0] < ends[1]:
+            raise fault(own, "must be (low, high) with low below high", pair)
+        found[name] = finite(own, ends[0]), finite(own, ends[1])
+    return found
 
 
 def point_of(what: str, given: Any, ranges: Mapping[str, Ends]) -> tuple[float, ...]:

@@ -47,7 +47,6 @@ from stickslip.solve.curves.controlled import (
     phase_resonances,
     turned_motion,
 )
-from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array, fault, of_kind, positive, unique, vector
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
@@ -192,29 +191,60 @@ class ControlledResponseWork(HeldMotion):
         with one_blas_thread():
             balance = self.held(case)
             curve = controlled_curve(balance, [2.0 * np.pi * f for f in self.frequencies], self.exactly, report)
-            arrays = self._arrays(balance, curve)
+            whole = curve_arrays(balance, curve)
+            arrays = {name: whole[name] for name in (*ALONG, "case_outcome", "case_message")}
+            at = np.flatnonzero(whole["outcome"] == Outcome.CONVERGED)
+            arrays["force_level"], arrays["phase"] = (np.full(whole["outcome"].shape, np.nan) for _ in range(2))
+            row = balance.rows + self.output
+            for k, point in zip(at, curve.points, strict=True):
+                arrays["force_level"][k] = point.point.level
+                phase = force_phase(self.problem, point.point.omega)
+                motion = turned_motion(balance, point.evaluation, row, phase or 0.0)
+                arrays["phase"][k] = np.degrees(np.angle(motion))
+            phase = force_phase(self.problem, 2.0 * np.pi * self.frequencies[0])
+            found = [] if phase is None or self.exactly else phase_resonances(balance, curve.points, phase)
+            arrays |= resonance_arrays(balance, [each.evaluation for each in found])
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
-    def _arrays(self, balance: HarmonicBalance, curve: Curve) -> dict[str, Any]:
-        """The variables of one curve: those of a forced response along the curve, force level, phase and phase resonances."""
-        whole = curve_arrays(balance, curve)
-        arrays = {name: whole[name] for name in (*ALONG, "case_outcome", "case_message")}
-        at = np.flatnonzero(whole["outcome"] == Outcome.CONVERGED)
-        arrays["force_level"], arrays["phase"] = (np.full(whole["outcome"].shape, np.nan) for _ in range(2))
-        row = balance.rows + self.output
-        for k, point in zip(at, curve.points, strict=True):
-            arrays["force_level"][k] = point.point.level
-            phase = force_phase(self.problem, point.point.omega)
-            motion = turned_motion(balance, point.evaluation, row, phase or 0.0)
-            arrays["phase"][k] = np.degrees(np.angle(motion))
-        phase = force_phase(self.problem, 2.0 * np.pi * self.frequencies[0])
-        found = [] if phase is None or self.exactly else phase_resonances(balance, curve.points, phase)
-        return arrays | resonance_arrays(balance, [each.evaluation for each in found])
-
     def gathered(self, curves: Sequence[Arrays]) -> ControlledResponse:
         """The response of the curves of all amplitudes."""
-        return ControlledResponse(_dataset(self, curves), self.problem)
+        import xarray as xr
+
+        names = self.problem.output_names
+        kept = [variable for variable in SCHEMA if variable.name in curves[0]]
+        data = {
+            v.name: (v.dims, stacked(v, [c[v.name] for c in curves]), {"units": v.units, "long_name": v.long_name}) for v in kept
+        }
+        level = _level_units(self)
+        longest = [max(np.size(curve[name]) for curve in curves) for name in ("force_level", "resonance_frequency")]
+
+        def padded(name: str, size: int) -> Array:
+            rows = [np.pad(curve[name], (0, size - np.size(curve[name])), constant_values=np.nan) for curve in curves]
+            return np.array(rows, dtype=float)
+
+        along = ("case", "point")
+        data["force_level"] = _described(along, padded("force_level", longest[0]), level, "force level that holds the amplitude")
+        of = "displacement of the output against the force"
+        data["phase"] = _described(along, padded("phase", longest[0]), "degree", f"phase of the {of}")
+        for name, (units, words) in RESONANCE.items():
+            own = level if name.endswith("level") else units
+            data[name] = _described(("case", "resonance"), padded(name, longest[1]), own, words)
+        held = f"held amplitude of the {self.quantity} of {names[self.output]}"
+        coords = {
+            "held_amplitude": _described("case", list(self.amplitudes), self.held_quantity.units, held),
+            "output": _described("output", list(names), "1", "output"),
+            "contact": _described("contact", [contact.name for contact in self.problem.contacts], "1", "contact"),
+            "direction": _described(
+                "direction", list(DIRECTION_NAMES), "1", "direction of the contact: t1, t2 tangential, n closing"
+            ),
+            "harmonic": _described(
+                "harmonic", np.arange(highest(checked_harmonics(self.harmonics)) + 1), "1", "harmonic of the excitation frequency"
+            ),
+            "part": _described("part", ["re", "im"], "1", "real and imaginary part"),
+        }
+        seconds = sum(float(curve["cpu_seconds"]) for curve in curves)
+        return ControlledResponse(xr.Dataset(data, coords, _attributes(self) | {"cpu_seconds": seconds}), self.problem)
 
 
 @takes(ControlledResponseWork)
@@ -246,7 +276,15 @@ def phase_resonance(held: HeldAtResonance) -> PhaseResonance:
     """
     with one_blas_thread():
         low, high = (2.0 * np.pi * end for end in ends_of(held.band))
-        begin = _stuck_resonance(held, low, high)
+        # It begins with the stuck mode inside the band that takes the least force to move the output.
+        natural = 2.0 * np.pi * held.problem.frequencies(stuck=True)
+        inside = natural[(natural >= low) & (natural <= high)]
+        if not inside.size:
+            ends = [low / (2.0 * np.pi), high / (2.0 * np.pi)]
+            raise fault("band", "must hold a natural frequency of the stuck structure", ends, "Widen the band.")
+        row, balance = held.balance.rows + held.output, held.balance
+        sizes = [float(np.hypot(*balance.evaluate(balance.stuck_point(float(omega), 1.0)).w[row, 1:3])) for omega in inside]
+        begin = float(inside[int(np.argmax(sizes))])
         phase = force_phase(held.problem, begin)
         if phase is None:
             raise fault(
@@ -275,18 +313,6 @@ def resonance_arrays(balance: HarmonicBalance, found: Sequence[Evaluation]) -> d
     return {name: np.array(value, dtype=float) for name, value in zip(RESONANCE, values, strict=True)}
 
 
-def _stuck_resonance(work: HeldMotion, low: float, high: float) -> float:
-    """ω of the stuck mode inside the band that takes the least force to move the output."""
-    natural = 2.0 * np.pi * work.problem.frequencies(stuck=True)
-    inside = natural[(natural >= low) & (natural <= high)]
-    if not inside.size:
-        ends = [low / (2.0 * np.pi), high / (2.0 * np.pi)]
-        raise fault("band", "must hold a natural frequency of the stuck structure", ends, "Widen the band.")
-    row, plain = work.balance.rows + work.output, work.balance
-    sizes = [float(np.hypot(*plain.evaluate(plain.stuck_point(float(omega), 1.0)).w[row, 1:3])) for omega in inside]
-    return float(inside[int(np.argmax(sizes))])
-
-
 def _described(dims: Any, values: Any, units: str, words: str) -> tuple[Any, Any, dict[str, str]]:
     return dims, values, {"units": units, "long_name": words}
 
@@ -298,43 +324,6 @@ def _attributes(work: HeldMotion) -> dict[str, Any]:
 
 def _level_units(work: HeldMotion) -> str:
     return "N" if levels_are_newtons(work.problem) else "1"
-
-
-def _dataset(work: ControlledResponseWork, curves: Sequence[Arrays]) -> xr.Dataset:
-    import xarray as xr
-
-    names = work.problem.output_names
-    kept = [variable for variable in SCHEMA if variable.name in curves[0]]
-    data = {v.name: (v.dims, stacked(v, [c[v.name] for c in curves]), {"units": v.units, "long_name": v.long_name}) for v in kept}
-    level = _level_units(work)
-    longest = [max(np.size(curve[name]) for curve in curves) for name in ("force_level", "resonance_frequency")]
-
-    def padded(name: str, size: int) -> Array:
-        rows = [np.pad(curve[name], (0, size - np.size(curve[name])), constant_values=np.nan) for curve in curves]
-        return np.array(rows, dtype=float)
-
-    along = ("case", "point")
-    data["force_level"] = _described(along, padded("force_level", longest[0]), level, "force level that holds the amplitude")
-    of = "displacement of the output against the force"
-    data["phase"] = _described(along, padded("phase", longest[0]), "degree", f"phase of the {of}")
-    for name, (units, words) in RESONANCE.items():
-        own = level if name.endswith("level") else units
-        data[name] = _described(("case", "resonance"), padded(name, longest[1]), own, words)
-    held = f"held amplitude of the {work.quantity} of {names[work.output]}"
-    coords = {
-        "held_amplitude": _described("case", list(work.amplitudes), work.held_quantity.units, held),
-        "output": _described("output", list(names), "1", "output"),
-        "contact": _described("contact", [contact.name for contact in work.problem.contacts], "1", "contact"),
-        "direction": _described(
-            "direction", list(DIRECTION_NAMES), "1", "direction of the contact: t1, t2 tangential, n closing"
-        ),
-        "harmonic": _described(
-            "harmonic", np.arange(highest(checked_harmonics(work.harmonics)) + 1), "1", "harmonic of the excitation frequency"
-        ),
-        "part": _described("part", ["re", "im"], "1", "real and imaginary part"),
-    }
-    seconds = sum(float(curve["cpu_seconds"]) for curve in curves)
-    return xr.Dataset(data, coords, _attributes(work) | {"cpu_seconds": seconds})
 
 
 def _resonance_dataset(work: HeldMotion, amplitudes: Array, found: Sequence[Any]) -> xr.Dataset:

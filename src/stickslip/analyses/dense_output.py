@@ -37,7 +37,11 @@ def response_at(dataset: xr.Dataset, problem: Problem, frequencies: Any, toleran
         raise fault("tolerance", "must lie between 0 and 0.1", tolerance)
     points = SolvedPoints(dataset, problem)
     with one_blas_thread():
-        curves = [_curve_values(points, case, wanted, tolerance) for case in range(dataset.sizes["case"])]
+        curves: list[list[list[Value]]] = []
+        omegas = 2.0 * np.pi * wanted / points.balance.periods
+        for case in range(dataset.sizes["case"]):
+            solved = points.converged(case)
+            curves.append(Interpolation(points.balance, solved, tolerance).values(omegas) if solved else [[] for _ in wanted])
     return _dataset(dataset, points, wanted, curves, tolerance)
 
 
@@ -57,14 +61,6 @@ def _within_the_band(dataset: xr.Dataset, frequencies: Any) -> Array:
     return wanted
 
 
-def _curve_values(points: SolvedPoints, case: int, wanted: Array, tolerance: float) -> list[list[Value]]:
-    """The values of one curve at each frequency."""
-    solved = points.converged(case)
-    if not solved:
-        return [[] for _ in wanted]
-    return Interpolation(points.balance, solved, tolerance).values(2.0 * np.pi * wanted / points.balance.periods)
-
-
 def _dataset(
     dataset: xr.Dataset, points: SolvedPoints, wanted: Array, curves: Sequence[list[list[Value]]], tolerance: float
 ) -> xr.Dataset:
@@ -72,13 +68,26 @@ def _dataset(
 
     branches = max((len(values) for curve in curves for values in curve), default=0)
     shape = (len(curves), max(branches, 1), len(wanted))
-    found = _empty(dataset, shape)
+    found: dict[str, NDArray[Any]] = {name: np.full((*shape, *dataset[name].shape[2:]), np.nan) for name in KEPT}
+    found |= {
+        "outcome": np.zeros(shape, dtype=np.int8),
+        "solved": np.zeros(shape, dtype=np.int8),
+        "error": np.full(shape, np.nan),
+    }
     for case, i in product(range(len(curves)), range(len(wanted))):
         if not curves[case][i]:
             ended = Outcome(int(dataset["case_outcome"][case]))
             found["outcome"][case, 0, i] = Outcome.EMPTY if ended == Outcome.CONVERGED else ended
         for branch, value in enumerate(curves[case][i]):
-            _fill(found, (case, branch, i), points, value)
+            place = case, branch, i
+            found["solved"][place] = value.solved
+            if value.evaluation is None:
+                found["outcome"][place] = Outcome.NOT_CONVERGED
+                continue
+            found["outcome"][place] = Outcome.CONVERGED
+            found["residual"][place], found["error"][place] = value.evaluation.error, value.error
+            for name, values in point_values(points.balance, points.rows, [value.evaluation]).items():
+                found[name][place] = values[0]
     variables = {v.name: (_dims(v.dims), found[v.name], dataset[v.name].attrs) for v in SCHEMA if v.name in found}
     variables |= {
         name: (_dims(("case", "point")), found[name], {"units": "1", "long_name": words}) for name, words in OWN.items()
@@ -92,23 +101,3 @@ def _dataset(
 def _dims(dims: Sequence[str]) -> tuple[str, ...]:
     """Those of a point's variable, with the times a curve passes a frequency in place of points."""
     return ("case", "branch", "frequency", *dims[2:])
-
-
-def _empty(dataset: xr.Dataset, shape: tuple[int, int, int]) -> dict[str, NDArray[Any]]:
-    found: dict[str, NDArray[Any]] = {name: np.full((*shape, *dataset[name].shape[2:]), np.nan) for name in KEPT}
-    return found | {
-        "outcome": np.zeros(shape, dtype=np.int8),
-        "solved": np.zeros(shape, dtype=np.int8),
-        "error": np.full(shape, np.nan),
-    }
-
-
-def _fill(found: dict[str, NDArray[Any]], place: tuple[int, int, int], points: SolvedPoints, value: Value) -> None:
-    found["solved"][place] = value.solved
-    if value.evaluation is None:
-        found["outcome"][place] = Outcome.NOT_CONVERGED
-        return
-    found["outcome"][place] = Outcome.CONVERGED
-    found["residual"][place], found["error"][place] = value.evaluation.error, value.error
-    for name, values in point_values(points.balance, points.rows, [value.evaluation]).items():
-        found[name][place] = values[0]

@@ -107,12 +107,10 @@ class ForcedResponse(Result):
         if self.dataset.attrs.get("listed_frequencies"):
             raise InputError(f"The peaks of {wanted.words} need a response over a band, but this one is at listed frequencies.")
         refuse_unexcited(self.problem, wanted)
-        return self._own_peaks(own) if wanted == own else peaks_of_another(self.dataset, self.problem, wanted)
-
-    def _own_peaks(self, measure: Measure) -> pd.DataFrame:
-        """The peaks that the dataset holds."""
-        names = {"peak_frequency": "frequency", "peak_amplitude": measure.kind, "peak_max_abs": "max_abs"}
-        names = {key: name for key, name in names.items() if name != measure.kind or key == "peak_amplitude"}
+        if wanted != own:
+            return peaks_of_another(self.dataset, self.problem, wanted)
+        names = {"peak_frequency": "frequency", "peak_amplitude": own.kind, "peak_max_abs": "max_abs"}
+        names = {key: name for key, name in names.items() if name != own.kind or key == "peak_amplitude"}
         names["peak_loss_factor"] = "loss_factor"
         if has_stability(self.dataset):
             names["peak_stability"] = "stability"
@@ -313,7 +311,10 @@ class ForcedResponse(Result):
         tried: no start that leads to a new curve is no proof that there is none.
         """
         for each in modes:
-            _check_modes(self, each)
+            if "mode_number" not in getattr(each, "dataset", ()):
+                raise fault("modes", "must be results of `nonlinear_modes`", each)
+            if each.problem.fingerprint != self.problem.fingerprint:
+                raise fault("The problem of the modes", "must be that of the response", "another")
         cases = [case for case, kind in enumerate(kinds_in(self.dataset)) if kind == CurveKind.SWEEP]
         found: list[Curve] = []
         tried = 0
@@ -331,7 +332,9 @@ class ForcedResponse(Result):
     def with_curves(self, other: ForcedResponse) -> ForcedResponse:
         """A copy with the curves of another response of the same problem added, of its branches for instance."""
         of_kind("other", other, ForcedResponse)
-        for what, values in (("problem", [each.problem.fingerprint for each in (self, other)]), *self._settings(other)):
+        names = ("harmonics", "samples", "quantity", "measure", "listed_frequencies")
+        same = {name: [each.dataset.attrs.get(name) for each in (self, other)] for name in names}
+        for what, values in ({"problem": [each.problem.fingerprint for each in (self, other)]} | same).items():
             if values[0] != values[1]:
                 raise fault(f"The {what} of the other response", f"must be {values[0]}", values[1])
         periods = lcm(periods_of(self.dataset), periods_of(other.dataset))
@@ -347,11 +350,6 @@ class ForcedResponse(Result):
         kept = {name: value for name, value in self.dataset.attrs.items() if name.startswith(("isolated", "coordinates_chosen"))}
         joined = replace(joined, dataset=joined.dataset.assign_attrs(kept | {"study": self.dataset.attrs["study"]}))
         return joined.with_stability() if has_stability(self.dataset) else joined
-
-    def _settings(self, other: ForcedResponse) -> list[tuple[str, list[Any]]]:
-        """What must be the same in two responses whose curves are to be one result."""
-        names = ("harmonics", "samples", "quantity", "measure", "listed_frequencies")
-        return [(name, [each.dataset.attrs.get(name) for each in (self, other)]) for name in names]
 
     def _solved_curve(self, case: int, periods: int) -> SolvedCurve:
         with one_blas_thread():
@@ -553,13 +551,10 @@ class ForcedResponseWork(OneBalance):
     @cached_property
     def negative_damping(self) -> str:
         """What to say of a mode that damping feeds, where no unstable peak says so."""
-        return negative_damping(self.problem if self.problem.speed is None else self.problem.at_frequency(self._middle))
-
-    @property
-    def _middle(self) -> float:
-        """A frequency of the band, rad/s."""
+        if self.problem.speed is None:
+            return negative_damping(self.problem)
         low, high = min(self.settings.frequencies), max(self.settings.frequencies)
-        return 2.0 * np.pi * 0.5 * (low + high)
+        return negative_damping(self.problem.at_frequency(2.0 * np.pi * 0.5 * (low + high)))
 
     @property
     def finer_problem(self) -> FinerProblem:
@@ -625,7 +620,7 @@ class ForcedResponseWork(OneBalance):
         attrs |= {"listed_frequencies": int(self.settings.listed), "peak_tolerance": self.settings.peak_tolerance}
         attrs["cpu_seconds"] = sum(float(curve.get("cpu_seconds", 0.0)) for curve in curves)
         low, high = min(self.settings.frequencies), max(self.settings.frequencies)
-        ends = (low, high) if low < high else _narrow_band(low)
+        ends = (low, high) if low < high else (0.9 * low, 1.1 * low)
         with one_blas_thread():
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure, plain)
@@ -658,15 +653,3 @@ def large_motion_warning(problem: Problem, measure: Measure, max_abs: NDArray[An
         f"{problem.output_names[most]} moves by up to {moved[most]:.3g} m, {moved[most] / size:.2g} times the size of the "
         "structure, but the theory assumes small motions."
     )
-
-
-def _check_modes(response: ForcedResponse, modes: Any) -> None:
-    """Nonlinear modes must be of the problem of a response."""
-    if "mode_number" not in getattr(modes, "dataset", ()):
-        raise fault("modes", "must be results of `nonlinear_modes`", modes)
-    if modes.problem.fingerprint != response.problem.fingerprint:
-        raise fault("The problem of the modes", "must be that of the response", "another")
-
-
-def _narrow_band(frequency: float) -> tuple[float, float]:
-    return 0.9 * frequency, 1.1 * frequency

@@ -103,7 +103,11 @@ class FreeDecayWork(Settings):
         if not isinstance(self.method, Method):
             raise fault("method", "must be a GeneralisedAlpha or a Newmark", self.method)
         if self.start is not None:
-            _checked(self.problem, self.start)
+            sizes = [np.shape(values) for values in vars(of_kind("start", self.start, TimeStart)).values()]
+            wanted = [np.shape(values) for values in vars(from_rest(self.problem)).values()]
+            if sizes != wanted:
+                rule = f"must have motion, velocity and intercepts of shapes {wanted}"
+                raise fault("start", rule, sizes, "Take that of this problem.")
         elif self.frequency is None:
             _at(self.problem, self.displacement or {}, self.velocity or {})
 
@@ -191,15 +195,6 @@ def beside_modes(dataset: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
     }
     numbers = named(("mode",), modes["mode_number"].values, "number of the stuck mode", "1")
     return dataset.assign(found).assign_coords(mode=numbers)
-
-
-def _checked(problem: Problem, start: TimeStart) -> TimeStart:
-    """A given state, refused where it is one of another problem."""
-    sizes = [np.shape(values) for values in vars(of_kind("start", start, TimeStart)).values()]
-    wanted = [np.shape(values) for values in vars(from_rest(problem)).values()]
-    if sizes != wanted:
-        raise fault("start", f"must have motion, velocity and intercepts of shapes {wanted}", sizes, "Take that of this problem.")
-    return start
 
 
 def _at(problem: Problem, displacement: Mapping[str, float], velocity: Mapping[str, float]) -> TimeStart:

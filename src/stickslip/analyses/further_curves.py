@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +66,9 @@ class SolvedCurve:
         if dataset.attrs.get("listed_frequencies"):
             raise InputError("Branches and isolated curves must be asked for a response over a band, not at listed frequencies.")
         solved = SolvedPoints(dataset, problem)
-        balance, points = solved.balance, solved.converged(_case(dataset, case))
+        if not 0 <= whole("case", case) < dataset.sizes["case"]:
+            raise fault("case", f"must be a whole number from 0 to {dataset.sizes['case'] - 1}", case)
+        balance, points = solved.balance, solved.converged(int(case))
         if whole("periods", longer) != 1:
             periods = periods_of(dataset) * longer
             harmonics, samples = of_attribute(dataset.attrs["harmonics"]), int(dataset.attrs["samples"])
@@ -80,17 +82,26 @@ class SolvedCurve:
 
     def branch_points(self) -> list[BranchPoint]:
         """Where other curves cross, in the order of travel; of motions over more periods those that need them."""
+        # A curve may go through a branch point again.
+        different: list[BranchPoint] = []
+        for point in branch_points(self.balance, self.points):
+            here = point.evaluation
+            if not any(
+                point.metric.length(here.w - other.evaluation.w, here.point.omega - other.evaluation.point.omega) < AGAIN
+                for other in different
+            ):
+                different.append(point)
         found = [
-            point
-            for point in _different(branch_points(self.balance, self.points))
-            if any(self.leads_away(point, start.evaluation) for start in starts(self.balance, point))
+            point for point in different if any(self.leads_away(point, start.evaluation) for start in starts(self.balance, point))
         ]
-        return found if self.longer == 1 else [point for point in found if self._breaks_period(point)]
+        if self.longer == 1:
+            return found
+        breaks = _columns_that_break(self)
 
-    def _breaks_period(self, point: BranchPoint) -> bool:
-        """Whether a branch leads to motions that repeat only after the longer period."""
-        motion, breaks = point.directions[0].motion, _columns_that_break(self)
-        return float(np.linalg.norm(motion[:, breaks])) > float(np.linalg.norm(motion[:, ~breaks]))
+        def size(point: BranchPoint, columns: NDArray[np.bool_]) -> float:
+            return float(np.linalg.norm(point.directions[0].motion[:, columns]))
+
+        return [point for point in found if size(point, breaks) > size(point, ~breaks)]
 
     def leads_away(self, point: BranchPoint, evaluation: Evaluation) -> bool:
         """Whether a solved point beside a branch point is not one of this curve."""
@@ -119,25 +130,6 @@ class SolvedCurve:
     def meets(self, evaluation: Evaluation, tolerance: float = NEAR) -> bool:
         """Whether the curve goes through a solved point, by motions that differ by a relative tolerance."""
         return bool(self.points) and _at_once(self.balance, self._interpolation, evaluation, tolerance)
-
-
-def _different(points: Sequence[BranchPoint]) -> list[BranchPoint]:
-    """Branch points without those that a curve goes through again."""
-    found: list[BranchPoint] = []
-    for point in points:
-        here = point.evaluation
-        if not any(
-            point.metric.length(here.w - other.evaluation.w, here.point.omega - other.evaluation.point.omega) < AGAIN
-            for other in found
-        ):
-            found.append(point)
-    return found
-
-
-def _case(dataset: xr.Dataset, case: Any) -> int:
-    if not 0 <= whole("case", case) < dataset.sizes["case"]:
-        raise fault("case", f"must be a whole number from 0 to {dataset.sizes['case'] - 1}", case)
-    return int(case)
 
 
 def expanded(point: Point, longer: int, columns: int) -> Point:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.model.contact.law import Law, NormalElements
+from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import Contact
 from stickslip.model.contact.start import SliderOffset, Start
 from stickslip.model.contact.table import contact_table
@@ -99,13 +99,9 @@ def _normal_motion(contact: Contact, load: ArrayLike | None, motion: ArrayLike |
         raise fault("normal_load", "must not be negative", float(series.min()))
     elements = contact.elements.normal
     assert elements is not None
-    return _motion_of_load(elements, series)
-
-
-def _motion_of_load(elements: NormalElements, load: Array) -> Array:
-    """z with Σ max(k z + c, 0) = load; N(z) is piecewise linear and rises, so it is inverted between its corners."""
+    # Σ max(k z + c, 0) = N(z) is piecewise linear and rises, so it is inverted between its corners.
     corners = np.sort(-elements.constant / elements.stiffness)
     there = np.array([float(np.sum(elements.forces(z))) for z in corners])
-    beyond = corners[-1] + max(float(load.max()) - there[-1], 0.0) / float(np.sum(elements.stiffness))
-    found: Array = np.interp(load, np.append(there, max(float(load.max()), there[-1])), np.append(corners, beyond))
+    beyond = corners[-1] + max(float(series.max()) - there[-1], 0.0) / float(np.sum(elements.stiffness))
+    found: Array = np.interp(series, np.append(there, max(float(series.max()), there[-1])), np.append(corners, beyond))
     return found

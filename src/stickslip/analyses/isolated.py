@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from stickslip.analyses.further_curves import SolvedCurve, passes
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.fourier import real_harmonics
 from stickslip.solve.continuation.continuation import trace
-from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, Tangent
+from stickslip.solve.continuation.curve_points import LostCurveError, Tangent
 from stickslip.solve.continuation.more_harmonics import pad
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.continuation.steps import StepControl
@@ -151,16 +151,9 @@ def _mode_starts(curve: SolvedCurve, mode: ModeMotions) -> Iterator[Start]:
             yield mode.start(balance, k + float(share), float(mode.phase[k]), level)
         return
     inside = np.flatnonzero((mode.omega >= curve.band[0]) & (mode.omega <= curve.band[1]))
-    for k in _spread(inside):
+    for k in sorted({int(inside[round(k)]) for k in np.linspace(0, inside.size - 1, min(inside.size, PLACES))}):
         for turn in range(PHASES):
             yield mode.start(balance, float(k), 2.0 * np.pi * turn / (PHASES * balance.periods), level)
-
-
-def _spread(places: NDArray[Any]) -> list[int]:
-    """At most `PLACES` of some places, from the first to the last."""
-    if not places.size:
-        return []
-    return sorted({int(places[round(k)]) for k in np.linspace(0, places.size - 1, min(places.size, PLACES))})
 
 
 def _along(curve: SolvedCurve) -> list[int]:
@@ -220,8 +213,4 @@ def _followed(curve: SolvedCurve, evaluation: Evaluation) -> Followed:
     points = found.points[1:]
     lowest = min(range(len(points)), key=lambda k: points[k].point.omega)
     turned = [*points[lowest:], *points[: lowest + 1]]
-    return replace(found, points=[_first(turned[0]), *turned[1:]])
-
-
-def _first(point: CurvePoint) -> CurvePoint:
-    return replace(point, length=0.0)
+    return replace(found, points=[replace(turned[0], length=0.0), *turned[1:]])

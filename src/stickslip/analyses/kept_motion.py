@@ -38,8 +38,20 @@ def with_motion(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     known = next((motion for motion in found if motion is not None), None)
     if known is None or not known.points:
         return dataset
-    labels = _labels(known, found)
-    variables = _geometry(known) | _motions(known, found) | _loops(labels, found)
+    # The directions with the largest loops, of those that move in every case.
+    moving = [{loop.label for loop in motion.loops} for motion in found if motion is not None]
+    labels = [known.loops[k].label for k in largest_loops(known, MOST_LOOPS) if known.loops[k].label in set.intersection(*moving)]
+    # Corners are filled up with NaN to the longest outline.
+    longest = max(len(body.corners) for body in known.bodies)
+    corners = [np.pad(body.corners, ((0, longest - len(body.corners)), (0, 0)), constant_values=np.nan) for body in known.bodies]
+    variables: dict[str, Any] = {
+        "section_corner": (("section", "corner_of_section", "plane"), np.array(corners), "m", "outline of a damper at rest"),
+        "section_centre": (("section", "plane"), np.array([b.centre for b in known.bodies]), "m", "mass centre at rest"),
+        "face_end": (("face", "end", "plane"), np.array([face.ends for face in known.faces]), "m", "face of a platform at rest"),
+        "face_normal": (("face", "plane"), np.array([face.into for face in known.faces]), "1", "normal into the platform"),
+        "touch_place": (("touch", "plane"), np.array([point.place for point in known.points]), "m", "contact point at rest"),
+    }
+    variables |= _motions(known, found) | _loops(labels, found)
     points = [-1 if peak is None else peak.point for peak in peaks]
     variables["section_motion_point"] = ("case",), np.array(points), "1", "point whose motion is kept"
     return dataset.assign(
@@ -47,19 +59,6 @@ def with_motion(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     ).assign_attrs(
         sections=[body.name for body in known.bodies], touching=[point.name for point in known.points], loops_in_motion=labels
     )
-
-
-def _geometry(motion: PeriodOfMotion) -> dict[str, Any]:
-    """What does not move: corners are filled up with NaN to the longest outline."""
-    longest = max(len(body.corners) for body in motion.bodies)
-    corners = [np.pad(body.corners, ((0, longest - len(body.corners)), (0, 0)), constant_values=np.nan) for body in motion.bodies]
-    return {
-        "section_corner": (("section", "corner_of_section", "plane"), np.array(corners), "m", "outline of a damper at rest"),
-        "section_centre": (("section", "plane"), np.array([b.centre for b in motion.bodies]), "m", "mass centre at rest"),
-        "face_end": (("face", "end", "plane"), np.array([face.ends for face in motion.faces]), "m", "face of a platform at rest"),
-        "face_normal": (("face", "plane"), np.array([face.into for face in motion.faces]), "1", "normal into the platform"),
-        "touch_place": (("touch", "plane"), np.array([point.place for point in motion.points]), "m", "contact point at rest"),
-    }
 
 
 def _motions(known: PeriodOfMotion, found: list[PeriodOfMotion | None]) -> dict[str, Any]:
@@ -81,12 +80,6 @@ def _motions(known: PeriodOfMotion, found: list[PeriodOfMotion | None]) -> dict[
         "touch_state": (("case", "touch", "frame"), each("points", "state"), "1", states),
         "touch_force": (("case", "touch", "frame", "plane"), each("points", "force"), "N", "force on the damper"),
     }
-
-
-def _labels(known: PeriodOfMotion, found: list[PeriodOfMotion | None]) -> list[str]:
-    """The directions with the largest loops, of those that move in every case."""
-    moving = [{loop.label for loop in motion.loops} for motion in found if motion is not None]
-    return [known.loops[k].label for k in largest_loops(known, MOST_LOOPS) if known.loops[k].label in set.intersection(*moving)]
 
 
 def _loops(labels: list[str], found: list[PeriodOfMotion | None]) -> dict[str, Any]:

@@ -176,15 +176,12 @@ def _touching(problem: Problem, body: BodyMotion, node: str, cycle: ContactCycle
         beyond = relative[rows][:, frames] - along @ own.T
         unit = along[drawn] / np.linalg.norm(along[drawn], axis=1, keepdims=True) ** 2
         opposite = -(beyond[drawn].T @ unit)
-        state = _contact_state(contact, cycle.state[rows][:, frames])
+        # Open in the tangential directions too where the normal one is.
+        states = cycle.state[rows][:, frames]
+        tangential = states[: len(contact.tangential)] if contact.tangential else states
+        state = np.asarray(np.where(states[-1] == OPEN, OPEN, tangential))
         found.append(_Touch(contact.name, place, outward, opposite, state, -(cycle.force[rows][:, frames].T @ along)))
     return found
-
-
-def _contact_state(contact: Contact, states: Index) -> Index:
-    """States of the tangential directions (directions, frames); open where the normal one is."""
-    tangential = states[: len(contact.tangential)] if contact.tangential else states
-    return np.asarray(np.where(states[-1] == OPEN, OPEN, tangential))
 
 
 def _place(contact: Contact, body: BodyMotion, node: str, outward: Array) -> Array:

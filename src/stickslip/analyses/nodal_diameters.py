@@ -62,7 +62,10 @@ def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     found = nodal_diameters(problem).dataset.rename(state="disk_state", mode="disk_mode")
     dataset = dataset.assign(disk_frequency=found["disk_frequency"]).assign_attrs(_static_normal_load(problem))
     if problem.aerodynamics:
-        dataset = dataset.assign(_wave_damping(problem))
+        waves = damping_by_nodal_diameter(problem).dataset.rename(nodal_diameter="wave")
+        dataset = dataset.assign(
+            {f"wave_{name}": waves[name].variable for name in WAVE_VARIABLES} | {"wave": waves["wave"].variable}
+        )
     if problem.surface is None:
         return dataset
     n = problem.excited_orders[0] % problem.sectors
@@ -79,12 +82,6 @@ def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
             {"units": "1", "long_name": "first stuck mode of the (first) excited nodal diameter"},
         ),
     )
-
-
-def _wave_damping(disk: TunedDisk) -> dict[str, Any]:
-    """Damping of the first family of stuck modes by nodal diameter, with gas forces that go with the motion."""
-    found = damping_by_nodal_diameter(disk).dataset.rename(nodal_diameter="wave")
-    return {f"wave_{name}": found[name].variable for name in WAVE_VARIABLES} | {"wave": found["wave"].variable}
 
 
 def _static_normal_load(disk: TunedDisk) -> dict[str, float]:

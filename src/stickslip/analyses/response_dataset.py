@@ -73,15 +73,6 @@ def response_dataset(
     newtons = levels_are_newtons(problem)
     if newtons:
         dataset["force_level"].attrs |= {"units": "N", "long_name": "amplitude of the harmonic force"}
-    _describe_peaks(dataset, measure, measure.reported_units(newtons))
-    areas = [contact.area for contact in problem.contacts]
-    if any(areas):
-        dataset["contact_area"] = "contact", areas, {"units": "m2", "long_name": "area that the contact stands for, 0: not known"}
-    return dataset
-
-
-def _describe_peaks(dataset: xr.Dataset, measure: Measure, units: str) -> None:
-    """Unit and meaning of the peaks' sizes."""
     words = {
         "peak_amplitude": f"{measure.words} at the peak",
         "peak_max_abs": f"largest {measure.quantity.name} at the peak",
@@ -91,7 +82,11 @@ def _describe_peaks(dataset: xr.Dataset, measure: Measure, units: str) -> None:
     for name, sentence in words.items():
         dataset[name].attrs["long_name"] = sentence
         if not name.endswith("frequency"):
-            dataset[name].attrs["units"] = units
+            dataset[name].attrs["units"] = measure.reported_units(newtons)
+    areas = [contact.area for contact in problem.contacts]
+    if any(areas):
+        dataset["contact_area"] = "contact", areas, {"units": "m2", "long_name": "area that the contact stands for, 0: not known"}
+    return dataset
 
 
 def levels_are_newtons(problem: Problem) -> bool:
@@ -193,10 +188,18 @@ class _CurveTable:
         for output, found in enumerate(curve.peaks):
             ranked = sorted(found, key=lambda p: -self._size(curve.measure, p, output))
             for k, point in enumerate(ranked):
-                self._fill_peak((k, output), point)
+                place = k, output
+                arrays["peak_frequency"][place] = self.balance.hertz(point.point.omega)
+                arrays["peak_amplitude"][place] = self._size(curve.measure, point, output)
+                arrays["peak_max_abs"][place] = self._size(self.largest, point, output)
+                arrays["peak_loss_factor"][place] = self.energy.loss_factor(point.evaluation)
         if curve.points:
             tops = (curve.peaks and curve.peaks[0]) or curve.points
-            self._fill_loops(max(tops, key=lambda p: self._size(curve.measure, p, 0)))
+            top = max(tops, key=lambda p: self._size(curve.measure, p, 0))
+            cycle = self._cycle(top.evaluation)
+            arrays["loop_frequency"] = np.array(self.balance.hertz(top.point.omega))
+            arrays["loop_motion"] = self.rows.spread(cycle.displacement)
+            arrays["loop_force"] = self.rows.spread(cycle.force)
         for output, extreme in enumerate(curve.largest):
             if extreme is not None:
                 arrays["highest_max_abs"][output] = self._size(self.largest, extreme, output)
@@ -224,19 +227,6 @@ class _CurveTable:
             values[name] = self.rows.spread(shares[:, k], axis=1)
         for name, value in values.items():
             arrays[name][places] = value
-
-    def _fill_peak(self, place: tuple[int, int], point: CurvePoint) -> None:
-        arrays, output = self.arrays, place[1]
-        arrays["peak_frequency"][place] = self.balance.hertz(point.point.omega)
-        arrays["peak_amplitude"][place] = self._size(self.curve.measure, point, output)
-        arrays["peak_max_abs"][place] = self._size(self.largest, point, output)
-        arrays["peak_loss_factor"][place] = self.energy.loss_factor(point.evaluation)
-
-    def _fill_loops(self, point: CurvePoint) -> None:
-        cycle = self._cycle(point.evaluation)
-        self.arrays["loop_frequency"] = np.array(self.balance.hertz(point.point.omega))
-        self.arrays["loop_motion"] = self.rows.spread(cycle.displacement)
-        self.arrays["loop_force"] = self.rows.spread(cycle.force)
 
     def _cycle(self, evaluation: Evaluation) -> ContactCycle:
         return contact_cycle(evaluation.table, self.balance.tables, evaluation.w, evaluation.point.omega)

@@ -77,19 +77,6 @@ class Sensitivity:
         }
 
 
-def _check(name: str, parameter: Parameter, problem: Problem) -> None:
-    of_kind(f"parameter {name!r}", parameter, Parameter)
-    if not _alike(parameter.problem(parameter.value), problem):
-        remedy = "A derivative is taken where the problem is: give the value that it was made with."
-        raise fault(f"parameter {name!r}", "must make the problem itself of its value", parameter.value, remedy)
-
-
-def _alike(one: Problem, other: Problem) -> bool:
-    """Whether two problems are the same but for rounding: their matrices, contacts, loads and outputs."""
-    pairs = list(zip(_arrays(one), _arrays(other), strict=True))
-    return all(a.shape == b.shape and np.allclose(a, b, rtol=1e-9, atol=1e-12 * np.abs(b).max(initial=0.0)) for a, b in pairs)
-
-
 def _arrays(problem: Problem) -> tuple[NDArray[Any], ...]:
     structure, highest = problem.structure, max((h for force in problem.forces for h in force.amplitudes), default=0)
     linear = (structure.M, structure.K, problem.mean_stiffness, problem.C, problem.B, problem.output_rows)
@@ -143,7 +130,14 @@ def _at_frequency(parameter: Parameter, omega: float) -> Parameter:
 
 def _check_all(parameters: Mapping[str, Parameter], problem: Problem) -> None:
     for name, parameter in of_kind("parameters", parameters, Mapping).items():  # type: ignore[type-abstract]
-        _check(name, parameter, problem)
+        of_kind(f"parameter {name!r}", parameter, Parameter)
+        # The same but for rounding: matrices, contacts, loads and outputs.
+        pairs = list(zip(_arrays(parameter.problem(parameter.value)), _arrays(problem), strict=True))
+        if not all(
+            a.shape == b.shape and np.allclose(a, b, rtol=1e-9, atol=1e-12 * np.abs(b).max(initial=0.0)) for a, b in pairs
+        ):
+            remedy = "A derivative is taken where the problem is: give the value that it was made with."
+            raise fault(f"parameter {name!r}", "must make the problem itself of its value", parameter.value, remedy)
 
 
 def _slopes(balance: HarmonicBalance, evaluation: Evaluation, parameters: Mapping[str, Parameter]) -> Sensitivity:

@@ -13,7 +13,7 @@ from functools import wraps
 from typing import Any, ParamSpec, TypeVar, get_type_hints
 
 from stickslip.analyses.work_parts import EXECUTION, StateOfFields
-from stickslip.support.checks import MOST, between, fault, finite
+from stickslip.support.checks import MOST, among, between, fault, finite, of_kind
 
 Arguments = ParamSpec("Arguments")
 Given = TypeVar("Given")
@@ -59,6 +59,26 @@ class Within:
         if not self.low < number < self.high:
             raise fault(name, f"must lie between {self.low:g} and {self.high:g}", number)
         return number
+
+
+@dataclass(frozen=True)
+class OfKind:
+    """The check of an object of a class."""
+
+    kind: type[Any]
+
+    def __call__(self, name: str, value: Any) -> Any:
+        return of_kind(name, value, self.kind)
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """The check of one of some words."""
+
+    words: tuple[str, ...]
+
+    def __call__(self, name: str, value: Any) -> str:
+        return among(name, value, self.words)
 
 
 @dataclass(frozen=True, eq=False)

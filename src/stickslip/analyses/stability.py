@@ -101,7 +101,14 @@ def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None 
         found = {place: map_.multipliers(points.evaluation(*place)) for place in converged}
         error = 0.0
         if highest is None and map_.modes.dropped and converged:
-            error = _with_all_modes(points, found)
+            # What the modes left out change of the multiplier nearest to the unit circle; points that might change sides are
+            # solved anew with all modes.
+            whole = PeriodMap(points.balance)
+            nearest = min(found, key=lambda place: _distance(found[place]))
+            again = whole.multipliers(points.evaluation(*nearest))
+            error = float(abs(abs(again.leading) - abs(found[nearest].leading)))
+            for place in [place for place, each in found.items() if _distance(each) <= TIMES_ERROR * error]:
+                found[place] = whole.multipliers(points.evaluation(*place))
         values = _of_points(dataset, found, error)
         changes: list[list[Change]] = [[] for _ in range(dataset.sizes["case"])]
         if not dataset.attrs.get("listed_frequencies"):
@@ -116,18 +123,6 @@ def _highest(dataset: xr.Dataset, points: SolvedPoints | AllSectors, highest: fl
     if highest is None:
         return 2.0 * np.pi * KEPT * points.balance.highest * float(np.nanmax(dataset["frequency"].values, initial=0.0))
     return np.inf if highest == np.inf else 2.0 * np.pi * positive("highest", highest)
-
-
-def _with_all_modes(points: SolvedPoints | AllSectors, found: dict[tuple[int, int], Multipliers]) -> float:
-    """What the modes left out change of the multiplier nearest to the unit circle; points that might change sides are solved anew
-    with all modes."""
-    whole = PeriodMap(points.balance)
-    nearest = min(found, key=lambda place: _distance(found[place]))
-    again = whole.multipliers(points.evaluation(*nearest))
-    error = abs(abs(again.leading) - abs(found[nearest].leading))
-    for place in [place for place, each in found.items() if _distance(each) <= TIMES_ERROR * error]:
-        found[place] = whole.multipliers(points.evaluation(*place))
-    return float(error)
 
 
 def _distance(multipliers: Multipliers) -> float:
@@ -180,7 +175,9 @@ def _changes(
     found = []
     for k in map(int, crossings):
         place, outside = _located(curve, k, complex(multiplier[k]), complex(multiplier[k + 1]), leading)
-        found.append(Change(place, _kind(outside, _turns(frequency, k))))
+        steps = np.diff(frequency[max(k - 1, 0) : k + 3])
+        turns = bool(np.any(steps > 0.0) and np.any(steps < 0.0))  # the frequency, near the step from point k to the next
+        found.append(Change(place, _kind(outside, turns)))
     return found
 
 
@@ -214,12 +211,6 @@ def _located(
     a, b = _excess(np.array(multipliers))
     omega = omegas[0] + a / (a - b) * (omegas[1] - omegas[0])
     return curve.balance.hertz(float(omega)), multipliers[0] if a > 0.0 else multipliers[1]
-
-
-def _turns(frequency: Array, k: int) -> bool:
-    """Whether the frequency turns back near the step from point k to the next."""
-    near = np.diff(frequency[max(k - 1, 0) : k + 3])
-    return bool(np.any(near > 0.0) and np.any(near < 0.0))
 
 
 def _kind(multiplier: complex, turns: bool) -> Instability:

@@ -132,17 +132,13 @@ class TimeCheck:
     @property
     def _departure(self) -> str:
         worst = self._worst
+        growth = abs(self.multiplier) if np.isfinite(self.multiplier) else self.time.cycle.growth
         return (
             f"harmonic balance with {self._harmonics} gives a periodic motion, which the first period in time repeats within "
             f"{float(self.first_period_difference[worst]):.1e}, but not a stable one: departures grow by a factor of "
-            f"{self._factor:.3g} a period, and the motion ends {float(self.period_difference[worst]):.1e} away "
+            f"{growth:.3g} a period, and the motion ends {float(self.period_difference[worst]):.1e} away "
             f"({self._output}, the worst output)."
         )
-
-    @property
-    def _factor(self) -> float:
-        """By which departures grow in a period."""
-        return abs(self.multiplier) if np.isfinite(self.multiplier) else self.time.cycle.growth
 
     @property
     def _bounded(self) -> bool:

@@ -59,16 +59,13 @@ def time_response(
     """
     of_kind("problem", problem, Problem)
     settings = March(steps_per_period, method, tolerance, periods)
-    _check_harmonics(harmonics, settings.steps_per_period)
-    omega = 2.0 * np.pi * positive("frequency", frequency)
-    cycle = march(problem, omega, finite("force", force), start or from_rest(problem), settings)
-    return TimeResponse(_dataset(problem, cycle, harmonics, settings), problem, cycle)
-
-
-def _check_harmonics(harmonics: int, steps: int) -> None:
+    steps = settings.steps_per_period
     if int(harmonics) != harmonics or not 1 <= harmonics < steps / 2:
         remedy = f"Half of steps_per_period, {steps}, is the most: take more steps, or fewer harmonics."
         raise fault("The number of harmonics kept", f"must be a whole number from 1 to {(steps - 1) // 2}", harmonics, remedy)
+    omega = 2.0 * np.pi * positive("frequency", frequency)
+    cycle = march(problem, omega, finite("force", force), start or from_rest(problem), settings)
+    return TimeResponse(_dataset(problem, cycle, harmonics, settings), problem, cycle)
 
 
 def harmonics_of(signals: Array, harmonics: int) -> np.ndarray:

@@ -224,8 +224,12 @@ class _Peak:
         the contacts, (3, outputs)."""
         balance, evaluation = self.balance, self.point.evaluation
         rows = min(max(self.point.active / balance.kept.size, 1.0), balance.problem.structure.size)
-        beyond = self._beyond(rows)
-        if beyond < balance.highest + 2:
+        # As many harmonics as a solution fits into what may be spent with, where a few more than those of the curve do; else as
+        # many as one step of Newton's method can be taken with.
+        enough, highest = enough_beyond(balance.highest), balance.highest
+        solvable, largest = (int((most / rows - 1.0) / 2.0) for most in (np.cbrt(self.spent / FEWEST_STEPS), MOST_UNKNOWNS))
+        beyond = min(enough, solvable if solvable >= highest + FEW_MORE else largest, largest)
+        if beyond < highest + 2:
             return np.full((3, len(balance.problem.outputs)), np.nan)
         finer = finer_balance(balance, beyond)
         sampled = balance.with_samples(finer.tables.E.shape[0])
@@ -248,13 +252,6 @@ class _Peak:
             if more:
                 work_error = _relative(contact_work(finer, more), own, least)
         return np.vstack([errors, np.full(errors.shape[1], work_error)])
-
-    def _beyond(self, rows: float) -> int:
-        """The harmonics of the estimate: so many that a solution fits into what may be spent, where a few more than those of the
-        curve do; else as many as one step of Newton's method can be taken with."""
-        enough, highest = enough_beyond(self.balance.highest), self.balance.highest
-        solvable, largest = (int((most / rows - 1.0) / 2.0) for most in (np.cbrt(self.spent / FEWEST_STEPS), MOST_UNKNOWNS))
-        return min(enough, solvable if solvable >= highest + FEW_MORE else largest, largest)
 
 
 def sampling_error(balance: HarmonicBalance, point: CurvePoint, output: int, measure: Measure) -> float:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.analyses.damper_alone.cycle_dataset import contact_states, cycle_dataset, forces_on_platforms
 from stickslip.analyses.damper_alone.cycle_motion import cycle_motion
-from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.analyses.settings import OfKind, Setting, Settings, Whole, takes
 from stickslip.model.contact.period import STICK
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.jamming import jamming
@@ -24,13 +24,13 @@ from stickslip.runs.work import Arrays, Report
 from stickslip.solve.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
 from stickslip.solve.platforms.march import PlatformState, Record
 from stickslip.solve.time.methods import Method
-from stickslip.support.checks import Array, fault, of_kind, positive, vector, whole
+from stickslip.support.checks import Array, fault, positive, vector, whole
 from stickslip.support.renderers import FIGURES
 
 if TYPE_CHECKING:
     import xarray as xr
-Rig = Annotated[BetweenPlatforms, Setting(lambda name, value: of_kind(name, value, BetweenPlatforms))]
-Motion = Annotated[PlatformMotion, Setting(lambda name, value: of_kind(name, value, PlatformMotion))]
+Rig = Annotated[BetweenPlatforms, Setting(OfKind(BetweenPlatforms))]
+Motion = Annotated[PlatformMotion, Setting(OfKind(PlatformMotion))]
 
 LARGEST_ROTATION = 0.1
 """Rotation of the damper, peak to peak [rad], up to which directions and arms may be those at rest: arms change by 0.5 %."""
@@ -71,20 +71,6 @@ class DamperCycle(Result):
         return self.march.state
 
 
-def _labelled(
-    rig: BetweenPlatforms, motion: PlatformMotion, model: CycleModel, march: SteadyCycle, marching: Marching
-) -> DamperCycle:
-    cause = jamming(rig)
-    if cause and (march.outcome == CycleOutcome.NOT_CONVERGED or _held(model, march)):
-        march = replace(march, outcome=CycleOutcome.JAMMED)
-    return DamperCycle(cycle_dataset(rig, model, march, marching, _sentence(march, cause)), rig, motion, march)
-
-
-def _held(model: CycleModel, march: SteadyCycle) -> bool:
-    """Whether there is no sample at which every closed contact slips: the damper never slides out."""
-    return bool(np.all(np.any(contact_states(model, march) == STICK, axis=1)))
-
-
 def _sentence(march: SteadyCycle, cause: str) -> str:
     words = {
         CycleOutcome.STEADY: f"The cycle repeats after {march.cycles} cycles.",
@@ -92,15 +78,11 @@ def _sentence(march: SteadyCycle, cause: str) -> str:
         CycleOutcome.JAMMED: f"The damper is jammed: {cause}",
         CycleOutcome.NOT_CONVERGED: f"Newton's method failed in cycle {march.cycles}; more steps a cycle may help.",
     }
-    return words[march.outcome] + _turned(march)
-
-
-def _turned(march: SteadyCycle) -> str:
-    """A warning where the damper turns further than a theory of small motions holds."""
     rotation = float(np.ptp(march.record.motion[:, 2]))
-    if rotation <= LARGEST_ROTATION:
-        return ""
-    return f" It turns by {rotation:.3g} rad, but the theory holds up to {LARGEST_ROTATION:g}: check the motion's unit (m)."
+    if rotation <= LARGEST_ROTATION:  # a theory of small motions holds
+        return words[march.outcome]
+    too_far = f"It turns by {rotation:.3g} rad, but the theory holds up to {LARGEST_ROTATION:g}: check the motion's unit (m)."
+    return f"{words[march.outcome]} {too_far}"
 
 
 def march_arrays(march: SteadyCycle) -> Arrays:
@@ -120,7 +102,11 @@ def march_of(arrays: Arrays) -> SteadyCycle:
 
 def gathered(rig: BetweenPlatforms, motion: PlatformMotion, march: SteadyCycle, marching: Marching = QUASI_STATIC) -> DamperCycle:
     """The labelled cycle of a march."""
-    return _labelled(rig, motion, CycleModel.of(rig), march, marching)
+    model, cause = CycleModel.of(rig), jamming(rig)
+    # Where there is no sample at which every closed contact slips, the damper never slides out.
+    if cause and (march.outcome == CycleOutcome.NOT_CONVERGED or np.all(np.any(contact_states(model, march) == STICK, axis=1))):
+        march = replace(march, outcome=CycleOutcome.JAMMED)
+    return DamperCycle(cycle_dataset(rig, model, march, marching, _sentence(march, cause)), rig, motion, march)
 
 
 @dataclass(frozen=True, eq=False)

@@ -99,11 +99,19 @@ def _contact_forces(model: CycleModel, march: SteadyCycle) -> Variables:
     friction, normal = march.record.force[:, tangential], march.record.force[:, normal_rows]
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = np.where(normal > 0.0, friction / normal, np.nan)
+    # The slip limit of a contact is the sum of those of its elements.
+    table = model.table
+    first, last = table.friction_first[table.first_row[:-1]], table.friction_first[table.first_row[1:]]
     return {
         "friction_force": (EACH, friction, "N", "friction force along t1"),
         "normal_force": (EACH, normal, "N", "normal force"),
         "force_ratio": (EACH, ratio, "1", "friction over normal force"),
-        "slip_limit": (EACH, _limits(model, march), "N", "friction force at which all of the contact slips"),
+        "slip_limit": (
+            EACH,
+            np.stack([march.record.limit[:, a:b].sum(axis=1) for a, b in zip(first, last, strict=True)], axis=1),
+            "N",
+            "friction force at which all of the contact slips",
+        ),
     }
 
 
@@ -126,9 +134,15 @@ def _contact_motions(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycl
 def _states(model: CycleModel, march: SteadyCycle) -> Variables:
     states = contact_states(model, march)
     words = "0 stick, 1 slip with positive friction, -1 with negative, 2 open"
+    kinds = (states == STICK, np.abs(states) == 1, states == OPEN)
     return {
         "state": (EACH, states, "1", words),
-        "share": (("contact", "kind"), _shares(states), "1", "share of the cycle in each state"),
+        "share": (
+            ("contact", "kind"),
+            np.stack([kind.mean(axis=0) for kind in kinds], axis=1),
+            "1",
+            "share of the cycle in each state",
+        ),
         "iterations": (("sample",), march.record.iterations, "1", "Newton iterations of the step, -1 where it failed"),
     }
 
@@ -137,18 +151,16 @@ def _energies(model: CycleModel, march: SteadyCycle) -> Variables:
     """Loop energy ∫ F dx on the platforms: friction work and, where the cycle does not close, what is stored in the end."""
     path, work = march.path(model), slip_work(model, march)
     motion = platform_motion(model, march)
-    loop = _work(path.force @ model.left, np.append(motion, motion[:1], axis=0))
+    force = path.force @ model.left
+    # by trapezes
+    loop = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(np.append(motion, motion[:1], axis=0), axis=0)))
     stored = float(np.diff(stored_energy(model, path)[[0, -1]])[0])
+    error, words = abs(loop - work.sum() - stored), "loop energy less friction work and stored energy, relative"
     return {
         "friction_work": (("contact",), work, "J", "friction work of a cycle"),
         "loop_energy": ((), loop, "J", "energy that the damper takes from the platforms in a cycle"),
         "stored_energy": ((), stored, "J", "energy that contacts, rig and pull hold after the cycle less that before it"),
-        "energy_error": (
-            (),
-            _relative(loop - work.sum() - stored, loop),
-            "1",
-            "loop energy less friction work and stored energy, relative",
-        ),
+        "energy_error": ((), error / abs(loop) if loop else error, "1", words),
     }
 
 
@@ -223,24 +235,3 @@ def _elements(model: CycleModel) -> list[slice]:
     """The friction elements of each contact."""
     table = model.table
     return [slice(table.friction_first[a], table.friction_first[b]) for a, b in pairwise(table.first_row)]
-
-
-def _limits(model: CycleModel, march: SteadyCycle) -> Array:
-    """Sum of the slip limits of each contact's elements, (steps, contacts)."""
-    table = model.table
-    first, last = table.friction_first[table.first_row[:-1]], table.friction_first[table.first_row[1:]]
-    return np.stack([march.record.limit[:, a:b].sum(axis=1) for a, b in zip(first, last, strict=True)], axis=1)
-
-
-def _shares(states: Index) -> Array:
-    kinds = (states == STICK, np.abs(states) == 1, states == OPEN)
-    return np.stack([kind.mean(axis=0) for kind in kinds], axis=1)
-
-
-def _work(force: Array, motion: Array) -> float:
-    """∫ F dx along a path, trapezoidal."""
-    return float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(motion, axis=0)))
-
-
-def _relative(difference: float, size: float) -> float:
-    return abs(difference) / abs(size) if size else abs(difference)

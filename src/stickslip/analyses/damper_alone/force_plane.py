@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.model.contact.point import Contact
 from stickslip.model.problem import Problem
 from stickslip.support.checks import Array, fault
 
@@ -59,18 +58,15 @@ def force_plane(problem: Problem, damper: Sequence[str], sides: tuple[str, str])
     if len(dofs) != 2:
         raise fault("damper", "must name two degrees of freedom", list(damper))
     pull = problem.load(1)[dofs, 0]
-    contacts = [_contacts(problem, side) for side in sides]
+    contacts = []
+    for side in sides:  # the contact of this name, or the points of a surface of this name
+        named = [c for c in problem.contacts if c.name == side or (c.name.rpartition(" ")[0] == side and c.name[-1].isdigit())]
+        if not named or any(len(c.direction_names) < 2 or c.normal is None for c in named):
+            raise fault("side", "must name contacts with friction and a normal direction", side)
+        contacts.append(named)
     tangents, normals = (
         np.array([[group[0].directions[which].get(dof, 0.0) for dof in damper] for group in contacts]).T for which in (0, -1)
     )
     inverse = np.linalg.inv(normals)
     friction = np.array([float(group[0].elements.friction[0].friction[0]) for group in contacts])
     return ForcePlane(inverse @ pull, -inverse @ tangents, friction, sides)
-
-
-def _contacts(problem: Problem, side: str) -> list[Contact]:
-    """The contact of this name, or the points of a surface of this name."""
-    named = [c for c in problem.contacts if c.name == side or (c.name.rpartition(" ")[0] == side and c.name[-1].isdigit())]
-    if not named or any(len(c.direction_names) < 2 or c.normal is None for c in named):
-        raise fault("side", "must name contacts with friction and a normal direction", side)
-    return named

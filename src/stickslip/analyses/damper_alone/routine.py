@@ -54,7 +54,8 @@ def blade_with_routine(
     """
     omega, model = 2.0 * np.pi * positive("frequency", frequency), CycleModel.of(rig)
     rows = blade.rows([{name: 1.0} for name in platform])
-    receptances = [_receptance(blade, rows, h, omega) for h in range(harmonics + 1)]
+    # of the platform, (2, 2) at each harmonic
+    receptances = [np.asarray(rows @ np.linalg.solve(_dynamic(blade, h, omega), rows.T)) for h in range(harmonics + 1)]
     free = _free_motion(blade, rows, forces, harmonics, omega)
     size, calls = (2, 2 * harmonics + 1), 0
 
@@ -79,11 +80,6 @@ def blade_with_routine(
         raise InputError(f"The response with the damper routine must be found, but is not: {found.message}")
     values = found.x.reshape(size) * unit
     return BladeWithRoutine(values, damper(values), calls)
-
-
-def _receptance(blade: Structure, rows: Array, harmonic: int, omega: float) -> np.ndarray:
-    """(2, 2) of the platform at a harmonic."""
-    return np.asarray(rows @ np.linalg.solve(_dynamic(blade, harmonic, omega), rows.T))
 
 
 def _dynamic(blade: Structure, harmonic: int, omega: float) -> np.ndarray:

@@ -12,7 +12,6 @@ from scipy import linalg
 from scipy.special import ndtri
 
 from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
-from stickslip.model.contact.point import Contact
 from stickslip.model.disks.full import FullDisk
 from stickslip.model.disks.tuned import TunedDisk, sectors_of
 from stickslip.model.loads import Output
@@ -132,10 +131,15 @@ def mistuned_disk(disk: TunedDisk, mistuning: Mistuning, blade: Sequence[str] | 
     """
     given = mistuning.of(disk.sectors)
     for name in RELATIVE[1:4]:
-        _refuse_without_effect(disk, name, given.deviation(name))
+        if given.deviation(name).any() and not any(hasattr(contact.law, name) for contact in disk.contacts):
+            raise fault(f"Mistuning, {name}", "must meet a contact law that has it", "none does")
     full = disk.full()
     parts = len(disk.contacts), len(disk.forces), len(disk.mean_springs)
-    contacts = [_contact(c, given, k // parts[0]) for k, c in enumerate(full.contacts)]
+    contacts = []
+    for k, contact in enumerate(full.contacts):
+        names = ((field, name) for name, fields in LAW_FIELDS.items() for field in fields)
+        factors = {field: 1.0 + given.deviation(name)[k // parts[0]] for field, name in names}
+        contacts.append(with_factors(contact, {field: factor for field, factor in factors.items() if factor != 1.0}))
     pull = 1.0 + given.deviation("pull")
     forces = [replace(f, static=f.static * pull[k // parts[1]]) for k, f in enumerate(full.forces)]
     structure = _with_own_damping(disk, _with_blades(disk, full.structure, given.deviation("blade"), blade), given)
@@ -148,16 +152,6 @@ def mistuned_disk(disk: TunedDisk, mistuning: Mistuning, blade: Sequence[str] | 
     return replace(
         full, structure=_without(structure, lost), contacts=tuple(kept), forces=tuple(loads), mean_springs=tuple(springs)
     )
-
-
-def _contact(contact: Contact, given: Mistuning, sector: int) -> Contact:
-    factors = {field: 1.0 + given.deviation(name)[sector] for name, names in LAW_FIELDS.items() for field in names}
-    return with_factors(contact, {field: factor for field, factor in factors.items() if factor != 1.0})
-
-
-def _refuse_without_effect(disk: TunedDisk, name: str, deviation: Array) -> None:
-    if deviation.any() and not any(hasattr(contact.law, name) for contact in disk.contacts):
-        raise fault(f"Mistuning, {name}", "must meet a contact law that has it", "none does")
 
 
 def _with_blades(disk: TunedDisk, structure: Structure, deviation: Array, blade: Sequence[str] | None) -> Structure:

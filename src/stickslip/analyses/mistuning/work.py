@@ -16,7 +16,7 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
 from stickslip.analyses.mistuning.run_in import run_in_by
 from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.analyses.settings import Setting, Settings, Whole
+from stickslip.analyses.settings import OfKind, Setting, Settings, Whole
 from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
 from stickslip.analyses.work_parts import Measured
 from stickslip.model.disks.full import FullDisk
@@ -53,14 +53,6 @@ def _harmonics(name: str, harmonics: Any) -> Harmonics:
     return checked_harmonics(harmonics, "A forced response of the tuned disk shows how many are enough.")
 
 
-def _scatter(name: str, scatter: Any) -> Scatter:
-    return of_kind(name, scatter, Scatter)
-
-
-def _mistuning(name: str, mistuning: Any) -> Mistuning:
-    return of_kind(name, mistuning, Mistuning)
-
-
 @dataclass(frozen=True, eq=False)
 class PopulationWork(Measured, Settings):
     """Case 0 is the tuned disk, solved as one sector; case k is sample k − 1."""
@@ -68,8 +60,8 @@ class PopulationWork(Measured, Settings):
     disk: Annotated[TunedDisk, Setting(_disk)]
     band: Band | Sequence[float]
     count: Annotated[int, Setting(Whole(1))]
-    scatter: Annotated[Scatter, Setting(_scatter)]
-    mistuning: Annotated[Mistuning | None, Setting(_mistuning)] = None
+    scatter: Annotated[Scatter, Setting(OfKind(Scatter))]
+    mistuning: Annotated[Mistuning | None, Setting(OfKind(Mistuning))] = None
     force: float = 1.0
     harmonics: Annotated[int | Sequence[int], Setting(_harmonics)] = 5
     samples: Samples = 256
@@ -159,7 +151,11 @@ class PopulationWork(Measured, Settings):
             problem = self.started if case == 0 else mistuned_disk(self.started, self.deviations(case - 1), self.blade_dofs)
             arrays = self._solved(problem, report)
         except (LostCurveError, LinAlgError, InputError) as reason:
-            arrays = _failed(1 if case == 0 else self.disk.sectors, len(self.places), str(reason))
+            blades = 1 if case == 0 else self.disk.sectors
+            stress = np.full((blades, len(self.places), len(SIZES) + len(COMPONENTS)), np.nan)
+            nothing = {"frequency": np.empty(0), "amplitude": np.empty((0, blades)), "stress": stress}
+            unknown = {name: np.full(blades, np.nan) for name in ("peak", "peak_frequency", "damper_work")}
+            arrays = {**nothing, **unknown, "outcome": np.array(int(Outcome.NOT_CONVERGED)), "message": np.array(str(reason))}
         return {**arrays, "cpu_seconds": np.array(time.process_time() - started)}
 
     def _solved(self, problem: Problem, report: Report) -> Arrays:
@@ -212,10 +208,3 @@ def _sizes(balance: HarmonicBalance, point: CurvePoint, measure: Measure) -> Arr
     """The measure of every blade, per force level where it is reported so."""
     omega, level = point.point.omega, point.point.level
     return np.array([measure.size(row, omega) for row in point.evaluation.w[balance.rows :]]) / measure.per(level)
-
-
-def _failed(blades: int, places: int, reason: str) -> Arrays:
-    stress = np.full((blades, places, len(SIZES) + len(COMPONENTS)), np.nan)
-    nothing = {"frequency": np.empty(0), "amplitude": np.empty((0, blades)), "stress": stress}
-    unknown = {name: np.full(blades, np.nan) for name in ("peak", "peak_frequency", "damper_work")}
-    return {**nothing, **unknown, "outcome": np.array(int(Outcome.NOT_CONVERGED)), "message": np.array(reason)}

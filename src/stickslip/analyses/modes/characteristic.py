@@ -54,7 +54,13 @@ def with_peaks(dataset: xr.Dataset, problem: Problem, levels: Sequence[float] = 
             warnings.append("")
             continue
         messages.append("")
-        _fill(data, case, synthesis, range(sizes["output"]))
+        mode, omega = synthesis.mode, synthesis.mode.easiest()
+        own_levels, count = mode.level_of_peak(), mode.omega.size
+        data["peak_force_level"][case, :count], data["peak_frequency"][case, :count] = own_levels, omega / (2.0 * np.pi)
+        data["quadrature_force_level"][case, :count] = mode.quadrature
+        data["peak_other_modes"][case, :count] = synthesis.other_modes(mode, omega, own_levels)
+        for output in range(sizes["output"]):
+            data["peak_amplitude"][case, :count, output] = np.abs(synthesis.moved(mode, omega, own_levels, output))
         said = [_others_move(data["peak_force_level"][case], data["peak_other_modes"][case])]
         if levels:
             _fill_levels(data, case, synthesis, levels, dataset, problem)
@@ -82,17 +88,6 @@ def _others_move(levels: Array, shares: Array) -> str:
         f"{levels[most]:.3g}, "
         "in the synthesis as if all contacts stuck. Peaks there may be wrong by about as much: compare forced responses."
     )
-
-
-def _fill(data: dict[str, np.ndarray], case: int, synthesis: Synthesis, outputs: Sequence[int]) -> None:
-    """The columns of the points of a case."""
-    mode, omega = synthesis.mode, synthesis.mode.easiest()
-    levels, count = mode.level_of_peak(), mode.omega.size
-    data["peak_force_level"][case, :count], data["peak_frequency"][case, :count] = levels, omega / (2.0 * np.pi)
-    data["quadrature_force_level"][case, :count] = mode.quadrature
-    data["peak_other_modes"][case, :count] = synthesis.other_modes(mode, omega, levels)
-    for output in outputs:
-        data["peak_amplitude"][case, :count, output] = np.abs(synthesis.moved(mode, omega, levels, output))
 
 
 def _misses(levels: Array, synthesised: Array, solved: Array) -> str:

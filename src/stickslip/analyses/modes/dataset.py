@@ -79,10 +79,13 @@ def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any
         places.append(values)
         if strongest is not None:
             met.setdefault(strongest, balance.amplitude_of(point.point))
+    sizes = {"output": len(balance.problem.outputs), "harmonic": balance.highest + 1, "part": 2}
+    sizes |= {"contact": len(balance.problem.contacts), "direction": 3, "dof": balance.problem.structure.size}
     arrays: dict[str, NDArray[Any]] = {}
     for name, (dims, _, _) in VARIABLES.items():
         if dims[:2] == _POINT:
-            arrays[name] = np.array([values[name] for values in places], dtype=float) if places else _none(balance, dims)
+            empty = np.empty((0, *(sizes[dim] for dim in dims[2:])))
+            arrays[name] = np.array([values[name] for values in places], dtype=float) if places else empty
     return arrays | {
         "mode_number": np.array(float(balance.followed + 1)),
         "case_outcome": np.array(float(curve.outcome)),
@@ -97,12 +100,6 @@ def _met(harmonic: int, mode: int, amplitude: float) -> str:
         f"Internal resonance: from the modal amplitude {amplitude:.3g} m kg^0.5 on, harmonic {harmonic} excites mode {mode} of "
         f"the stuck structure with at least {100.0 * INTERNAL:g} % of the energy."
     )
-
-
-def _none(balance: ModeBalance, dims: tuple[str, ...]) -> Array:
-    sizes = {"output": len(balance.problem.outputs), "harmonic": balance.highest + 1, "part": 2}
-    sizes |= {"contact": len(balance.problem.contacts), "direction": 3, "dof": balance.problem.structure.size}
-    return np.empty((0, *(sizes[dim] for dim in dims[2:])))
 
 
 def point_values(

@@ -84,7 +84,9 @@ def curve_arrays(damping: DampingCurve) -> dict[str, NDArray[Any]]:
 
 def root_arrays(damping: DampingCurve, ratios: Sequence[float]) -> dict[str, NDArray[Any]]:
     """The variables of the limit cycles of one mode, (aerodynamic_damping, limit_cycle, ...)."""
-    balance, rows = damping.balance, ContactRows(damping.balance.problem)
+    balance, problem = damping.balance, damping.balance.problem
+    rows, sizes = ContactRows(problem), {"output": len(problem.outputs), "contact": len(problem.contacts), "direction": 3}
+    sizes |= {"dof": problem.structure.size, "part": 2}
     by_name: dict[str, list[NDArray[Any]]] = {name: [] for name in ROOTS}
     messages = []
     for ratio in ratios:
@@ -93,16 +95,10 @@ def root_arrays(damping: DampingCurve, ratios: Sequence[float]) -> dict[str, NDA
             value = point_values(balance, rows, root.evaluation)[0]
             values.append(value | {"damping_slope": slope(root), "stable": float(is_stable(root))})
         for name in ROOTS:
-            by_name[name].append(np.array([value[name] for value in values], dtype=float) if values else _none(damping, name))
+            empty = np.empty((0, *(sizes[dim] for dim in ROOTS[name][0][3:])))
+            by_name[name].append(np.array([value[name] for value in values], dtype=float) if values else empty)
         messages.append(_words(damping, ratio, values))
     return {name: stacked(pieces) for name, pieces in by_name.items()} | {"limit_cycle_message": np.array(messages)}
-
-
-def _none(damping: DampingCurve, name: str) -> NDArray[Any]:
-    problem = damping.balance.problem
-    sizes = {"output": len(problem.outputs), "contact": len(problem.contacts), "direction": 3}
-    sizes |= {"dof": problem.structure.size, "part": 2}
-    return np.empty((0, *(sizes[dim] for dim in ROOTS[name][0][3:])))
 
 
 def _words(damping: DampingCurve, ratio: float, values: Sequence[dict[str, Any]]) -> str:

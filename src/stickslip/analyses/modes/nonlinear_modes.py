@@ -113,14 +113,10 @@ def nonlinear_modes(work: NonlinearModesWork) -> NonlinearModes:
     """
     work.refuse_amplitudes()
     turned = None if work.phase_at is None else output_of(work.problem, work.phase_at, "phase_at")
-    _refuse_no_phase(work.problem, turned)
+    # A traction ratio holds at an instant of the period, so that the phase of a motion matters.
+    ratios = any(start.code == TractionRatio.code for contact in work.problem.contacts for start in contact.starts)
+    if turned is not None and ratios:
+        remedy = "Leave phase_at out, or start from slider offsets."
+        raise fault("phase_at", "must not be given with traction ratios, which hold at an instant of the period", turned, remedy)
     dataset = work.dataset(all_cases(work, work.checkpoint, work.workers, work.progress))
     return NonlinearModes(dataset if turned is None else with_phase_at(dataset, turned), work.problem)
-
-
-def _refuse_no_phase(problem: Problem, output: int | None) -> None:
-    """A traction ratio holds at an instant of the period, so that the phase of a motion matters."""
-    ratios = any(start.code == TractionRatio.code for contact in problem.contacts for start in contact.starts)
-    if output is not None and ratios:
-        remedy = "Leave phase_at out, or start from slider offsets."
-        raise fault("phase_at", "must not be given with traction ratios, which hold at an instant of the period", output, remedy)

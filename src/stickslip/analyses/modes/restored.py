@@ -13,7 +13,7 @@ from stickslip.solve.balance.balance import Point
 from stickslip.solve.balance.fourier import real_harmonics
 from stickslip.solve.balance.mode_balance import ModeBalance
 from stickslip.solve.continuation.curve_points import CurvePoint, Tangent, moving_sizes, relative_metric
-from stickslip.solve.continuation.newton import Correction, correct, fixed
+from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.curves.mode_refine import directed
 from stickslip.support.checks import InputError
 
@@ -35,36 +35,28 @@ def restored(balance: ModeBalance, mode: xr.Dataset) -> Iterator[CurvePoint]:
         found = correct(balance, start, fixed("level", start.level), iterations=20, halvings=8)
         if not found.converged:
             raise InputError("The nonlinear mode must be that of its problem, but its points do not solve the equations.")
-        point = _undirected(balance, found)
+        w = found.evaluation.w
+        metric = relative_metric(w, balance.rows, moving_sizes(w, balance.rows), STEP)
+        tangent = Tangent(np.zeros_like(found.evaluation.point.forces), np.zeros_like(w), 1.0)
+        point = CurvePoint(found.evaluation, tangent, metric, found.iterations, 0, 0.0)
         before = directed(balance, before or point, point)
         yield before
-
-
-def _undirected(balance: ModeBalance, found: Correction) -> CurvePoint:
-    w = found.evaluation.w
-    metric = relative_metric(w, balance.rows, moving_sizes(w, balance.rows), STEP)
-    tangent = Tangent(np.zeros_like(found.evaluation.point.forces), np.zeros_like(w), 1.0)
-    return CurvePoint(found.evaluation, tangent, metric, found.iterations, 0, 0.0)
 
 
 def _start(balance: ModeBalance, point: xr.Dataset) -> Point:
     """λ, ω and ζ of a point; the phase is turned back to that of the followed stuck mode."""
     rows = ContactRows(balance.problem)
     force, motion = (rows.collected(_complex(point[name].values)) for name in ("contact_force", "contact_motion"))
-    turn = _phase(balance, _complex(point["mode_shape"].values)) ** np.arange(force.shape[1])
+    # The followed coordinate φᴴMq of the first harmonic becomes real and positive.
+    system = balance.problem.systems.at(1)
+    whole = balance.structures.whole[balance.structures.key[1]][:, balance.followed]
+    coordinate = complex(whole.conj() @ system.M @ _complex(point["mode_shape"].values))
+    turn = (coordinate.conjugate() / abs(coordinate)) ** np.arange(force.shape[1])
     forces = np.zeros((balance.rows + 1, balance.columns))
     forces[:-1] = real_harmonics((force - balance.stiffness[:, None] * motion) * turn)
     forces[-1, 1] = 2.0 * np.pi * float(point["frequency"]) / balance.linear_omega
     forces[-1, 2] = float(point["damping_ratio"])
     return Point(forces, balance.linear_omega, balance.level_of(float(point["modal_amplitude"])))
-
-
-def _phase(balance: ModeBalance, shape: NDArray[np.complex128]) -> complex:
-    """The factor that makes the followed coordinate φᴴMq of a first harmonic real and positive."""
-    system = balance.problem.systems.at(1)
-    whole = balance.structures.whole[balance.structures.key[1]][:, balance.followed]
-    coordinate = complex(whole.conj() @ system.M @ shape)
-    return coordinate.conjugate() / abs(coordinate)
 
 
 def _complex(values: NDArray[np.float64]) -> NDArray[np.complex128]:

@@ -203,7 +203,10 @@ class Synthesis:
         chosen = dataset.isel(case=case, point=np.flatnonzero(np.isfinite(dataset["frequency"][case].to_numpy())))
         if chosen.sizes["point"] < 2:
             raise fault("The curve of the mode", "must have two or more points", str(dataset["case_message"][case].item()))
-        load = _first_harmonic(loaded)
+        powers = loaded.load_powers(max((h for force in loaded.forces for h in force.factors), default=1))
+        if len(powers) > 1:
+            raise fault("The forces", "must not go by the frequency in a synthesis from modes", "a moving base or an unbalance")
+        load = np.asarray(powers[0][:, 1] - 1j * powers[0][:, 2])
         others = OtherModes.of(loaded, int(dataset["mode_number"][case]) - 1, load)
         mode, slopes = ModePath.of_points(chosen, loaded, others.stuck_shape, load)
         shape = _complex(chosen["mode_shape"]) / mode.amplitude[:, None]
@@ -243,7 +246,9 @@ class Synthesis:
 
         self._refuse_beyond(levels)
         least = self._levels[0]
-        which, intervals = _crossed(self._levels, levels)
+        # Which levels lie in which intervals between neighbouring ones of the mode.
+        lower, upper = np.minimum(self._levels[:-1], self._levels[1:]), np.maximum(self._levels[:-1], self._levels[1:])
+        which, intervals = np.nonzero((levels[:, None] > lower) & (levels[:, None] <= upper))
         places = self._solved(levels[which], intervals)
         low = np.flatnonzero(levels < least)
         share = np.concatenate([np.ones(which.size), levels[low] / least])
@@ -321,24 +326,9 @@ def saturated(levels: Array, amplitudes: Array) -> bool:
     return bool(np.log(levels[-1] / levels[k]) < SATURATED * np.log(amplitudes[-1] / amplitudes[k]))
 
 
-def _first_harmonic(problem: Problem) -> Complex:
-    """The harmonic load at level one as P₁, (n,); refused where it goes by the frequency."""
-    powers = problem.load_powers(max((h for force in problem.forces for h in force.factors), default=1))
-    if len(powers) > 1:
-        raise fault("The forces", "must not go by the frequency in a synthesis from modes", "a moving base or an unbalance")
-    return np.asarray(powers[0][:, 1] - 1j * powers[0][:, 2])
-
-
 def _complex(array: xr.DataArray) -> Complex:
     parts = array.transpose(..., "part").to_numpy()
     return np.asarray(parts[..., 0] + 1j * parts[..., 1])
-
-
-def _crossed(values: Array, wanted: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Which wanted values lie in which intervals between neighbouring values."""
-    low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])
-    which, intervals = np.nonzero((wanted[:, None] > low) & (wanted[:, None] <= high))
-    return which, intervals
 
 
 def _sides(mode: ModePath, level: float) -> tuple[Array, Array]:

@@ -157,20 +157,16 @@ def described(measure: Measure, name: str, units: str, words: str) -> dict[str, 
     return {"units": units, "long_name": words}
 
 
-def _refuse_no_resonance(work: PerformanceWork, results: Sequence[Arrays]) -> None:
-    """Refuse a band in which sweeps went well, but no curve has a peak anywhere."""
+def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCurve:
+    """All curves as one labelled dataset."""
+    import xarray as xr
+
+    # A band in which sweeps went well, but no curve has a peak anywhere, is refused.
     found = any(np.isfinite(result["amplitude"]).any() for result in results)
     if not found and any(np.any(result["check_points"] > 0) for result in results):
         low, high = results[0]["band"]
         balance = HarmonicBalance(work.problem, work.harmonics, work.samples)
         raise no_resonance(balance, work.output, (float(low), float(high)), " at one of the values of F_C/F_E")
-
-
-def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCurve:
-    """All curves as one labelled dataset."""
-    import xarray as xr
-
-    _refuse_no_resonance(work, results)
     data = {
         name: (dims, stacked([np.asarray(result[name]) for result in results]), described(work.measured, name, units, words))
         for name, (dims, units, words) in VARIABLES.items()

@@ -30,7 +30,7 @@ from stickslip.analyses.performance.design_ranges import DesignRanges, design_ra
 from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
 from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.analyses.performance.worst_case import WorstCase, searched_peak, worst_case
-from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.analyses.settings import OfKind, Setting, Settings, Whole, takes
 from stickslip.analyses.work_parts import Measured
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
@@ -178,18 +178,10 @@ def _constraints(name: str, constraints: Any) -> Mapping[str, Constraint]:
     return dict(constraints)
 
 
-def _known(name: str, known: Any) -> Sequence[Mapping[str, float]]:
-    return of_kind(name, known, Sequence)  # type: ignore[type-abstract]
-
-
 def _factor(name: str, factor: Any) -> float:
     if positive(name, factor) < 1.0:
         raise fault(name, "must be at least 1", float(factor))
     return float(factor)
-
-
-def _searched(name: str, search: Any) -> bool:
-    return of_kind(name, search, bool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,10 +195,10 @@ class DesignSettings(Measured, Settings):
     objective: Annotated[Objective, Setting(_objective)] = "amplitude"
     constraints: Annotated[Mapping[str, Constraint] | None, Setting(_constraints)] = None
     _: KW_ONLY
-    known: Annotated[Sequence[Mapping[str, float]], Setting(_known)] = ()
+    known: Annotated[Sequence[Mapping[str, float]], Setting(OfKind(Sequence))] = ()
     friction_factor: Annotated[float, Setting(_factor)] = FACTOR
     starts: Annotated[int, Setting(Whole(0))] = 2
-    search: Annotated[bool, Setting(_searched)] = True
+    search: Annotated[bool, Setting(OfKind(bool))] = True
     levels: Annotated[int, Setting(Whole(1))] = 4
     designs: Annotated[int, Setting(Whole(4))] = 24
     generations: Annotated[int, Setting(Whole(0))] = 0
@@ -338,7 +330,17 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
     import xarray as xr
 
     conditions, records = work.conditions, designs.records
-    values = _of_designs(designs, starts) | _of_optimum(designs, starts, best, near)
+    nothing = np.full(designs.low.size, np.nan)
+    values = _of_designs(designs, starts) | {
+        "optimum": nothing if near is None else designs.records[best].point,
+        "optimum_design": best,
+        "optimum_peak": np.nan if near is None else starts.peak(best),
+        "sensitivity": np.column_stack([nothing, nothing]) if near is None else near.slopes,
+        "near_low": nothing if near is None else near.low,
+        "near_high": nothing if near is None else near.high,
+        "low": designs.low,
+        "high": designs.high,
+    }
     coords: dict[str, Any] = {"variable": list(work.variables), "side": ["less", "more"]}
     if work.limits:
         values["margin"] = np.array([record.margins for record in records]).reshape(len(records), len(work.limits))
@@ -379,21 +381,6 @@ def _of_designs(designs: Designs, starts: AllStarts) -> dict[str, Any]:
         "failed": [len(record.failed) for record in records],
         **dict(zip(("failed_force", "failed_friction", "failed_start"), np.moveaxis(failed, 2, 0), strict=True)),
         "allowed": np.array([record.allowed for record in records], dtype=np.int8),
-    }
-
-
-def _of_optimum(designs: Designs, starts: AllStarts, best: int, near: DesignRanges | None) -> dict[str, Any]:
-    """The best design with its slopes and ranges, NaN where there is none."""
-    nothing = np.full(designs.low.size, np.nan)
-    return {
-        "optimum": nothing if near is None else designs.records[best].point,
-        "optimum_design": best,
-        "optimum_peak": np.nan if near is None else starts.peak(best),
-        "sensitivity": np.column_stack([nothing, nothing]) if near is None else near.slopes,
-        "near_low": nothing if near is None else near.low,
-        "near_high": nothing if near is None else near.high,
-        "low": designs.low,
-        "high": designs.high,
     }
 
 

@@ -50,7 +50,12 @@ class NoJamming:
     geometric: ClassVar[bool] = True
 
     def __call__(self, trial: Trial) -> float:
-        degrees = self.angle if not isinstance(self.angle, str) else _variable(trial, self.angle)
+        degrees = self.angle
+        if isinstance(degrees, str):
+            if degrees not in trial.variables:
+                known = f"Variables: {', '.join(trial.variables)}."
+                raise fault("angle", "must be a variable of the design, or a number", degrees, known)
+            degrees = trial.variables[degrees]
         return 1.0 - trial.friction * tan(radians(degrees))
 
 
@@ -102,9 +107,3 @@ class LinePressure:
             raise fault("contacts", "must begin the names of some contacts", self.contacts)
         per_length = float(np.sum(line, axis=0).max()) / self.length
         return 1.0 - sqrt(per_length * self.modulus / (pi * self.radius)) / self.limit
-
-
-def _variable(trial: Trial, name: str) -> float:
-    if name not in trial.variables:
-        raise fault("angle", "must be a variable of the design, or a number", name, f"Variables: {', '.join(trial.variables)}.")
-    return trial.variables[name]

@@ -84,15 +84,12 @@ def _walk(end: float) -> Walk:
         way = min(max(1.5 * way, min(3.0 * way, predicted)), end)
     outside, high = way, rise
     while outside - inside > STEP and min(abs(low - NEAR), abs(high - NEAR)) > CLOSE:
-        way = inside + _share(low, high) * (outside - inside)
+        # By a straight line between small rises, in the middle otherwise.
+        share = float(np.clip((NEAR - low) / (high - low), 0.2, 0.8)) if high < 4.0 * NEAR else 0.5
+        way = inside + share * (outside - inside)
         rise = yield way
         if rise <= NEAR:
             inside, low = way, rise
         else:
             outside, high = way, rise
     return inside + (NEAR - low) / (high - low) * (outside - inside)
-
-
-def _share(low: float, high: float) -> float:
-    """Where to look between rises low and high: by a straight line between small ones, in the middle otherwise."""
-    return float(np.clip((NEAR - low) / (high - low), 0.2, 0.8)) if high < 4.0 * NEAR else 0.5

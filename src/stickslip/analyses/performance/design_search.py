@@ -136,14 +136,11 @@ class Designs:
         def report(fraction: float, text: str) -> None:
             self.progress((self.done + count * fraction) / max(self.expected, self.done + count), text)
 
-        few = count == 1 or (isinstance(self.workers, int) and (count - 1) * self._seconds() < WORTH)
+        seconds = float(np.mean([record.seconds for record in self.records])) if self.records else np.inf  # of a design, about
+        few = count == 1 or (isinstance(self.workers, int) and (count - 1) * seconds < WORTH)
         results = all_cases(work, self.checkpoint, 1 if few else self.workers, report)
         self.done += count
         return results
-
-    def _seconds(self) -> float:
-        """The processor time of a design, about; infinite where none is known."""
-        return float(np.mean([record.seconds for record in self.records])) if self.records else np.inf
 
     def _known(self, point: Array) -> Record | None:
         return next((record for record in self.records if _same(record.point, point)), None)
@@ -168,15 +165,10 @@ def refine(designs: Designs, most: int) -> None:
     left, before = most, np.inf
     while left > 0 and designs.best.penalised < (1.0 - GAIN) * before:
         before = designs.best.penalised
-        left -= _simplex(designs, left)
-
-
-def _simplex(designs: Designs, most: int) -> int:
-    """One simplex search from the best design; how many it asked for."""
-    best = designs.best
-    unit = designs.unit(best.point)
-    simplex = np.vstack([unit, *(unit + np.where(unit > 0.5, -ASIDE, ASIDE) * row for row in np.eye(unit.size))])
-    options = {"initial_simplex": simplex, "maxfev": most, "xatol": 2e-3, "fatol": GAIN * best.penalised}
-    box = [(0.0, 1.0)] * unit.size
-    found = minimize(lambda unit: designs.at([unit])[0], unit, method="Nelder-Mead", bounds=box, options=options)  # type: ignore[call-overload]
-    return int(found.nfev)
+        best = designs.best
+        unit = designs.unit(best.point)
+        simplex = np.vstack([unit, *(unit + np.where(unit > 0.5, -ASIDE, ASIDE) * row for row in np.eye(unit.size))])
+        options = {"initial_simplex": simplex, "maxfev": left, "xatol": 2e-3, "fatol": GAIN * best.penalised}
+        box = [(0.0, 1.0)] * unit.size
+        found = minimize(lambda unit: designs.at([unit])[0], unit, method="Nelder-Mead", bounds=box, options=options)  # type: ignore[call-overload]
+        left -= int(found.nfev)

@@ -167,7 +167,9 @@ class Peaks:
         """Amplitude and frequency at both ends of a share of the range of parameter k, the others in the middle."""
         low, high = self.work.box[k]
         cut = 0.5 * (1.0 - share) * (high - low)
-        return [self.at(_moved(self.middle, k, value), TIGHT) for value in (low + cut, high - cut)]
+        ends = np.array([self.middle, self.middle])
+        ends[:, k] = low + cut, high - cut
+        return [self.at(values, TIGHT) for values in ends]
 
     def drawn(self, points: Array, report: Report) -> Array:
         """Amplitude and frequency at points (draws, points of a draw, parameters)."""
@@ -209,9 +211,3 @@ class Peaks:
         peak = max(found, key=lambda peak: peak.amplitude)
         self.known.append((np.array(values), peak, balance.stiffness))
         return peak
-
-
-def _moved(values: Array, k: int, value: float) -> Array:
-    moved = values.copy()
-    moved[k] = value
-    return moved

@@ -58,31 +58,13 @@ def sensitivity_indices(work: DrawsWork) -> SensitivityIndices:
 
 def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:
     """Indices, ends and slopes as one labelled dataset."""
+    import xarray as xr
+
     shown = np.array([1.0 / work.measured.per(work.force), 1.0])
     first, drawn = results[0], np.concatenate([result["peaks"] for result in results[1:]])
     first = {**first, "middle": shown * first["middle"], "ends": shown * first["ends"]}
     cpu_seconds = sum(float(result["cpu_seconds"]) for result in results)
-    return _dataset(work, first, shown * drawn, cpu_seconds)
-
-
-def _indices(drawn: Array) -> Array:
-    """First-order and total indices (2, parameters, quantities) of peaks (draws, parameters + 2, quantities)."""
-    from scipy.stats import sobol_indices
-
-    f_A, f_B, *f_AB = np.moveaxis(drawn, 0, -1)
-    found = sobol_indices(func={"f_A": f_A, "f_B": f_B, "f_AB": np.array(f_AB)}, n=len(drawn))
-    return np.array([np.reshape(order, (*f_A.shape[:1], -1)).T for order in (found.first_order, found.total_order)])
-
-
-def _intervals(drawn: Array, seed: int) -> Array:
-    """The middle 95 % (2, parameters, quantities, 2) of the indices of draws drawn from these draws: how rough few draws are."""
-    rng = np.random.default_rng(seed)
-    again = [_indices(drawn[rng.integers(len(drawn), size=len(drawn))]) for _ in range(RESAMPLES)]
-    return np.moveaxis(np.percentile(again, (2.5, 97.5), axis=0), 0, -1)
-
-
-def _dataset(work: DrawsWork, first: Arrays, drawn: Array, cpu_seconds: float) -> xr.Dataset:
-    import xarray as xr
+    drawn = shown * drawn
 
     def described(dims: Any, values: Any, unit: str, words: str) -> tuple[Any, Any, dict[str, str]]:
         return dims, values, {"units": unit, "long_name": words}
@@ -114,3 +96,19 @@ def _dataset(work: DrawsWork, first: Arrays, drawn: Array, cpu_seconds: float) -
     attrs |= {key: getattr(work, key) for key in ("force", "draws", "seed", "samples")} | work.measured.attributes
     attrs["harmonics"] = attribute(work.harmonics)
     return xr.Dataset(data, coords, attrs)
+
+
+def _indices(drawn: Array) -> Array:
+    """First-order and total indices (2, parameters, quantities) of peaks (draws, parameters + 2, quantities)."""
+    from scipy.stats import sobol_indices
+
+    f_A, f_B, *f_AB = np.moveaxis(drawn, 0, -1)
+    found = sobol_indices(func={"f_A": f_A, "f_B": f_B, "f_AB": np.array(f_AB)}, n=len(drawn))
+    return np.array([np.reshape(order, (*f_A.shape[:1], -1)).T for order in (found.first_order, found.total_order)])
+
+
+def _intervals(drawn: Array, seed: int) -> Array:
+    """The middle 95 % (2, parameters, quantities, 2) of the indices of draws drawn from these draws: how rough few draws are."""
+    rng = np.random.default_rng(seed)
+    again = [_indices(drawn[rng.integers(len(drawn), size=len(drawn))]) for _ in range(RESAMPLES)]
+    return np.moveaxis(np.percentile(again, (2.5, 97.5), axis=0), 0, -1)

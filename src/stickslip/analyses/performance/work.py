@@ -38,7 +38,6 @@ from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, s
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.solve.balance.energy import EnergyBalance
-from stickslip.solve.peaks.climb import SolvedPeak
 from stickslip.solve.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
 from stickslip.solve.peaks.frequency_band import PeakBand
 from stickslip.solve.peaks.linear import linear_peak
@@ -151,8 +150,13 @@ class _Curve:
             self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output, work.measured
         )
         found = continuation.follow(work.ratios[::-1], work.check_every, lambda fraction: report(0.8 * fraction))
-        arrays = self._empty(len(work.ratios), len(found.branches))
-        for k in range(len(work.ratios)):
+        points, contacts = len(work.ratios), len(self.problem.contacts)
+        arrays: dict[str, NDArray[Any]] = {name: np.full(points, np.nan) for name in PER_POINT}
+        arrays["outcome"] = np.full(points, int(Outcome.NOT_CONVERGED), dtype=np.int8)
+        arrays["dissipated"], arrays["contact_region"] = np.full((points, contacts), np.nan), np.full((points, contacts), np.nan)
+        for name in ("branch_frequency", "branch_amplitude_per_force"):
+            arrays[name] = np.full((points, len(found.branches)), np.nan)
+        for k in range(points):
             self._fill(arrays, k, continuation, found)
         arrays |= self._optimum(continuation, found)
         arrays |= _event_arrays(found)
@@ -161,15 +165,6 @@ class _Curve:
             arrays[f"{name}_frequency"] = np.array(peak.frequency)
             arrays[f"{name}_amplitude_per_force"] = np.array(peak.amplitude / self.unit)
         return arrays | {"pull": np.array(self.pull), "band": np.array([low, high])}
-
-    def _empty(self, points: int, branches: int) -> dict[str, NDArray[Any]]:
-        contacts = len(self.problem.contacts)
-        arrays: dict[str, NDArray[Any]] = {name: np.full(points, np.nan) for name in PER_POINT}
-        arrays["outcome"] = np.full(points, int(Outcome.NOT_CONVERGED), dtype=np.int8)
-        arrays["dissipated"], arrays["contact_region"] = np.full((points, contacts), np.nan), np.full((points, contacts), np.nan)
-        for name in ("branch_frequency", "branch_amplitude_per_force"):
-            arrays[name] = np.full((points, branches), np.nan)
-        return arrays
 
     def _fill(self, arrays: dict[str, NDArray[Any]], k: int, continuation: PeakContinuation, found: ContinuedPeaks) -> None:
         ratio = self.work.ratios[k]
@@ -201,7 +196,9 @@ class _Curve:
         energy = EnergyBalance(balance).along([evaluation])
         per_force = peak.amplitude / force
         frequency = peak_band.omega / (2.0 * np.pi)
-        harmonic, further = self._first_harmonic(peak) / force, 2 - self.work.measured.order
+        row = self.nominal.rows + self.work.output
+        measured, further = self.work.measured, 2 - self.work.measured.order
+        harmonic = measured.with_kind("amplitude").size(evaluation.w[row], peak.omega) / force
         regions = contact_regions(balance, evaluation, cycle)
         rubbing = np.array([bool(contact.tangential) for contact in self.problem.contacts])
         rows = [c for c, contact in enumerate(self.problem.contacts) for _ in contact.directions]
@@ -226,11 +223,6 @@ class _Curve:
         arrays["outcome"][k] = int(Outcome.CONVERGED)
         arrays["contact_region"][k] = regions
         arrays["dissipated"][k] = np.bincount(rows, energy.dissipated[0], minlength=len(self.problem.contacts))
-
-    def _first_harmonic(self, peak: SolvedPeak) -> float:
-        """The amplitude of the first harmonic of the measured quantity at a peak."""
-        row = self.nominal.rows + self.work.output
-        return self.work.measured.with_kind("amplitude").size(peak.evaluation.w[row], peak.omega)
 
     def _optimum(self, continuation: PeakContinuation, found: ContinuedPeaks) -> dict[str, NDArray[Any]]:
         """The lowest peak per force, the plateau around it, and the warnings about them."""

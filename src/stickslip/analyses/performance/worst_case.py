@@ -61,7 +61,11 @@ def worst_case(
     at each of them the sampled start states are tried from it; at the worst of them all start states are searched, if asked for.
     A design that breaks a geometric constraint is not computed.
     """
-    margins = _geometric_margins(variables, conditions, constraints)
+    trials = [Trial(variables, mu, conditions.forces[-1], {}) for mu in conditions.frictions]
+    margins = tuple(
+        min(asked(name, constraint, trial) for trial in trials) if is_geometric(constraint) else np.nan
+        for name, constraint in constraints.items()
+    )
     if any(margin <= 0.0 for margin in margins):
         return WorstCase(np.inf, np.nan, np.nan, np.nan, -1, margins, np.full((len(conditions.frictions), 3), np.nan))
     search = _Search(variables, conditions, constraints)
@@ -71,17 +75,6 @@ def worst_case(
     if conditions.search and np.isfinite(search.size):
         search.search_all_starts(problem_of(search.place[2]))
     return search.worst()
-
-
-def _geometric_margins(
-    variables: dict[str, float], conditions: Conditions, constraints: Mapping[str, Constraint]
-) -> tuple[float, ...]:
-    """The least margin of each constraint that needs no solution, NaN for the others."""
-    trials = [Trial(variables, mu, conditions.forces[-1], {}) for mu in conditions.frictions]
-    return tuple(
-        min(asked(name, constraint, trial) for trial in trials) if is_geometric(constraint) else np.nan
-        for name, constraint in constraints.items()
-    )
 
 
 def asked(name: str, constraint: Constraint, trial: Trial) -> float:
@@ -222,16 +215,6 @@ class _Search:
     def _met(self, mu: float, level: float, start: int, peak: SolvedPeak, balance: HarmonicBalance) -> None:
         """Take one case into account."""
         size = peak.amplitude / (level if self.conditions.per_force else 1.0)
-        trial = self._trial(mu, level, peak, balance)
-        margins = [asked(name, constraint, trial) for name, constraint in self.constraints.items()]
-        self.margins = np.minimum(self.margins, margins) if margins else self.margins
-        own = self.each[self.conditions.frictions.index(mu)]
-        if not size <= own[0]:
-            own[:2] = size, level
-        if size > self.size:
-            self.size, self.place = size, (peak.omega / (2.0 * np.pi), level, mu, start)
-
-    def _trial(self, mu: float, level: float, peak: SolvedPeak, balance: HarmonicBalance) -> Trial:
         evaluation = peak.evaluation
         cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
         normal = {
@@ -239,4 +222,11 @@ class _Search:
             for contact, row in zip(balance.problem.contacts, balance.table.normal_row, strict=True)
             if row >= 0
         }
-        return Trial(self.variables, mu, level, normal)
+        trial = Trial(self.variables, mu, level, normal)
+        margins = [asked(name, constraint, trial) for name, constraint in self.constraints.items()]
+        self.margins = np.minimum(self.margins, margins) if margins else self.margins
+        own = self.each[self.conditions.frictions.index(mu)]
+        if not size <= own[0]:
+            own[:2] = size, level
+        if size > self.size:
+            self.size, self.place = size, (peak.omega / (2.0 * np.pi), level, mu, start)

@@ -97,19 +97,16 @@ class _Resonance:
         if isinstance(problem, TunedDisk):
             problem = problem.with_engine_order(order % problem.sectors)
         if state == "nonlinear":
-            return self._nonlinear(problem)
+            if self.force_level is None:
+                return np.nan, np.nan, ""
+            try:
+                peaks = nonlinear_modes(problem, self.mode, **self.arguments).peaks([self.force_level])
+            except InputError as reason:
+                return np.nan, np.nan, str(reason)
+            return float(peaks["frequency"][0]), float(peaks["amplitude"][0]), ""
         found = problem.frequencies(stuck=state == "stuck")
         elastic = found[found > 0.0] if state == "free" else found
         return float(elastic[between("mode", self.mode, 1, elastic.size) - 1]), np.nan, ""
-
-    def _nonlinear(self, problem: Problem) -> tuple[float, float, str]:
-        if self.force_level is None:
-            return np.nan, np.nan, ""
-        try:
-            peaks = nonlinear_modes(problem, self.mode, **self.arguments).peaks([self.force_level])
-        except InputError as reason:
-            return np.nan, np.nan, str(reason)
-        return float(peaks["frequency"][0]), float(peaks["amplitude"][0]), ""
 
     def crossing(self, state: str, order: int, speeds: Array, frequencies: Array) -> tuple[float, float]:
         """Speed in rev/min and frequency in Hz of the first crossing with the line of an engine order."""

@@ -12,7 +12,7 @@ from stickslip.analyses.nodal_diameters import nodal_diameters
 from stickslip.analyses.speed.models import Models, problem_at
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.results.result import Result
-from stickslip.support.checks import Array, between, fault, of_kind, positive, several, unique
+from stickslip.support.checks import between, fault, of_kind, positive, several, unique
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,11 +56,7 @@ def interference_diagram(
     unique("engine_orders", orders.tolist())
     if not orders.size:
         raise fault("engine_orders", "must hold at least one", "none")
-    found = nodal_diameters(problem, modes).dataset
-    return InterferenceDiagram(_with_orders(found, problem.sectors, speed, orders))
-
-
-def _with_orders(found: xr.Dataset, sectors: int, speed: float, orders: Array) -> xr.Dataset:
+    found, sectors = nodal_diameters(problem, modes).dataset, problem.sectors
     diameters = np.minimum(orders % sectors, -orders % sectors)
     excitation = orders * speed / 60.0
     # Where a diameter has fewer modes than others, NaN stands in their place.
@@ -68,18 +64,14 @@ def _with_orders(found: xr.Dataset, sectors: int, speed: float, orders: Array) -
     nearest = np.argmin(np.where(np.isfinite(off), np.abs(off), np.inf), axis=2)
     margins = np.take_along_axis(off, nearest[..., None], axis=2)[..., 0]
     own, both = "engine_order", ("state", "engine_order")
+    folded = orders % sectors
+    kinds = np.where(2 * folded < sectors, 1, 2)
+    kinds[(folded == 0) | (2 * folded == sectors)] = 0
     data: dict[str, Any] = {
         "excited_diameter": (own, diameters, {"units": "1", "long_name": "nodal diameter that an engine order excites"}),
-        "wave": (own, _waves(orders, sectors), {"units": "1", "long_name": "how the excited wave travels"}),
+        "wave": (own, np.asarray(WAVES)[kinds], {"units": "1", "long_name": "how the excited wave travels"}),
         "excitation_frequency": (own, excitation, {"units": "Hz", "long_name": "frequency of the excitation"}),
         "nearest_mode": (both, nearest + 1, {"units": "1", "long_name": "mode of that nodal diameter nearest in frequency"}),
         "margin": (both, margins, {"units": "1", "long_name": "its frequency over that of the excitation, less 1"}),
     }
-    return found.assign(data).assign_coords(engine_order=orders).assign_attrs(speed=float(speed))
-
-
-def _waves(orders: Array, sectors: int) -> Array:
-    folded = orders % sectors
-    kinds = np.where(2 * folded < sectors, 1, 2)
-    kinds[(folded == 0) | (2 * folded == sectors)] = 0
-    return np.asarray(WAVES)[kinds]
+    return InterferenceDiagram(found.assign(data).assign_coords(engine_order=orders).assign_attrs(speed=float(speed)))

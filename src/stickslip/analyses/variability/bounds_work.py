@@ -26,7 +26,7 @@ from stickslip.analyses.arguments import (
 )
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_dataset import levels_are_newtons
-from stickslip.analyses.settings import Setting, Settings, Whole
+from stickslip.analyses.settings import OneOf, Setting, Settings, Whole
 from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
 from stickslip.analyses.variability.start_draws import search_cloud
 from stickslip.analyses.work_parts import Measured, OneBalance
@@ -39,7 +39,7 @@ from stickslip.solve.starts.extreme_peak import AtPeak
 from stickslip.solve.starts.extremes import AtFrequency, Effort, loss_factor, size_of
 from stickslip.solve.starts.space import StartSpace, refuse_forgetful, rule_words
 from stickslip.solve.starts.states import explored_space
-from stickslip.support.checks import InputError, among, fault
+from stickslip.support.checks import InputError, fault
 from stickslip.support.units import Band, listed
 
 if TYPE_CHECKING:
@@ -57,10 +57,6 @@ LEVELS = 3
 """Force levels of one case of the peak: there they are the neighbours that optima are handed on among."""
 
 
-def _target(name: str, objective: Any) -> str:
-    return among(name, objective, get_args(Target))
-
-
 def _upwards(name: str, band: Any) -> Band | tuple[float, ...]:
     return band if isinstance(band, Band) else tuple(sorted(listed(band)))
 
@@ -72,9 +68,9 @@ class BoundsWork(OneBalance, Measured, Settings):
     problem: OfProblem
     band: Annotated[Band | Sequence[float], Setting(_upwards)]
     force: ForceLevels = 1.0
-    objective: Annotated[Target, Setting(_target, "quantity that is bounded: at each frequency, or at the resonance")] = (
-        "amplitude"
-    )
+    objective: Annotated[
+        Target, Setting(OneOf(get_args(Target)), "quantity that is bounded: at each frequency, or at the resonance")
+    ] = "amplitude"
     _: KW_ONLY
     output: OutputNumber = 0
     quantity: QuantityName = "displacement"
@@ -146,22 +142,20 @@ class BoundsWork(OneBalance, Measured, Settings):
     def search(self, case: int) -> BoundsSearch:
         """The search of one case, before it runs."""
         levels, frequencies = self.cases[case]
-        places = self._peaks(levels, frequencies) if self.objective == "peak" else self._places(levels[0], frequencies)
+        places: list[AtPeak] | list[AtFrequency]
+        if self.objective == "peak":
+            ends = (2.0 * np.pi * frequencies[0], 2.0 * np.pi * frequencies[1])
+            places = [
+                AtPeak(self.balance, self._space(level, frequencies), self.output, self.measured, ends, level) for level in levels
+            ]
+        else:
+            loss = self.objective == "loss_factor"
+            target = loss_factor(EnergyBalance(self.balance)) if loss else size_of(self.output, self.measured)
+            space, level = self._space(levels[0], frequencies), levels[0]
+            places = [AtFrequency(self.balance, space, target, 2.0 * np.pi * f, level) for f in frequencies]
         cloud = search_cloud(places[0].space.size, self.cloud, self.seed)
         effort = PEAK_EFFORT if self.objective == "peak" else None
         return BoundsSearch(places, cloud, self.starts, effort, self.seed, falling=self.objective == "loss_factor")
-
-    def _places(self, level: float, frequencies: tuple[float, ...]) -> list[AtFrequency]:
-        """Frequencies at one level."""
-        loss = self.objective == "loss_factor"
-        target = loss_factor(EnergyBalance(self.balance)) if loss else size_of(self.output, self.measured)
-        space = self._space(level, frequencies)
-        return [AtFrequency(self.balance, space, target, 2.0 * np.pi * f, level) for f in frequencies]
-
-    def _peaks(self, levels: tuple[float, ...], band: tuple[float, ...]) -> list[AtPeak]:
-        """The peak at several levels."""
-        ends = (2.0 * np.pi * band[0], 2.0 * np.pi * band[1])
-        return [AtPeak(self.balance, self._space(level, band), self.output, self.measured, ends, level) for level in levels]
 
     def _space(self, level: float, frequencies: tuple[float, ...]) -> StartSpace:
         low, high = frequencies[0], frequencies[-1]

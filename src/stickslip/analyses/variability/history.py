@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.work import Progress, checked_progress
-from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.solve.balance.fourier import complex_harmonics
 from stickslip.solve.balance.orders import attribute
@@ -78,7 +78,10 @@ def response_history(
     """
     of_kind("problem", problem, Problem)
     levels = [positive("force", level) for level in np.atleast_1d(numbers("force", force))]
-    frequencies = _steps(band, points)
+    if isinstance(band, Band):
+        frequencies = np.linspace(band.start, band.stop, between("points", points, 1))
+    else:
+        frequencies = np.array(in_order(band))
     if not levels:
         raise InputError("force must hold at least one level, but is empty.")
     checked_progress(progress)
@@ -91,12 +94,6 @@ def response_history(
             table.fill(*divmod(k, frequencies.size), correction)
     attrs = {"harmonics": attribute(balance.harmonics), "samples": samples, "cpu_seconds": time.process_time() - started}
     return ResponseHistory(table.dataset({"title": problem.heading} | attrs), problem)
-
-
-def _steps(band: Band | Sequence[float], points: int) -> Array:
-    if isinstance(band, Band):
-        return np.linspace(band.start, band.stop, between("points", points, 1))
-    return np.array(in_order(band))
 
 
 class _Table:
@@ -122,9 +119,7 @@ class _Table:
         values = complex_harmonics(evaluation.w[rows:])
         self.response[run, step] = np.stack([values.real, values.imag], axis=-1)
         self.amplitude[run, step] = np.hypot(evaluation.w[rows:, 1], evaluation.w[rows:, 2])
-        self._keep_cycle(run, evaluation, float(self.amplitude[run, step, 0]))
-
-    def _keep_cycle(self, run: int, evaluation: Evaluation, size: float) -> None:
+        size = float(self.amplitude[run, step, 0])
         cycle = contact_cycle(evaluation.table, self.balance.tables, evaluation.w, evaluation.point.omega)
         self.slider[run] = cycle.slider
         if size > self.largest.get(run, -1.0):

@@ -24,7 +24,7 @@ from stickslip.analyses.arguments import (
 )
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
-from stickslip.analyses.settings import Setting, Settings, takes
+from stickslip.analyses.settings import OneOf, Setting, Settings, takes
 from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
 from stickslip.analyses.work_parts import Measured, OneBalance
@@ -42,7 +42,7 @@ from stickslip.solve.curves.refine import with_peaks
 from stickslip.solve.starts.solutions import StartSolutions, UnsolvedError
 from stickslip.solve.starts.space import StartSpace, number_of_variables, rule_words
 from stickslip.solve.starts.states import explored_space
-from stickslip.support.checks import Array, among, between, numbers
+from stickslip.support.checks import Array, between, numbers
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.renamed import renamed_arguments
@@ -83,10 +83,6 @@ def _band_or_list(name: str, band: Any) -> Band | tuple[float, ...]:
     return band if isinstance(band, Band) else tuple(listed(band))
 
 
-def _method(name: str, method: Any) -> str:
-    return among(name, method, get_args(Method))
-
-
 def _starts(name: str, starts: Any) -> int | Array:
     return numbers(name, starts) if isinstance(starts, np.ndarray | Sequence) else between(name, starts, 1)
 
@@ -102,7 +98,7 @@ class SamplesWork(OneBalance, Measured, Settings):
         int | Array, Setting(_starts, "number of start states; the first is virgin unless `law` is given", key="count")
     ] = 20
     _: KW_ONLY
-    method: Annotated[Method, Setting(_method, "method of drawing the start states")] = "latin"
+    method: Annotated[Method, Setting(OneOf(get_args(Method)), "method of drawing the start states")] = "latin"
     distribution: Law | None = None
     rule: Rule = "slider_offset"
     share: Share = "element"

@@ -32,7 +32,14 @@ def draw(size: int, starts: int | Array, method: Method = "latin", seed: int = 0
     among("method", method, get_args(Method))
     rng = np.random.default_rng(seed_of(seed))
     if not isinstance(starts, int | str) and isinstance(starts, np.ndarray | Sequence):
-        return _given(starts, size)
+        given = numbers("starts", starts)
+        if given.ndim != 2 or given.shape[1] != size or not len(given):
+            raise fault("starts", f"must have shape (samples, {size}), with one sample at least", given.shape)
+        outside = np.argwhere(~(np.abs(given) <= 1.0))
+        if len(outside):
+            row, column = outside[0].tolist()
+            raise fault(f"starts[{row}, {column}]", "must lie in [-1, 1]", float(given[row, column]))
+        return given
     starts = between("starts", starts, 1)
     if law is not None:
         if method == "corners":
@@ -49,17 +56,6 @@ def search_cloud(size: int, count: int, seed: int = 0) -> Array:
     """
     corners = draw(size, count // 2 + 1, "corners", seed)[1:]
     return np.vstack([draw(size, count - len(corners) + 1, "latin", seed), corners])
-
-
-def _given(starts: Array | Sequence[Sequence[float]], size: int) -> Array:
-    given = numbers("starts", starts)
-    if given.ndim != 2 or given.shape[1] != size or not len(given):
-        raise fault("starts", f"must have shape (samples, {size}), with one sample at least", given.shape)
-    outside = np.argwhere(~(np.abs(given) <= 1.0))
-    if len(outside):
-        row, column = outside[0].tolist()
-        raise fault(f"starts[{row}, {column}]", "must lie in [-1, 1]", float(given[row, column]))
-    return given
 
 
 def _shares(rng: np.random.Generator, size: int, count: int, method: Method) -> Array:
