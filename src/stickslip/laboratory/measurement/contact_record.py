@@ -88,7 +88,18 @@ class ContactRecord:
             if values is not None:
                 shown = self._in_file(key)
                 found[key] = _checked(f"{key.capitalize()} of {self.name}", values, size, key == "normal load", shown)
-        self._check_sizes(found)
+        span, load = float(np.ptp(found["displacement"])), float(np.max(found["normal load"]))
+        if not SMALLEST_MOTION < span < LARGEST_MOTION:
+            remedy = "Is its unit right? State it, such as units={'displacement': 'um'} (--unit displacement=um)."
+            factor, unit = self._in_file("displacement")
+            text = f"{span / factor:.4g}{unit}"
+            raise fault(f"Displacement of {self.name}", "must vary by 10 nm to 10 mm", text, remedy)
+        if load <= 0.0:
+            raise fault(f"Normal load of {self.name}", "must be positive", load)
+        check_ratio(self.name, found["force"], load)
+        if "time" in found and np.any(np.diff(found["time"]) <= 0.0):
+            row = int(np.flatnonzero(np.diff(found["time"]) <= 0.0)[0]) + 2
+            raise fault(f"Time of {self.name}", "must increase", f"not so in row {row}", "Was the record cut together?")
         notes = self.notes
         for key in ("force", "displacement"):
             notes += clipped(f"{key.capitalize()} of {self.name}", found[key], self._in_file(key))
@@ -103,22 +114,6 @@ class ContactRecord:
         """Factor to SI and unit in which a message shows a column."""
         unit = self.units.get(key.removesuffix(" load"), "")
         return (UNITS[unit][1], f" {unit}") if unit in UNITS else (1.0, f" {QUANTITIES[key.removesuffix(' load')]}")
-
-    def _check_sizes(self, found: Mapping[str, Array]) -> None:
-        span, normal = float(np.ptp(found["displacement"])), float(np.max(found["normal load"]))
-        if not SMALLEST_MOTION < span < LARGEST_MOTION:
-            rule, remedy = (
-                "must vary by 10 nm to 10 mm",
-                "Is its unit right? State it, such as units={'displacement': 'um'} (--unit displacement=um).",
-            )
-            factor, unit = self._in_file("displacement")
-            raise fault(f"Displacement of {self.name}", rule, f"{span / factor:.4g}{unit}", remedy)
-        if normal <= 0.0:
-            raise fault(f"Normal load of {self.name}", "must be positive", normal)
-        check_ratio(self.name, found["force"], normal)
-        if "time" in found and np.any(np.diff(found["time"]) <= 0.0):
-            row = int(np.flatnonzero(np.diff(found["time"]) <= 0.0)[0]) + 2
-            raise fault(f"Time of {self.name}", "must increase", f"not so in row {row}", "Was the record cut together?")
 
 
 def check_ratio(name: str, force: Array, normal: float) -> None:
@@ -215,18 +210,15 @@ def read_contact_records(
         for key in given or {}:
             if key not in QUANTITIES:
                 raise fault(what, f"must name {', '.join(QUANTITIES)}", key, nearest(key, QUANTITIES))
-    tables, numbers = _tables(paths), _file_numbers(paths)
+    # All MATLAB files are read in one process.
+    matlab = [path for path in paths if path.suffix.lower() == ".mat"]
+    read = dict(zip(matlab, matlab_tables(matlab), strict=True)) if matlab else {}
+    tables = [read[path] if path in read else text_table(path, lambda title: _meant(title) is not None) for path in paths]
+    numbers = _file_numbers(paths)
     places = [_places(table, columns or {}) for table in tables]
     assumed = _assumed_units(tables, places, units or {})
     order = sorted(range(len(paths)), key=lambda i: numbers[i] or i)
     return tuple(_record(tables[i], places[i], normal_load, (units or {}, assumed), numbers[i]) for i in order)
-
-
-def _tables(paths: Sequence[Path]) -> list[NumberTable]:
-    """The numbers of all files; all MATLAB files are read in one process."""
-    matlab = [path for path in paths if path.suffix.lower() == ".mat"]
-    read = dict(zip(matlab, matlab_tables(matlab), strict=True)) if matlab else {}
-    return [read[path] if path in read else text_table(path, lambda title: _meant(title) is not None) for path in paths]
 
 
 def _file_numbers(paths: Sequence[Path]) -> Sequence[int | None]:
@@ -260,13 +252,20 @@ def _record(
         if unit is None:
             unit = assumed[name]
             notes.append(f"The unit of {name} is not stated: {unit} is assumed.")
-            if name == "displacement":
-                notes += _other_unit(unit, float(np.ptp(table.numbers[:, index])))
+            in_um = name == "displacement" and unit == "um"
+            if in_um and (span := float(np.ptp(table.numbers[:, index]))) < LARGEST_MOTION * 1e3:
+                notes.append(
+                    f"If its {span:.4g} um peak to peak are mm, as on a tribometer, kt is a thousandth of what is found: "
+                    "state it, units={'displacement': 'mm'} (--unit displacement=mm)."
+                )
         shown[name] = unit
         values[name] = table.numbers[:, index] * to_si(f"The unit of {name} in {table.name}", unit, QUANTITIES[name])
     normal: Array | float = values.get("normal", np.zeros(0))
     if normal_load is not None:
-        notes += _compared_load(table.name, values.get("normal"), normal_load)
+        middle = float(np.median(np.abs(values.get("normal", normal_load))))
+        if not abs(middle - normal_load) <= LOADS_AGREE * normal_load:
+            apart = f"{normal_load:g} N is given, but the column of {table.name} has {middle:.4g} N in the median."
+            notes.append(f"Check the normal load: {apart}")
         normal = normal_load
     elif np.all(values["normal"] <= 0.0) and np.any(values["normal"] < 0.0):
         normal = -values["normal"]
@@ -336,16 +335,6 @@ def _assumed_units(
     return found
 
 
-def _other_unit(assumed: str, span: float) -> list[str]:
-    """What else a range of displacement without a unit may be, and how far kt would then be another."""
-    if assumed != "um" or not span < LARGEST_MOTION * 1e3:
-        return []
-    return [
-        f"If its {span:.4g} um peak to peak are mm, as on a tribometer, kt is a thousandth of what is found: "
-        "state it, units={'displacement': 'mm'} (--unit displacement=mm)."
-    ]
-
-
 def _unit_of_motion(file: str, span: float) -> str:
     """That one of m, mm and um in which a range of displacement is usual."""
     low, high = USUAL_MOTION
@@ -355,13 +344,3 @@ def _unit_of_motion(file: str, span: float) -> str:
     rule = "must be stated where the motion is not between 0.5 um and 0.5 mm in any of m, mm and um"
     shown = f"missing, with a range of {span:.4g}"
     raise fault(f"The unit of displacement in {file}", rule, shown, "Give units={'displacement': 'um'} (--unit displacement=um).")
-
-
-def _compared_load(file: str, column: Array | None, given: float) -> list[str]:
-    """The note on a normal load that is given beside a column with another one."""
-    if column is None:
-        return []
-    middle = float(np.median(np.abs(column)))
-    if abs(middle - given) <= LOADS_AGREE * given:
-        return []
-    return [f"Check the normal load: {given:g} N is given, but the column of {file} has {middle:.4g} N in the median."]

@@ -142,12 +142,19 @@ def whole_cycles(
         raise fault(f"{record.name}", rule, round(float(per_cycle), 1), "Sample faster, or request fewer harmonics.")
     gaps = _cycles_with_gaps(phase, harmonics)
     kept = [k for k in range(count) if k not in gaps]
-    warnings = [*record.warnings, *_said_gaps(record.name, gaps, count)]
+    warnings = [*record.warnings]
+    if left_out := ", ".join(str(k + 1) for k in sorted(gaps) if k < count):
+        warnings.append(f"{record.name}: cycles with gaps are left out: {left_out} of {count}.")
     if len(kept) < FEWEST_CYCLES:
         raise fault(f"{record.name}", f"must hold at least {FEWEST_CYCLES} cycles without gaps", len(kept))
     if len(kept) < FEW_CYCLES:
         warnings.append(f"{record.name}: only {len(kept)} cycles; their scatter is a poor measure of the error.")
-    found = np.stack([_fitted(record, phase, k, harmonics) for k in kept])
+    cycles = []
+    for k in kept:  # the first and last sample of a cycle may be half a step short
+        inside = (phase >= k - 1e-9) & (phase < k + 1 - 1e-9)
+        values = np.stack([signal[inside] for signal in record.signals.values()])
+        cycles.append(fitted_cycle(phase[inside] - k, values, harmonics))
+    found = np.stack(cycles)
     channels = tuple(record.signals)
     warnings += _said_drift(record.name, channels, found, kept)
     return CycleSet(record.name, channels, found, rate, tuple(warnings), pull)
@@ -195,18 +202,6 @@ def _cycles_with_gaps(phase: Array, harmonics: int) -> set[int]:
     holed = {k for i in wide for k in range(int(phase[i]), int(np.ceil(phase[i + 1] - 1e-9)))}
     samples = np.bincount(np.floor(phase + 1e-9).astype(np.int64))
     return holed | {k for k, count in enumerate(samples) if count < 2 * harmonics + 3}
-
-
-def _said_gaps(name: str, gaps: set[int], count: int) -> list[str]:
-    listed = ", ".join(str(k + 1) for k in sorted(gaps) if k < count)
-    return [f"{name}: cycles with gaps are left out: {listed} of {count}."] if listed else []
-
-
-def _fitted(record: Record, phase: Array, k: int, harmonics: int) -> Array:
-    """Harmonics (channels, 2H+1) of cycle k by least squares; its first and last sample may be half a step short."""
-    inside = (phase >= k - 1e-9) & (phase < k + 1 - 1e-9)
-    values = np.stack([signal[inside] for signal in record.signals.values()])
-    return fitted_cycle(phase[inside] - k, values, harmonics)
 
 
 def fitted_cycle(phase: Array, values: Array, harmonics: int) -> Array:

@@ -88,16 +88,15 @@ def zeroed(
     if len(each) != len(loops):
         raise fault("load_removal", f"must be one for all loops, or {len(loops)}, one a loop", len(each))
     cases = (whole_cycles(one) if isinstance(one, Record) else one for one in loops)
-    return tuple(_without(case, one.zeros(calibration)) for case, one in zip(cases, each, strict=True))
-
-
-def _without(case: CycleSet, zeros: Mapping[str, Zero]) -> CycleSet:
-    channels = {}
-    for cell, zero in zeros.items():
-        values = case.harmonics[:, case.index(cell)].copy()
-        values[:, 0] -= zero.reading
-        channels[cell] = values
-    return replace(case.with_channels(channels), zero_errors={cell: zero.error for cell, zero in zeros.items()})
+    found = []
+    for case, one in zip(cases, each, strict=True):
+        zeros, channels = one.zeros(calibration), {}
+        for cell, zero in zeros.items():
+            values = case.harmonics[:, case.index(cell)].copy()
+            values[:, 0] -= zero.reading
+            channels[cell] = values
+        found.append(replace(case.with_channels(channels), zero_errors={cell: zero.error for cell, zero in zeros.items()}))
+    return tuple(found)
 
 
 def zero_by_load_removal(force: ArrayLike, calibration_error: float = CALIBRATION, what: str = "The cell") -> Zero:

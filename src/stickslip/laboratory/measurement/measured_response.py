@@ -180,16 +180,13 @@ def mixed_units(tests: Sequence[MeasuredResponse]) -> list[str]:
 
 def _ratio(test: MeasuredResponse, other: MeasuredResponse) -> float | None:
     """The median ratio of the responses per force of two tests at the frequencies of both; None where they have none."""
-    curves = [_by_frequency(one) for one in (test, other)]
+    curves = []
+    for one in (test, other):
+        order = np.argsort(np.asarray(one.frequency), kind="stable")
+        curves.append((np.asarray(one.frequency)[order], np.log(np.abs(one.per_force))[order]))
     low, high = max(f[0] for f, _ in curves), min(f[-1] for f, _ in curves)
     if not low < high:
         return None
     at = np.linspace(low, high, SAMPLES)
     sizes = [np.interp(at, f, size) for f, size in curves]
     return float(np.exp(np.median(sizes[0] - sizes[1])))
-
-
-def _by_frequency(test: MeasuredResponse) -> tuple[Array, Array]:
-    """Frequencies in order, and logarithms of the responses per force."""
-    order = np.argsort(np.asarray(test.frequency), kind="stable")
-    return np.asarray(test.frequency)[order], np.log(np.abs(test.per_force))[order]

@@ -50,8 +50,9 @@ def text_table(path: Path, knows: Callable[[str], bool] = lambda title: False) -
     lines = [(number, line) for number, line in enumerate(_text(path).splitlines(), start=1) if line.strip()]
     for place, (_, line) in enumerate(lines[:-1]):
         for separator in SEPARATORS:
-            count = len(_cells(line, separator))
-            if _all_numbers(line, separator) and count == len(_cells(lines[place + 1][1], separator)):
+            cells = _cells(line, separator)
+            row, count = [_number(cell, separator) for cell in cells if not STAMP.fullmatch(cell)], len(cells)
+            if len(row) > 1 and None not in row and count == len(_cells(lines[place + 1][1], separator)):
                 body = [pair for pair in lines[place:] if pair[1].lstrip()[0] not in COMMENT]
                 numbers = _numbers(path.name, body, separator, count)
                 titles, units = _head([text for _, text in lines[:place]], separator, count, knows)
@@ -92,11 +93,6 @@ def _number(cell: str, separator: str | None) -> float | None:
     if STAMP.fullmatch(cell):
         return float("nan")
     return number_or_gap(cell if separator == "," else cell.replace(",", ".")) if cell else None
-
-
-def _all_numbers(line: str, separator: str | None) -> bool:
-    numbers = [_number(cell, separator) for cell in _cells(line, separator) if not STAMP.fullmatch(cell)]
-    return len(numbers) > 1 and None not in numbers
 
 
 def _numbers(name: str, lines: Sequence[tuple[int, str]], separator: str | None, count: int) -> Array:

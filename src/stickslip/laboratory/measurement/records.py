@@ -81,7 +81,14 @@ class Record:
     ranges: Mapping[str, tuple[float, float]] | None = None
 
     def __post_init__(self) -> None:
-        _check_time(self.name, self.time)
+        name, time = self.name, self.time
+        if time.ndim != 1 or time.size < 16:
+            raise fault(f"{name}", "must have at least 16 samples", int(np.size(time)))
+        if not np.all(np.isfinite(time)):
+            raise fault(f"time of {name}", "must be finite", f"not so in {np.count_nonzero(~np.isfinite(time))} rows")
+        back = np.flatnonzero(np.diff(time) <= 0.0)
+        if back.size:
+            raise fault(f"time of {name}", "must increase", f"not so after row {back[0] + 1}", "Was the record cut together?")
         signals = {key: np.asarray(values, dtype=float) for key, values in self.signals.items()}
         for key, values in signals.items():
             _check_signal(f"{key} of {self.name}", key, values, self.time.size)
@@ -98,16 +105,6 @@ class Record:
         missing = [name for name in names if name not in self.signals]
         if missing:
             raise fault(f"Columns of {self.name}", f"must hold {', '.join(missing)}", sorted(self.signals))
-
-
-def _check_time(name: str, time: Array) -> None:
-    if time.ndim != 1 or time.size < 16:
-        raise fault(f"{name}", "must have at least 16 samples", int(np.size(time)))
-    if not np.all(np.isfinite(time)):
-        raise fault(f"time of {name}", "must be finite", f"not so in {np.count_nonzero(~np.isfinite(time))} rows")
-    back = np.flatnonzero(np.diff(time) <= 0.0)
-    if back.size:
-        raise fault(f"time of {name}", "must increase", f"not so after row {back[0] + 1}", "Was the record cut together?")
 
 
 def _check_signal(what: str, key: str, values: Array, size: int) -> None:
@@ -177,7 +174,8 @@ def read_columns(
             continue
         if name in found:
             raise fault(f"Columns of {path.name}", "must have different names", header)
-        unit = (units or {}).get(name) or _unit(title)
+        stated = re.search(r"[\[(](.*?)[\])]\s*$", title)
+        unit = (units or {}).get(name) or (stated.group(1).strip() if stated else None)
         if unit is None:
             remedy = f"Name the column `{name} [{QUANTITIES[name]}]`, or give it in `units`."
             raise fault(f"The unit of {name} in {path.name}", "must be stated", "missing", remedy)
@@ -217,15 +215,11 @@ def _table(path: Path) -> tuple[list[str], Array]:
         if len(row) != len(header):
             raise fault(f"Row {i + 1} of {path.name}", f"must have {len(header)} cells", len(row), "Is the file cut off?")
         for j, cell in enumerate(row):
-            numbers[i, j] = _number(f"Row {i + 1}, column {header[j]!r} of {path.name}", cell)
+            value = number_or_gap(cell)
+            if value is None:
+                raise fault(f"Row {i + 1}, column {header[j]!r} of {path.name}", "must be a number", cell)
+            numbers[i, j] = value
     return header, numbers
-
-
-def _number(what: str, cell: str) -> float:
-    value = number_or_gap(cell)
-    if value is None:
-        raise fault(what, "must be a number", cell)
-    return value
 
 
 def number_or_gap(cell: str) -> float | None:
@@ -235,11 +229,6 @@ def number_or_gap(cell: str) -> float | None:
 
 def _bare(title: str) -> str:
     return re.sub(r"\s*[\[(].*?[\])]\s*$", "", title).strip()
-
-
-def _unit(title: str) -> str | None:
-    match = re.search(r"[\[(](.*?)[\])]\s*$", title)
-    return match.group(1).strip() if match else None
 
 
 def to_si(what: str, unit: str, wanted: str) -> float:

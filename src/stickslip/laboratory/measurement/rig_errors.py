@@ -58,13 +58,13 @@ class RigErrors:
 
     def draw(self, generator: np.random.Generator) -> dict[str, tuple[float, float, float]]:
         """One draw of the systematic errors: {channel: (gain error, linearity [N], zero [N])}."""
-        return {channel: self._of(channel, generator) for channel in SIGNALS}
-
-    def _of(self, channel: str, generator: np.random.Generator) -> tuple[float, float, float]:
-        gain, shape, zero = generator.normal(size=3)
-        if channel.startswith("force"):
-            return gain * self.cell_gain, shape * self.linearity, zero * self.zero_of(channel)
-        return gain * self.motion_gain, 0.0, 0.0
+        drawn = {}
+        for channel in SIGNALS:
+            gain, shape, zero = generator.normal(size=3)
+            drawn[channel] = gain * self.motion_gain, 0.0, 0.0
+            if channel.startswith("force"):
+                drawn[channel] = gain * self.cell_gain, shape * self.linearity, zero * self.zero_of(channel)
+        return drawn
 
 
 def distorted(values: Array, systematic: tuple[float, float, float]) -> Array:

@@ -80,19 +80,15 @@ def stiffness_from_slopes(rig: BetweenPlatforms, kH: float, kV: float) -> StuckS
     rho = above / below
     C = A + B / rho
     kt = kH * float(np.linalg.det(C)) / C[1, 1]
-    condition = _condition(rig, kt, rho * kt)
-    if condition > WORST_CONDITION:
-        raise InputError(f"The slopes do not separate kt from kn here: condition number {condition:.3g}. {remedy}")
-    return StuckStiffness(float(kt), float(rho * kt), condition)
-
-
-def _condition(rig: BetweenPlatforms, kt: float, kn: float) -> float:
-    """Of d(ln kH, ln kV)/d(ln kt, ln kn)."""
-    A, B = compliance_parts(rig)
+    kn = rho * kt
     K = np.linalg.inv(A / kt + B / kn)
     slopes = np.diag(K)
     by_kt, by_kn = np.diag(K @ (A / kt) @ K) / slopes, np.diag(K @ (B / kn) @ K) / slopes
-    return float(np.linalg.cond(np.stack([by_kt, by_kn], axis=1)))
+    # of d(ln kH, ln kV)/d(ln kt, ln kn)
+    condition = float(np.linalg.cond(np.stack([by_kt, by_kn], axis=1)))
+    if condition > WORST_CONDITION:
+        raise InputError(f"The slopes do not separate kt from kn here: condition number {condition:.3g}. {remedy}")
+    return StuckStiffness(float(kt), float(kn), condition)
 
 
 @dataclass(frozen=True)

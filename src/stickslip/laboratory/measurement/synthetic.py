@@ -64,14 +64,11 @@ def synthetic_record(
         shown = distorted(values, drawn[key]) if key in drawn else values
         place = (phase - lag * frequency) % 1.0 if key.startswith("force") else phase
         repeated = np.interp(place, np.arange(values.size + 1) / values.size, np.append(shown, shown[0]))
-        signals[key] = repeated + _noise(errors, key, laser_distance) * generator.standard_normal(count)
+        noise = errors.laser_noise * (np.sqrt(2.0) / laser_distance if key == "rotation" else 1.0)
+        if key.startswith("force"):
+            noise = errors.force_noise
+        signals[key] = repeated + noise * generator.standard_normal(count)
     return Record(np.arange(count) / (samples * positive("frequency", frequency)), signals, name)
-
-
-def _noise(errors: RigErrors, channel: str, distance: float) -> float:
-    if channel.startswith("force"):
-        return errors.force_noise
-    return errors.laser_noise * (np.sqrt(2.0) / distance if channel == "rotation" else 1.0)
 
 
 def with_microslip(rig: BetweenPlatforms, spread: float = 0.5, elements: int = 5) -> BetweenPlatforms:

@@ -381,16 +381,14 @@ def _nodes(name: str, one: _DataSet) -> dict[int, tuple[float, ...]]:
     """Coordinates by node of a data set 15, a line a node, or 2411, two lines a node."""
     what, found = f"Data set {one.number} of {name}", {}
     lines = [_text(line) for line in one.lines if line.strip()]
-    pairs = ((line, line[40:], SINGLE) for line in lines) if one.number == 15 else _in_pairs(what, lines)
+    pairs = [(line, line[40:], SINGLE) for line in lines]
+    if one.number != 15:
+        if len(lines) % 2:
+            raise fault(what, "must have two lines for each node", len(lines))
+        pairs = [(first, second, 25) for first, second in zip(lines[::2], lines[1::2], strict=True)]
     for first, second, width in pairs:
         found[_integer(what, first[:10].strip())] = tuple(_float(what, cell) for cell in _cells(second, (width,) * 3))
     return found
-
-
-def _in_pairs(what: str, lines: Sequence[str]) -> Iterator[tuple[str, str, int]]:
-    if len(lines) % 2:
-        raise fault(what, "must have two lines for each node", len(lines))
-    return ((first, second, 25) for first, second in zip(lines[::2], lines[1::2], strict=True))
 
 
 def _mode(name: str, one: _DataSet) -> list[tuple[float, float]]:

@@ -156,6 +156,9 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     own = dataset.sel(law=best)
     kt, mu = 1e-6 * float(own["kt"]), float(own["mu"])
     low, high = 1e-6 * own["kt_interval"].values
+    measured, fit = (float(dataset[name].mean()) for name in ("energy_measured", "energy_fitted"))
+    unit, factor = ("mJ", 1e3) if measured >= 1e-4 else ("uJ", 1e6)
+    energies = f"{factor * measured:.4g} {unit} measured, {factor * fit:.4g} {unit} fitted, in the mean"
     lines = [
         f"{best}: kt = {kt:.4g} N/µm, 95 % between {low:.4g} and {high:.4g}; "
         + (
@@ -163,7 +166,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             if "least_mu" in dataset.attrs
             else f"mu = {mu:.4g}, 95 % between {float(own['mu_interval'][0]):.4g} and {float(own['mu_interval'][1]):.4g}"
         ),
-        f"misfit {_misfits(own)}; energy per cycle {_energies(dataset)}",
+        f"misfit {_misfits(own)}; energy per cycle {energies}",
         str(dataset.attrs["summary"]),
     ]
     others = [law for law in dataset["law"].values if law != best]
@@ -181,12 +184,6 @@ def _misfits(own: xr.Dataset) -> str:
     held_out = float(own["held_out"])
     without = "" if np.isnan(held_out) else f" ({100.0 * held_out:.1f} % on loops held out)"
     return f"{100.0 * float(own['misfit']):.1f} %{without}"
-
-
-def _energies(dataset: xr.Dataset) -> str:
-    measured, fit = (float(dataset[name].mean()) for name in ("energy_measured", "energy_fitted"))
-    unit, factor = ("mJ", 1e3) if measured >= 1e-4 else ("uJ", 1e6)
-    return f"{factor * measured:.4g} {unit} measured, {factor * fit:.4g} {unit} fitted, in the mean"
 
 
 def _over_cycles(dataset: xr.Dataset) -> str:

@@ -48,7 +48,10 @@ def clues(cases: Sequence[CycleSet], rig: BetweenPlatforms, errors: RigErrors) -
         axis = max("xy", key=lambda a: float(np.ptp(signals.get(f"platform_{a}", np.zeros(2)))))
         sign = 1.0 if axis == "x" else -1.0
         try:
-            slopes[case.name] = stuck_stretch(signals[f"platform_{axis}"], sign * _rising(signals, axis, sign))
+            motion, resisting = signals[f"platform_{axis}"], signals[f"force_{axis}"] * sign
+            # The force that resists the motion, turned so that it rises with it.
+            rising = resisting if np.corrcoef(resisting * sign, motion)[0, 1] >= 0.0 else -resisting
+            slopes[case.name] = stuck_stretch(motion, sign * rising)
             directions[axis].append(slopes[case.name].slope)
         except InputError as missing:
             remarks.append(f"{case.name}: no stuck slope. {missing}")
@@ -81,10 +84,3 @@ def _plateaux(rig: BetweenPlatforms, signals: dict[str, Array], pull: float) -> 
     lever = sides.count("left") == 2 and sides.count("right") == 1
     feet = feet_loads(rig, values["left_normal"], values["left_place"]) if lever else None
     return friction_from_ratios(values["left_ratio"], values["right_ratio"], feet)
-
-
-def _rising(signals: dict[str, np.ndarray], axis: str, sign: float) -> np.ndarray:
-    """The force that resists the motion, turned so that it rises with it."""
-    force = signals[f"force_{axis}"] * sign
-    other = signals[f"platform_{axis}"]
-    return force if np.corrcoef(force * sign, other)[0, 1] >= 0.0 else -force

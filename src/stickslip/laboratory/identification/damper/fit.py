@@ -160,15 +160,14 @@ class DamperFit(LeastSquares):
             found[p.part][p.lines(self.lines)] = value
         return found
 
-    def _elements(self, theta: Array) -> Elements:
-        values, load = self.values(theta), max(self.pulls) / len(self.lines)
-        if self.gaps:
-            return microslip(self.elements, values, load, LAYERS)
-        return LINE_LAWS[self.law][0](self.elements, values, load)
-
     def predicted(self, theta: Array) -> Array | None:
         """Harmonics (cases, channels, 2H+1) of the computed cycles; None where a case has no steady one."""
-        elements, found, count = self._elements(theta), [], (self.data.shape[2] - 1) // 2
+        values, load = self.values(theta), max(self.pulls) / len(self.lines)
+        if self.gaps:
+            elements = microslip(self.elements, values, load, LAYERS)
+        else:
+            elements = LINE_LAWS[self.law][0](self.elements, values, load)
+        found, count = [], (self.data.shape[2] - 1) // 2
         for pull, drive in zip(self.pulls, self.drives, strict=True):
             cycle = relaxed_cycle(elements, pull, drive)
             if cycle is None:
@@ -272,16 +271,13 @@ def _drive(case: CycleSet, steps: int) -> Array:
     for axis, name in enumerate(("platform_x", "platform_y")):
         if case.has(name):
             index = case.channels.index(name)
-            found[:, axis] = table @ _seen(case.mean[index], case.standard_error[index])
-    return found
-
-
-def _seen(mean: Array, error: Array) -> Array:
-    """The harmonics of a motion that stand out of their scatter between cycles; noise of a laser would move the contacts."""
-    found = mean.copy()
-    power = mean[1::2] ** 2 + mean[2::2] ** 2
-    lost = power <= NOISE**2 * (error[1::2] ** 2 + error[2::2] ** 2)
-    found[1::2][lost] = found[2::2][lost] = 0.0
+            mean, error = case.mean[index], case.standard_error[index]
+            # Harmonics that do not stand out of their scatter between cycles are left out: noise would move the contacts.
+            seen = mean.copy()
+            power = mean[1::2] ** 2 + mean[2::2] ** 2
+            lost = power <= NOISE**2 * (error[1::2] ** 2 + error[2::2] ** 2)
+            seen[1::2][lost] = seen[2::2][lost] = 0.0
+            found[:, axis] = table @ seen
     return found
 
 

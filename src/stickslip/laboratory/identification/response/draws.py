@@ -168,7 +168,10 @@ class Draws:
         """So many draws inside the bounds, stratified in each variable (Latin hypercube)."""
         generator = np.random.default_rng(seed)
         own, scatter = self.of_each_test, self.scatter
-        shares = _latin(generator, count, len(self.names) + len(own) + 3)
+        # Latin hypercube: one in each of `count` strata of every column.
+        size = len(self.names) + len(own) + 3
+        strata = np.stack([generator.permutation(count) for _ in range(size)], axis=1)
+        shares = np.asarray((strata + generator.uniform(size=(count, size))) / count)
         variables = self._variables(shares[:, : len(self.names)], generator)
         deviations = shares[:, len(self.names) : len(self.names) + len(own)]
         spread = special.stdtrit(max(scatter.freedom, 1.0), 0.975) / NORMAL
@@ -182,7 +185,10 @@ class Draws:
         """Variables (draws, variables) from shares between 0 and 1."""
         data = self.dataset
         low, high, unknown = data["fit_low"].values, data["fit_high"].values, data["fit_unknown"].values > 0.0
-        middle, root = np.clip(data["fit_value"].values, low, high), _root(data["fit_covariance"].values)
+        middle, covariance = np.clip(data["fit_value"].values, low, high), data["fit_covariance"].values
+        scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+        root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))  # R of the covariance R Rᵀ
 
         def of(share: Array) -> Array:
             return np.asarray(np.where(unknown, low + share * (high - low), middle + special.ndtri(share) @ root.T))
@@ -239,16 +245,3 @@ def _own_factors(test: xr.Dataset) -> tuple[Array, Array] | None:
     values = inverse @ rows.T @ left
     square = float(np.sum((left - rows @ values) ** 2)) / (f.size - 2)
     return values, np.sqrt(np.maximum(square * np.diag(inverse), 1e-30))
-
-
-def _latin(generator: np.random.Generator, count: int, size: int) -> Array:
-    """Shares (count, size) between 0 and 1, one in each of `count` strata of every column."""
-    strata = np.stack([generator.permutation(count) for _ in range(size)], axis=1)
-    return np.asarray((strata + generator.uniform(size=(count, size))) / count)
-
-
-def _root(covariance: Array) -> Array:
-    """R of the covariance R Rᵀ."""
-    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -66,7 +66,15 @@ def fitted_without(fit: ResponseFit, x: Array, evaluations: int) -> Outliers:
     found = np.concatenate(marks) & (np.concatenate(errors) > OUTLIER)
     found &= not np.any(found) or _good(fit, x, marks)
     x = x if np.any(found) else whole
-    return Outliers(np.where(found, np.concatenate(errors), 0.0), np.where(found, _deviation(fit, x), 0.0), x)
+    # Distance of the measured from the computed response per force, relative to the latter, below 0 where it is smaller.
+    fit.residuals(x)
+    deviations = []
+    for t, model in enumerate(fit.tests):
+        measured, shown = model.test.per_force, fit.shown(x, t)
+        size = np.maximum(np.abs(shown), 1e-300)
+        away = np.abs(measured - (shown if model.test.phase is not None else size)) / size
+        deviations.append(np.where(np.abs(measured) < size, -away, away))
+    return Outliers(np.where(found, np.concatenate(errors), 0.0), np.where(found, np.concatenate(deviations), 0.0), x)
 
 
 def _good(fit: ResponseFit, x: Array, marks: Sequence[Marks]) -> bool:
@@ -124,18 +132,6 @@ def _misses(parts: Array, ways: Array, mark: Marks) -> Array:
 def _usual(residuals: Array) -> float:
     """Standard deviation of residuals by their median size, which a few outliers do not move."""
     return float(np.median(np.abs(residuals))) / NORMAL
-
-
-def _deviation(fit: ResponseFit, x: Array) -> Array:
-    """Distance of the measured from the computed response per force, relative to the latter, below 0 where it is smaller."""
-    fit.residuals(x)
-    found = []
-    for t, model in enumerate(fit.tests):
-        measured, shown = model.test.per_force, fit.shown(x, t)
-        size = np.maximum(np.abs(shown), 1e-300)
-        away = np.abs(measured - (shown if model.test.phase is not None else size)) / size
-        found.append(np.where(np.abs(measured) < size, -away, away))
-    return np.concatenate(found)
 
 
 def notes_on_outliers(tests: Sequence[MeasuredResponse], errors: Sequence[Array], deviations: Sequence[Array]) -> list[str]:

@@ -18,7 +18,7 @@ from scipy import special
 from stickslip.analyses.arguments import Seed, made
 from stickslip.analyses.controlled_response import amplitudes_of
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.analyses.settings import OfKind, OneOf, Setting, Settings, Whole, takes
 from stickslip.analyses.truncation import discretisation_errors
 from stickslip.analyses.variability.samples import start_curve
 from stickslip.laboratory.identification.response.draws import Draw, Draws, interval
@@ -38,7 +38,7 @@ from stickslip.solve.curves.curve import Curve, solve_curve
 from stickslip.solve.curves.refine import refined
 from stickslip.solve.starts.space import StartSpace
 from stickslip.solve.starts.states import explored_space
-from stickslip.support.checks import Array, among, fault, finite, of_kind
+from stickslip.support.checks import Array, fault, finite, of_kind
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
@@ -63,7 +63,7 @@ PEAK = {
 """What is predicted of a peak."""
 
 StartStates = Literal["identified", "virgin", "any"]
-StartsOfDraws = Annotated[StartStates, Setting(lambda name, value: among(name, value, get_args(StartStates)))]
+StartsOfDraws = Annotated[StartStates, Setting(OneOf(get_args(StartStates)))]
 
 
 class Identification(Protocol):
@@ -95,10 +95,6 @@ def _settings(name: str, given: Any) -> dict[str, float]:
     return {str(key): finite(f"{name}, {key}", value) for key, value in dict(of_kind(name, given, Mapping)).items()}  # type: ignore[type-abstract]
 
 
-def _band(name: str, band: Any) -> Band:
-    return of_kind(name, band, Band)
-
-
 @dataclass(frozen=True, eq=False)
 class ResponsePredictionWork(Settings):
     """A prediction as independent cases: the identified parameters and each draw, at each level."""
@@ -107,7 +103,7 @@ class ResponsePredictionWork(Settings):
     force: Annotated[float | Sequence[float], Setting(levels_of)] = ()
     _: KW_ONLY
     amplitude: Annotated[float | Sequence[float], Setting(levels_of)] = ()
-    band: Annotated[Band | None, Setting(_band)] = None
+    band: Annotated[Band | None, Setting(OfKind(Band))] = None
     settings: Annotated[Mapping[str, float] | None, Setting(_settings)] = None
     start_states: StartsOfDraws = "identified"
     draws: Annotated[int, Setting(Whole(FEWEST_DRAWS))] = 40

@@ -141,13 +141,10 @@ def dataset_of_fit(
     }
     attrs = {"title": "Parameters from frequency responses", "noise": float(np.sqrt(statistics.noise))}
     attrs |= {"free": free_as_text(fit.free), "output_number": tests[0].output, "held": tests[0].held}
-    attrs["settings"] = json.dumps([_plain_settings(test.settings) for test in tests])
+    # As a file keeps them: numbers and texts; null for what is neither.
+    settings = [{k: v if isinstance(v, (bool, int, float, str)) else None for k, v in test.settings.items()} for test in tests]
+    attrs["settings"] = json.dumps(settings)
     return xr.Dataset(data, coords, attrs)
-
-
-def _plain_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Settings of a test as a file keeps them: numbers and texts; null for what is neither."""
-    return {key: value if isinstance(value, (bool, int, float, str)) else None for key, value in settings.items()}
 
 
 def _own_values(fit: ResponseFit, x: Array) -> tuple[list[str], Array]:

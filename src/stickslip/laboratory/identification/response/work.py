@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, get_args
 import numpy as np
 
 from stickslip.analyses.arguments import HarmonicNumbers, Rule, Samples, Seed, Share, fineness_of, made, maker
-from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.analyses.settings import OneOf, Setting, Settings, Whole, takes
 from stickslip.laboratory.identification.least_squares import FreeParameter
 from stickslip.laboratory.identification.response.diagnosis import notes
 from stickslip.laboratory.identification.response.enclosed import EnclosedTest
@@ -31,11 +31,11 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.orders import attribute
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.starts.space import StartSpace, refuse_forgetful, rules_of, start_space
-from stickslip.support.checks import Array, InputError, among, fault, numbers, of_kind, positive, several, truth, unique
+from stickslip.support.checks import Array, InputError, fault, numbers, of_kind, positive, several, truth, unique
 from stickslip.support.machine import one_blas_thread
 
 Starts = Literal["virgin", "free", "bounds"]
-StartStates = Annotated[Starts, Setting(lambda name, value: among(name, value, get_args(Starts)))]
+StartStates = Annotated[Starts, Setting(OneOf(get_args(Starts)))]
 OfValues = Annotated[Callable[..., Problem], Setting(lambda name, value: maker(value))]
 Three = tuple[float, float, float]
 
