@@ -143,8 +143,8 @@ def whole_cycles(
     gaps = _cycles_with_gaps(phase, harmonics)
     kept = [k for k in range(count) if k not in gaps]
     warnings = [*record.warnings]
-    if left_out := ", ".join(str(k + 1) for k in sorted(gaps) if k < count):
-        warnings.append(f"{record.name}: cycles with gaps are left out: {left_out} of {count}.")
+    if listed := ", ".join(str(k + 1) for k in sorted(gaps) if k < count):
+        warnings.append(f"{record.name}: cycles with gaps are left out: {listed} of {count}.")
     if len(kept) < FEWEST_CYCLES:
         raise fault(f"{record.name}", f"must hold at least {FEWEST_CYCLES} cycles without gaps", len(kept))
     if len(kept) < FEW_CYCLES:
