@@ -167,9 +167,13 @@ def _listed(file: UniversalFile, functions: Sequence[UniversalFunction]) -> str:
         place = file.nodes.get(one.response.node)
         at = "" if place is None else f", node {one.response.node} at " + ", ".join(f"{x:.4g}" for x in place)
         words = f", {one.ids[0]}" if one.ids and one.ids[0] != one.name else ""
-        kind = KINDS[one.kind] if one.kind < len(KINDS) else f"a function of type {one.kind}"
-        texts.append(f"{one.number} = {one.name} ({kind} of {_of(one.ordinate) or 'what is not stated'}{words}{at})")
+        texts.append(f"{one.number} = {one.name} ({_kind(one)}{words}{at})")
     return "; ".join(texts) + (f"; and {len(functions) - LISTED} more" if len(functions) > LISTED else "")
+
+
+def _kind(one: UniversalFunction) -> str:
+    named = KINDS[one.kind] if one.kind < len(KINDS) else f"a function of type {one.kind}"
+    return f"{named} of {_of(one.ordinate) or 'what is not stated'}"
 
 
 def _of(axis: Axis) -> str | None:
@@ -198,9 +202,7 @@ def _against(one: UniversalFunction, wanted: Wanted) -> str:
         return f"what is no displacement, velocity or acceleration {HOW_TO_SAY}"
     if wanted.quantity not in (None, motion):
         return f"what is no {wanted.quantity}, as is asked for"
-    units = [response_unit(text) for text in (one.ordinate.unit, wanted.unit)]
-    per_force = _of(one.denominator) == "force" or any(unit is not None and unit.per_force for unit in units)
-    if one.kind != SPECTRUM and not per_force:
+    if one.kind != SPECTRUM and not _is_per_force(one, wanted):
         silent = one.denominator.kind == 0 and not one.denominator.unit
         return f"what is not said to be per force {HOW_TO_SAY}" if silent else "motions per motion"
     return ""
@@ -210,6 +212,11 @@ def _motion(one: UniversalFunction, wanted: Wanted) -> str | None:
     """The quantity of a function: as the file says, or else as is asked for, or as the unit that is given says."""
     given = response_unit(wanted.unit)
     return _of(one.ordinate) or wanted.quantity or (given.kind if given else None)
+
+
+def _is_per_force(one: UniversalFunction, wanted: Wanted) -> bool:
+    whole = [response_unit(text) for text in (one.ordinate.unit, wanted.unit)]
+    return _of(one.denominator) == "force" or any(unit is not None and unit.per_force for unit in whole)
 
 
 def _table(file: UniversalFile, one: UniversalFunction, wanted: Wanted, place: tuple[int, int]) -> NumberTable:
