@@ -307,7 +307,10 @@ def _not_used(table: NumberTable, found: Mapping[str, _Column], by: int | None) 
 
 def _how_to_name(missing: Sequence[str]) -> str:
     if missing == ["force"]:
-        return "Name its column, force [N], or give the level at which the response was measured: force=2.0 (--force 2.0)."
+        return (
+            "Name its column, force [N], or give the level at which the response was measured: force=2.0 (--force 2.0), or "
+            "--compare-force 2.0 in `predict`."
+        )
     return (
         "Name the columns: frequency [Hz], acceleration [m/s2], force [N], phase [rad]; or say which they are, such as "
         f"columns={{'{missing[0]}': 1}} (--column {missing[0]}=1)."

@@ -352,7 +352,8 @@ def _force_spectrum(
     if not fitting:
         rule = "must be known, since friction depends on it"
         remedy = (
-            "Give the level at which the response was measured, force=2.0 (--force 2.0), or a spectrum of the force in the file."
+            "Give the level at which the response was measured, force=2.0 (--force 2.0, in `predict` --compare-force 2.0), or a "
+            "spectrum of the force in the file."
         )
         raise fault(f"The force of {file.name}", rule, "missing", remedy)
     turn, count = place

@@ -240,8 +240,8 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
     error = float(np.max(np.abs(dataset["truncation_error"].values) + np.abs(dataset["sampling_error"].values)))
     if error > ALLOWED:
         found.append(
-            f"More harmonics or samples would change a peak by up to {100.0 * error:.2g} %, which the intervals hold: with more "
-            "of them in the identification they are narrower."
+            f"More harmonics or samples would change a peak by up to {100.0 * error:.2g} %. The intervals of the response "
+            "include this, those of the frequency do not: identify again with more harmonics if this is too much."
         )
     if attrs["draws"] < WHOLE:
         share = 100.0 * (attrs["draws"] - 1.0) / (attrs["draws"] + 1.0)
