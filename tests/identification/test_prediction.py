@@ -218,6 +218,21 @@ def test_errors_of_a_measured_curve_are_those_of_its_peak(found, clean):
     assert table["error of frequency in %"].to_numpy() == pytest.approx([0.0, 0.0], abs=0.6)
 
 
+def test_the_error_of_few_harmonics_is_part_of_the_interval(found):
+    """Three harmonics against nine at the identified parameters, half as much again; the band goes on to its ends."""
+    band, problem = ss.hertz(0.14, 0.24), one_mass(**dict(zip(FREE, found.values.values(), strict=True)))
+    few, many = (
+        ss.forced_response(problem, band, 0.6, h, n).peaks().iloc[0][["frequency", "amplitude"]].to_numpy(float)
+        for h, n in ((3, 128), (9, 256))
+    )
+    data = found.predict(0.6).dataset
+    errors = [float(data[f"peak_{key}_error"][0]) for key in ("frequency", "amplitude")]
+    assert errors == pytest.approx(1.5 * np.abs(np.log(many / few)), rel=1e-3)
+    low, high = (float(data[f"peak_frequency_{end}"][0]) for end in ("low", "high"))
+    assert (high - low) / (high + low) > 0.9 * errors[0]
+    assert np.isfinite(data["amplitude_drawn"].values[0][:, np.isfinite(data["frequency"].values[0])]).all()
+
+
 def test_start_states_are_drawn_as_they_were_identified(clean):
     """Free start states have their prior; stuck contacts at a small force then have many responses, virgin ones have one."""
     rng = np.random.default_rng(0)

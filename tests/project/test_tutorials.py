@@ -106,17 +106,17 @@ def test_the_identified_contacts_prefer_the_tested_damper(tmp_path):
     amplitudes = {key: 1e6 * peak["amplitude"] for key, peak in found.items()}
     frequencies = {key: peak["frequency"] for key, peak in found.items()}
     expected = {
-        ("prediction", 6.0): (50.9, 346.6),
-        ("prediction", 15.0): (85.2, 332.2),
-        ("heavier", 6.0): (92.8, 348.8),
-        ("heavier", 15.0): (108.6, 344.8),
+        ("prediction", 6.0): (50.6, 346.7),
+        ("prediction", 15.0): (83.3, 333.0),
+        ("heavier", 6.0): (92.7, 348.5),
+        ("heavier", 15.0): (107.2, 345.5),
     }
     for key, (amplitude, frequency) in expected.items():
         assert amplitudes[key] == pytest.approx(amplitude, abs=0.1), key
         assert frequencies[key] == pytest.approx(frequency, abs=0.1), key
     difference = amplitudes["heavier", 15.0] / amplitudes["prediction", 15.0] - 1.0
     errors = [found[name, 15.0]["error"] for name in ("prediction", "heavier")]
-    assert [difference, *errors] == pytest.approx([0.27, 0.023, 0.013], abs=6e-3)
-    assert errors == pytest.approx([0.023, 0.013], abs=1e-3)
+    assert difference == pytest.approx(0.29, abs=6e-3)
+    assert max(errors) < 1e-3
     low, high = map(float, re.search(r"mu = .*interval ([\d.]+) to ([\d.]+)", printed).groups())
-    assert (high / low - 1.0) / 2.0 == pytest.approx(0.003, abs=5e-4)
+    assert (high / low - 1.0) / 2.0 == pytest.approx(0.002, abs=5e-4)

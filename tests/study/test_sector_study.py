@@ -198,7 +198,7 @@ def test_a_speed_sweep_goes_between_models_at_two_speeds(folder):
 
 
 def test_a_model_at_another_speed_than_that_of_the_band_is_warned_of(folder):
-    """Engine order 4 excites between 1000 and 1200 Hz, say, at 15 000 to 18 000 rev/min."""
+    """Engine order EO excites a band in Hz at 60/EO times as many rev/min; of several orders their divisor counts."""
     text = (folder / "wheel.toml").read_text()
     order = int(re.search(r"engine_order = (\d+)", text)[1])
     low, high = (float(end) for end in re.search(r"frequency = \[(.*)\]", text)[1].split(","))
@@ -209,6 +209,9 @@ def test_a_model_at_another_speed_than_that_of_the_band_is_warned_of(folder):
     assert f"{low * 60.0 / order:.5g} to {high * 60.0 / order:.5g} rev/min" in warned
     found = changed(folder, (SECTOR, f"{SECTOR}speed = {inside}\n"))
     assert not any("another speed" in note for note in found.notes)
+    several = "engine_order = 3 ", "orders = { 4 = 1.0, 6 = 0.3 } "
+    found = changed(folder, (SECTOR, f"{SECTOR}speed = 6000.0\n"), several)
+    assert any("engine order 2 excites at 200 Hz" in note for note in found.notes)
 
 
 def test_a_check_says_how_many_samples_are_used(folder):

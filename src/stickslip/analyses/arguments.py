@@ -31,6 +31,16 @@ from stickslip.support.units import Band, followed
 Ends = tuple[float, float]
 
 
+def quantity_name(name: str, value: Any) -> str:
+    """The name of a quantity, displacement for instance."""
+    return measure_of(value, "amplitude").name
+
+
+def measure_name(name: str, value: Any) -> str:
+    """The name of a measure, amplitude for instance."""
+    return measure_of("displacement", value).kind
+
+
 def _somewhere(name: str, band: Any) -> Band | list[float]:
     return band if isinstance(band, Band) else followed(band)
 
@@ -45,8 +55,8 @@ Frequencies = Annotated[Band | Sequence[float], Setting(_somewhere)]
 HarmonicNumbers = Annotated[int | Sequence[int], Setting(lambda name, value: checked_harmonics(value))]
 Samples = Annotated[int, Setting(Whole(1, MOST_SAMPLES))]
 OutputNumber = Annotated[int, Setting(whole)]
-QuantityName = Annotated[str, Setting(lambda name, value: measure_of(value, "amplitude").name)]
-MeasureName = Annotated[str, Setting(lambda name, value: measure_of("displacement", value).kind)]
+QuantityName = Annotated[str, Setting(quantity_name)]
+MeasureName = Annotated[str, Setting(measure_name)]
 ForceLevels = Annotated[float | Sequence[float], Setting(lambda name, value: force_levels(value))]
 Rule = Annotated[
     Rules,

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, fields
 from typing import Annotated, Any, Literal
 
-from stickslip.analyses.arguments import Frequencies, OfProblem, force_levels
+from stickslip.analyses.arguments import Frequencies, OfProblem, force_levels, measure_name, quantity_name
 from stickslip.analyses.settings import Setting, Settings, Whole, Within
 from stickslip.analyses.work_parts import Measured
 from stickslip.runs.work import Checkpoint, Progress, Workers, silent
-from stickslip.solve.balance.measure import measure_of
 from stickslip.solve.balance.orders import MOST_SAMPLES, Harmonics, checked_harmonics
 from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.support.checks import whole
@@ -25,14 +24,6 @@ def _harmonics(name: str, value: Any) -> Harmonics | Literal["auto"]:
 
 def _levels(name: str, value: Any) -> tuple[float, ...]:
     return force_levels(value)
-
-
-def _quantity(name: str, value: Any) -> str:
-    return measure_of(value, "amplitude").name
-
-
-def _measure(name: str, value: Any) -> str:
-    return measure_of("displacement", value).kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +72,11 @@ class OverBand(Settings):
 class ForcedResponseSettings(Measured, Fineness, OverBand):
     """The arguments of `forced_response`."""
 
-    quantity: Annotated[str, Setting(_quantity, "what the peaks, bounds and optima are of")] = "displacement"
+    quantity: Annotated[str, Setting(quantity_name, "what the peaks, bounds and optima are of")] = "displacement"
     measure: Annotated[
         str,
         Setting(
-            _measure,
+            measure_name,
             "of it: amplitude of the first harmonic, root mean square, or largest value over the period",
         ),
     ] = "amplitude"

@@ -61,7 +61,7 @@ def predict(
     unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column of these files.")] = None,
     by: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column that distinguishes curves of one file.")] = None,
     folder: Annotated[
-        Path, typer.Option(help="From where the paths in the study of the identification count; the present folder unless given.")
+        Path, typer.Option(help="Folder of the relative paths in the study of the identification; the current one unless given.")
     ] = Path(),
     out: Annotated[Path | None, typer.Option(help="Folder of the results; FOLDER_prediction beside the identification.")] = None,
     workers: Workers = None,

@@ -183,7 +183,7 @@ def _step(t: Array) -> float:
 
 
 def _dominant(x: Array, step: float, band: tuple[float, float]) -> float:
-    """The frequency of the largest line of the spectrum in a band, Hz, by the parabola through it and its neighbours."""
+    """The frequency of the largest line of the spectrum in a band, Hz."""
     size = 2 * x.size
     spectrum = np.abs(np.fft.rfft(x * np.hanning(2 * x.size)[x.size :], size))
     hertz = np.fft.rfftfreq(size, step)

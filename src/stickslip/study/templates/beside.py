@@ -43,17 +43,17 @@ def synthetic_responses(study: Path) -> tuple[dict[str, str], list[Path]]:
 
 def synthetic_responses_to_predict(study: Path) -> tuple[dict[str, str], list[Path]]:
     """The same, and one at another force, which they predict."""
-    *files, other = _stepped_sines(study, (0.5, 6.0, 15.0, 10.0), harmonics=9)
+    *files, other = _stepped_sines(study, (0.5, 6.0, 15.0, 10.0))
     words = {"files": json.dumps([file.name for file in files], ensure_ascii=False)}
     return words | {"compared": json.dumps([other.name], ensure_ascii=False)}, [*files, other]
 
 
-def _stepped_sines(study: Path, forces: Sequence[float], harmonics: int = 3) -> list[Path]:
+def _stepped_sines(study: Path, forces: Sequence[float]) -> list[Path]:
     """A file of a stepped sine of the blade on a wedge for each force, with 1 % noise."""
     rng, files = np.random.default_rng(0), []
     frequencies = 350.35 + np.array([-40.0, -30, -22, -15, -10, -6, -4, -2.5, -1.5, -0.7, 0, 0.7, 1.5, 2.5, 4, 6, 10, 15, 20])
     for force in forces:
-        data = forced_response(blade_and_wedge(pull=60.0), frequencies.tolist(), force, harmonics).dataset
+        data = forced_response(blade_and_wedge(pull=60.0), frequencies.tolist(), force, harmonics=9).dataset
         X = data["response"].values[0, :, 0, 1] @ np.array([1.0, 1j]) * (2.0 * np.pi * frequencies) ** 2
         X = X * (1.0 + 0.01 * (rng.normal(size=X.size) + 1j * rng.normal(size=X.size)))
         rows = [f"{f:.6g},{abs(x):.6g},{force:g},{np.angle(x):.6g}" for f, x in zip(frequencies, X, strict=True)]

@@ -31,7 +31,7 @@ NORMAL = 1.959964
 """Half width of a 95 % interval of a normal distribution, in standard deviations."""
 
 ATTEMPTS = 1000
-"""Draws in the stead of one outside the bounds, before it is moved onto them."""
+"""Attempts to draw anew what lies outside the bounds, before it is moved onto them."""
 
 FEWEST_POINTS, SIGNIFICANCE = 6, 0.05
 """Points from which a test shows its own scatter, and the chance of noise alone from which on nothing counts as scatter."""
@@ -79,7 +79,7 @@ def free_as_text(free: Mapping[str, FreeParameter]) -> str:
 @dataclass(frozen=True, eq=False)
 class Draw:
     """One draw: parameters by name; factors on response and frequency as logarithms, gain and shift; truncation: −1 to 1, the
-    share of the estimated truncation error that applies."""
+    share of the estimated error of harmonics and samples that applies."""
 
     values: Mapping[str, float]
     gain: float = 0.0

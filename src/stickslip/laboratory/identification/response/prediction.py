@@ -19,7 +19,6 @@ from stickslip.analyses.arguments import Seed, made
 from stickslip.analyses.controlled_response import amplitudes_of
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.settings import OfKind, OneOf, Setting, Settings, Whole, takes
-from stickslip.analyses.truncation import discretisation_errors
 from stickslip.analyses.variability.samples import start_curve
 from stickslip.laboratory.identification.response.draws import Draw, Draws, interval
 from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak
@@ -30,7 +29,7 @@ from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import Measure, measure_of, quantity_named
-from stickslip.solve.balance.orders import of_attribute
+from stickslip.solve.balance.orders import highest, of_attribute
 from stickslip.solve.balance.system import Control
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.curves.controlled import controlled_curve, force_phase, phase_resonances
@@ -61,6 +60,9 @@ PEAK = {
     "damping_ratio": ("1", "damping ratio by half power"),
 }
 """What is predicted of a peak."""
+
+FINER = 3
+"""Times the harmonics of the identification, of the curve that shows their error."""
 
 StartStates = Literal["identified", "virgin", "any"]
 StartsOfDraws = Annotated[StartStates, Setting(OneOf(get_args(StartStates)))]
@@ -210,27 +212,37 @@ class ResponsePredictionWork(Settings):
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
     def solve(self, case: int, report: Report) -> Arrays:
-        """Frequency and response along the curve of a case, its peak, and its errors of discretisation."""
+        """Frequency and response along the curve of a case, and its peak; of the identified parameters its errors too.
+
+        Their estimate is the change of ln frequency and ln response of the peak with `FINER` times the harmonics and twice the
+        samples, times 1/(1 − 1/FINER): what remains of an error that falls at least as 1/H is so much more.
+        """
         started = time.process_time()
         k, number = self.cases[case]
+        level, problem = self.levels[self.held][k], self._problem(self.drawn[number])
+        harmonics, samples = of_attribute(self.data.attrs["harmonics"]), int(self.data.attrs["samples"])
         with one_blas_thread():
-            draw, level = self.drawn[number], self.levels[self.held][k]
-            balance = HarmonicBalance(
-                self._problem(draw), of_attribute(self.data.attrs["harmonics"]), int(self.data.attrs["samples"])
-            )
-            space, variables = self._start_state(balance, level, number)
-            if self.held:
-                curve, peak = self._held_curve(space.balance(balance, variables) if space else balance, level, report)
-            else:
-                curve, peak = self._forced_curve(balance, space, variables, level, report)
-            points = self._sizes(balance, curve.points)
-            errors = np.zeros(2)
-            if number == 0 and curve.points and not self.held:
-                found = discretisation_errors(space.balance(balance, variables) if space else balance, curve, self.measure)
-                errors = np.array([float(each[self._output]) for each in found[:2]])
-        arrays = {"frequency": points[0], "size": points[1], "peak": curve_peak(*points, peak), "errors": errors}
+            curve, points, peak = self._curve(HarmonicBalance(problem, harmonics, samples), level, number, report)
+            arrays = {"frequency": points[0], "size": points[1], "peak": curve_peak(*points, peak)}
+            if number == 0:
+                many = FINER * highest(harmonics)
+                finer = HarmonicBalance(problem, many, problem.systems.enough_samples(max(2 * samples, 4 * many + 2)))
+                better = self._curve(finer, level, number, lambda share: None)[2]
+                change = np.abs(np.log(np.divide(better, peak))) if peak and better else np.full(2, np.nan)
+                arrays["errors"] = change / (1.0 - 1.0 / FINER)
         arrays["solved"] = np.array(float(curve.outcome == Outcome.CONVERGED))
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+
+    def _curve(
+        self, balance: HarmonicBalance, level: float, number: int, report: Report
+    ) -> tuple[Curve, tuple[Array, Array], tuple[float, float] | None]:
+        """The curve of a draw, its frequencies and responses, and those of its peak."""
+        space, variables = self._start_state(balance, level, number)
+        if self.held:
+            curve, peak = self._held_curve(space.balance(balance, variables) if space else balance, level, report)
+        else:
+            curve, peak = self._forced_curve(balance, space, variables, level, report)
+        return curve, self._sizes(balance, curve.points), peak
 
     @property
     def _output(self) -> int:
@@ -306,10 +318,10 @@ def predict_response(work: ResponsePredictionWork) -> ResponsePrediction:
     test: what every test has by itself (gain, parameters of each test) is drawn with Student's distribution from the tests, and
     so is what they scatter beyond that, a factor on the response and one on the frequency. Contacts start as identified: virgin,
     with the prior distribution of free start states, or where bounds were fitted in any state; start_states="any" draws any for
-    each. The errors of harmonics and samples at the peak of the identified parameters are a factor in between.
+    each. The errors of harmonics and samples, as a curve with three times the harmonics shows them, are part of each draw.
 
     Medians and percentiles 2.5 and 97.5 of the draws are given, at p (n + 1) of n ordered ones. What is the same for all tests
-    and not in the model, such as another contact law, the intervals do not hold.
+    and not in the model, such as another contact law, is not in the intervals.
     """
     return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
 
@@ -325,11 +337,12 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
     peaks = np.full((3, len(levels), count - 1), np.nan)
     curves, errors = np.full((len(levels), count - 1, longest), np.nan), np.array([one[0]["errors"] for one in parts])
     for k, (grid, one) in enumerate(zip(grids, parts, strict=True)):
-        size = float(np.nansum(np.abs(errors[k])))
+        off, size = np.nan_to_num(errors[k])  # where no finer peak was found, the answer says so
         factors = np.array([draw.gain + size * draw.truncation for draw in work.drawn[1:]])
-        shifts = np.array([draw.shift for draw in work.drawn[1:]])
+        shifts = np.array([draw.shift + off * draw.truncation for draw in work.drawn[1:]])
         for n, (factor, shift, each) in enumerate(zip(factors, shifts, one[1:], strict=True)):
-            along = at_frequencies(grid * np.exp(-shift), each["frequency"], each["size"])
+            # A shifted curve goes on level to the end of the band, which it would else miss by the shift.
+            along = at_frequencies(np.clip(grid * np.exp(-shift), *ends), each["frequency"], each["size"])
             curves[k, n, : grid.size] = np.exp(factor) * along
         drawn = np.array([each["peak"] for each in one[1:]])
         peaks[:, k] = drawn[:, 0] * np.exp(shifts), drawn[:, 1] * np.exp(factors), drawn[:, 2]
@@ -356,8 +369,9 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
     data["amplitude_drawn"] = named(("level", "draw", "point"), curves, "response of each draw", units)
     for suffix, values, what in zip(("_low", "", "_high"), interval(curves, axis=1), ("2.5 %", "median", "97.5 %"), strict=True):
         data[f"amplitude{suffix}"] = named(at, values, f"response, {what} of the draws", units)
-    data["truncation_error"] = named("level", errors[:, 0], "estimated error of the harmonics at the peak")
-    data["sampling_error"] = named("level", errors[:, 1], "estimated error of the samples at the peak")
+    for column, key in enumerate(("frequency", "amplitude")):
+        words = f"estimated error of the peak's {PEAK[key][1]} due to harmonics and samples, relative"
+        data[f"peak_{key}_error"] = named("level", errors[:, column], words)
     data["interpolated"] = named("level", _interpolated(work, levels), "1 within the measured levels, 0 beyond them")
     lost = np.array([sum(not one["solved"] for one in each[1:]) for each in parts], dtype=float)
     data["unsolved"] = named("level", lost, "draws whose curve does not reach the end of the band")

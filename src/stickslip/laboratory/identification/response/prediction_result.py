@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 SAME_LEVEL = 0.05
 """Relative distance of a test's level from a predicted one up to which they are compared."""
 
+ALLOWED_SHIFT = 1e-3
+"""Relative error of a peak's frequency up to which nothing is said of it."""
+
 WHOLE = 39
 """Draws from which percentiles 2.5 and 97.5 lie inside the draws."""
 
@@ -170,7 +173,7 @@ def level_head(dataset: xr.Dataset) -> str:
 
 
 def summary(dataset: xr.Dataset) -> list[str]:
-    """What was free and what is interpolated; peaks with intervals; tests against them; what the intervals do not hold."""
+    """What was free and what is interpolated; peaks with intervals; tests against them; what the intervals do not include."""
     return [_what_was_free(dataset), *_peaks(dataset), *_compared_lines(dataset), *_remarks(dataset)]
 
 
@@ -227,21 +230,27 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
     if attrs["unknown"]:
         found.append(f"Not determined by the tests, and drawn between their bounds: {attrs['unknown']}.")
     if not attrs["scatter_known"]:
-        found.append("How far tests scatter from mounting to mounting is not known from one test: the intervals do not hold it.")
+        found.append("One test does not show how far tests scatter from mounting to mounting: the intervals do not include it.")
     elif attrs["gain_scatter"] or attrs["frequency_scatter"]:
         found.append(
             f"Tests scatter beyond parameters and noise by {100.0 * attrs['gain_scatter']:.2g} % in response and "
-            f"{100.0 * attrs['frequency_scatter']:.2g} % in frequency (standard deviations): the intervals hold that."
+            f"{100.0 * attrs['frequency_scatter']:.2g} % in frequency (standard deviations), which the intervals include."
         )
     if not dataset["interpolated"].values.all():
         found.append(
-            "Beyond the measured levels the prediction rests on the contact law alone, whose error the intervals do not hold."
+            "Beyond the measured levels the prediction rests on the contact law alone, whose error is not in the intervals."
         )
-    error = float(np.max(np.abs(dataset["truncation_error"].values) + np.abs(dataset["sampling_error"].values)))
-    if error > ALLOWED:
+    off, size = (dataset[f"peak_{key}_error"].values for key in ("frequency", "amplitude"))
+    if not np.isfinite(size).all():
         found.append(
-            f"More harmonics or samples would change a peak by up to {100.0 * error:.2g} %. The intervals of the response "
-            "include this, those of the frequency do not: identify again with more harmonics if this is too much."
+            "With more harmonics no peak was found, so that the intervals do not include the error of few. Identify again with "
+            "more harmonics."
+        )
+    elif size.max() > ALLOWED or off.max() > ALLOWED_SHIFT:
+        found.append(
+            f"The harmonics of the identification leave errors of up to {100.0 * off.max():.2g} % in the frequency and "
+            f"{100.0 * size.max():.2g} % in the response of a peak, which the intervals include. The parameters carry an "
+            "error of the same cause, which they do not: identify again with more harmonics."
         )
     if attrs["draws"] < WHOLE:
         share = 100.0 * (attrs["draws"] - 1.0) / (attrs["draws"] + 1.0)
