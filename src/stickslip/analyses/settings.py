@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from functools import wraps
+from functools import cache, wraps
 from typing import Any, ParamSpec, TypeVar, get_type_hints
 
 from stickslip.analyses.work_parts import EXECUTION, StateOfFields
@@ -101,6 +101,7 @@ def not_given(kind: type[Settings], name: str, value: Any) -> bool:
     return value is None and getattr(kind, name, ...) is None
 
 
+@cache
 def marks(kind: type[Settings]) -> Mapping[str, Setting]:
     """The marks of the fields that have one, in their order."""
     hints = get_type_hints(kind, include_extras=True)

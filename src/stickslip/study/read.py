@@ -88,7 +88,8 @@ class Job:
         if self.sweep is None:
             return self.remarks
         forced = "force_levels" not in KINDS[self.analysis].without
-        return (*self.remarks, *self.sweep.problem.warnings, *plausibility_warnings(self.sweep, self.units, forced))
+        with one_blas_thread():
+            return (*self.remarks, *self.sweep.problem.warnings, *plausibility_warnings(self.sweep, self.units, forced))
 
 
 @dataclass(frozen=True)

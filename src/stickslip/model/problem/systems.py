@@ -64,6 +64,8 @@ class HarmonicSystems:
     sample_multiple = 1
     one_frame = True
     one_for_vibration = True
+    gas: Sequence[Any] = ()
+    """Gas forces that go with the motion."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
@@ -128,6 +130,11 @@ class HarmonicSystems:
     def free_stiffness(self, harmonic: int) -> NDArray[Any]:
         """K of a vibrating harmonic at rest, without contacts."""
         return self.problem.structure.K
+
+    @property
+    def passive(self) -> bool:
+        """Whether the damping can feed no motion: damping rules are not negative; gas forces, dashpots and a given C may be."""
+        return not self.gas and self.problem.structure.C is None and all(dashpot.c >= 0.0 for dashpot in self.problem.dashpots)
 
     def vibrating(self) -> Iterator[tuple[str, LinearSystem]]:
         """The systems in which a vibration may grow by itself, each with words that name it."""

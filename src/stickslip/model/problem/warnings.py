@@ -182,6 +182,8 @@ def negative_damping(problem: Problem) -> str:
     """A mode of the stuck structure that gas forces or dashpots feed, ζ = φᴴCφ/(2ω) < 0 with φᴴMφ = 1: it grows until friction or
     nothing holds it. The least damped one is named.
     """
+    if problem.systems.passive:
+        return ""
     fed = []
     for name, system in problem.systems.vibrating():
         rounding = ROUNDING * float(np.abs(system.C).sum(axis=1).max(initial=0.0))
