@@ -79,6 +79,7 @@ def nodes_of(model, keep):
     return {name: names[int(np.linalg.norm(points - 1e-3 * np.array(at), axis=1).argmin())] for name, at in keep.items()}
 
 
+@pytest.mark.slow
 def test_kept_nodes_move_as_the_response_says_and_a_whole_model_as_its_reduction(deck):
     response = ss.forced_response(rubbing(deck, 30), ss.Band(440.0, 640.0), force=[0.5, 5.0], harmonics=3)
     for case in (0, 1):
@@ -250,6 +251,7 @@ def test_a_large_disk_is_shown_as_one_sector(disk, monkeypatch):
     assert np.array_equal(motion.points, disk.surface.points)
 
 
+@pytest.mark.slow
 def test_results_keep_the_shapes_of_some_cases_and_give_them_back(deck, tmp_path):
     problem = rubbing(deck, 10)
     response = ss.forced_response(problem, ss.Band(440.0, 640.0), force=np.linspace(1.0, 20.0, 7), harmonics=1)

@@ -59,6 +59,7 @@ def test_an_overhanging_curve_has_a_value_on_every_branch():
     assert at["amplitude"].max("branch").shape == (1, 200, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "seed"), [("lift-off", 3), pytest.param("varying load", 3, marks=pytest.mark.nightly)])
 def test_curves_with_lift_off_kinks_and_folds_pass_each_frequency_as_often_as_a_finer_continuation(kind, seed):
     case = random_case(kind, seed)

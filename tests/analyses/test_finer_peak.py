@@ -22,6 +22,7 @@ def peaks(folder, points, level, band, damping):
     return ss.forced_response(ss.read_problem(folder / "study.toml"), ss.hertz(*band), [level], harmonics=1, samples=64).dataset
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("level", "band", "damping", "widths"),
     [

@@ -217,6 +217,7 @@ def run(path, text):
     return done, xr.load_dataset(kept[0], engine="h5netcdf") if kept else None
 
 
+@pytest.mark.slow
 def test_a_study_finds_the_isolated_curve(tmp_path, whole):
     text = STUDY.format(M=MASS, k=1.0 + K2, k2=K2, c=OWN + C2, c2=C2, level=LEVEL)
     done, dataset = run(tmp_path / "a", text)

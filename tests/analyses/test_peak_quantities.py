@@ -128,6 +128,7 @@ def test_dots_of_figures_stand_on_the_highest_point_of_what_is_drawn(quantity):
         )
 
 
+@pytest.mark.slow
 def test_the_single_blade_peaks_in_acceleration_far_above_its_displacement_peak():
     """Issue: 4.6 kg and 80 N; displacement 528.6 Hz, and an acceleration there that is 6.5 % below its peak."""
     rig, band = ss.rigs.single_blade(preload_mass=4.6), ss.hertz(500.0, 600.0)

@@ -76,6 +76,7 @@ def test_a_problem_that_another_machine_rounds_otherwise_is_the_same(response):
         np.testing.assert_allclose(again.cycle(0, k).force, response.cycle(0, k).force, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_points_of_a_hardly_damped_structure_are_known_again():
     """At ζ = 1e-6 the roundings of the stored forces alone change the motion by 1e-6 and more."""
     rng = np.random.default_rng(3)

@@ -76,6 +76,7 @@ def test_info_describes_a_model(tmp_path):
     np.testing.assert_allclose(np.sort(squares), np.sort(np.linalg.eigvals(np.array([[3.0, -1.0], [-0.5, 1.0]]))))
 
 
+@pytest.mark.slow
 def test_several_studies_are_run_side_by_side_and_their_peaks_printed(study, tmp_path):
     second = tmp_path / "two.toml"
     second.write_text(ONE_MASS.replace("normal_load = 50.0", "normal_load = 1e6").replace("kt = 200.0", "kt = 100.0"))
@@ -114,6 +115,7 @@ def test_studies_of_one_name_are_refused(study, tmp_path):
     assert "one" in ran.stderr
 
 
+@pytest.mark.slow
 def test_results_without_curves_have_no_peaks(tmp_path):
     path = tmp_path / "record.toml"
     assert stickslip_command("new", "contact_law", path).exit_code == 0

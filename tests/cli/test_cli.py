@@ -203,6 +203,7 @@ def test_new_check_and_run_of_a_template(tmp_path):
     np.testing.assert_allclose(amplitude, [4.928118e-5], rtol=1e-5)  # an independent script of this project
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unsaved_figures")
 def test_several_results_share_a_report(one_mass, tmp_path):
     one_mass.write_text(QUICK)
@@ -252,6 +253,7 @@ def test_the_demo_overwrites_only_when_asked(tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unsaved_figures")
 def test_results_and_study_of_a_run_are_a_response_in_python(one_mass, tmp_path):
     stickslip_command("run", one_mass, "--out", tmp_path / "out", "--workers", 1)

@@ -33,6 +33,7 @@ def command(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
+@pytest.mark.slow
 def test_a_record_becomes_an_answer_a_report_and_results(record, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shown = command("contact-law", record, "--normal-load", 100, "--figures")

@@ -108,6 +108,7 @@ def test_functions_of_a_universal_file_are_tests(curves, tmp_path, monkeypatch):
     assert values(shown.output) == pytest.approx({"kt": KT, "limit": LIMIT, "damping": DAMPING}, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_contacts_of_a_study_are_scaled(curves, tmp_path):
     """Factors on what the study says; its band leaves out a point of each curve, which is said. Measured forces are in N, though
     force level 1 of the study is 4 N."""
@@ -143,6 +144,7 @@ def test_bounds_of_a_factor_need_not_hold_one(curves, tmp_path):
         assert words in " ".join(shown.output.split())
 
 
+@pytest.mark.slow
 def test_frequency_response_functions(curves, tmp_path):
     """Complex accelerances, one with titles that say all and one with none; the force levels are given."""
     paths = []
@@ -168,6 +170,7 @@ def test_frequency_response_functions(curves, tmp_path):
     assert "force must be one, or one for each of 2 files" in " ".join(shown.output.split())
 
 
+@pytest.mark.slow
 def test_curves_of_one_file_are_split_by_a_column(curves, tmp_path):
     """The three curves in one file, with settings of each; numbers of --set may be whole."""
     rows = [f"{k};{line}" for k, path in enumerate(curves, start=1) for line in path.read_text().splitlines()[1:]]

@@ -76,6 +76,7 @@ def identified(tmp_path_factory):
     return folder, other
 
 
+@pytest.mark.slow
 def test_a_universal_file_becomes_a_prediction_by_commands_alone(identified):
     """Levels are those of the compared file; peaks of the truth lie inside, and so do the measured points."""
     folder, other = identified
@@ -95,6 +96,7 @@ def test_a_universal_file_becomes_a_prediction_by_commands_alone(identified):
     assert "--overwrite" in again.output
 
 
+@pytest.mark.slow
 def test_held_amplitudes_and_a_band(identified, tmp_path):
     folder, _ = identified
     options = (

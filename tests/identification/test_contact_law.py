@@ -46,6 +46,7 @@ def test_the_law_and_its_parameters_are_found(law):
     assert found.fits[law].held_out < 0.02
 
 
+@pytest.mark.slow
 def test_95_percent_intervals_cover_the_truth_and_are_no_wider_than_they_need_to_be():
     """Forty records with gains of 1 %: at least 34 of 40 are a matter of one in a thousand if the intervals are right."""
     fits = [ss.contact_law(record(seed=seed, cycles=3), laws="jenkins").fits["jenkins"] for seed in range(40)]

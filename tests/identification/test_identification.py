@@ -111,6 +111,7 @@ def test_exact_loops_give_the_parameters(truths):
         assert value == pytest.approx(TRUTH[name], rel=2e-3), name
 
 
+@pytest.mark.slow
 def test_loops_with_the_errors_of_a_rig(truths):
     found = identify(records(truths, RigErrors(), 3), UNKNOWN_RIG, resamples=10, population=5, generations=15)
     tolerance = {"kt": 0.12, "kn": 0.08, "mu_L1": 0.12, "mu_L2": 0.12, "mu_R": 0.05}
@@ -376,6 +377,7 @@ def test_each_cell_has_its_own_error_of_the_zero(truths):
     assert np.std([one["force_y"][2] for one in drawn]) == pytest.approx(0.8, rel=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("factors", "said"),
     [
@@ -414,6 +416,7 @@ def test_loops_that_cannot_be_of_this_damper_are_refused(truths, change, words):
         identify([Record(record.time, change(dict(record.signals)))], UNKNOWN_RIG)
 
 
+@pytest.mark.slow
 def test_a_reversed_rotation_is_refused(truths):
     turned = [
         whole_cycles(Record(r.time, dict(r.signals) | {"rotation": -r.signals["rotation"]}, r.name))

@@ -202,6 +202,7 @@ def test_a_parameter_near_zero_is_found_by_the_width_of_its_bounds(scale, lost):
     assert any(note.startswith("change is not found") for note in found.notes) == lost
 
 
+@pytest.mark.slow
 def test_what_every_test_has_by_itself():
     """A stiffness that differs from mounting to mounting, a gain and a phase of the measuring chain."""
 
@@ -451,6 +452,7 @@ def test_a_bad_point_at_the_resonance_of_a_sparse_curve_is_named(over, alone):
     assert without < 0.7 * apart
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("over", [pytest.param(0.9, marks=pytest.mark.nightly), 0.6])
 def test_a_clipped_point_is_named_and_how_far_it_moves_the_parameters(over):
     """One point at the resonance of the largest level, 10 % or 40 % too low, with noise of 1 %: the fit follows it."""

@@ -53,6 +53,7 @@ def hints(found):
     return [note for note in found.notes if any(words in note for words in HINTS)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [name if name in NAMED_ON_EVERY_CHANGE else pytest.param(name, marks=pytest.mark.nightly) for name in MISTAKES]
 )
@@ -67,6 +68,7 @@ def test_a_mistake_is_named(name):
     assert rest == [SUSPICION]
 
 
+@pytest.mark.slow
 def test_a_sound_fit_and_a_wrong_model_are_no_mistakes():
     """Right curves; and a model without friction, which misses them by more than a tenth."""
     assert hints(ss.identify_response(one_mass, FREE, SOUND, **SETTINGS)) == []

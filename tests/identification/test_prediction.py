@@ -192,6 +192,7 @@ def test_a_folded_curve_has_its_largest_response():
     assert np.isnan(at_frequencies(np.array([0.5, 4.5]), frequency, size)).all()
 
 
+@pytest.mark.slow
 def test_a_prediction_says_what_it_rests_on(found, clean):
     """At forces and at held amplitudes, inside and beyond what was measured; figures and sentences; saved and compared."""
     data = found.predict([0.6, 4.0], draws=20).compare(measured(clean | {0.6: clean[0.3] * 2.0}, 0.6, np.random.default_rng(0)))
@@ -233,6 +234,7 @@ def test_the_error_of_few_harmonics_is_part_of_the_interval(found):
     assert np.isfinite(data["amplitude_drawn"].values[0][:, np.isfinite(data["frequency"].values[0])]).all()
 
 
+@pytest.mark.slow
 def test_start_states_are_drawn_as_they_were_identified(clean):
     """Free start states have their prior; stuck contacts at a small force then have many responses, virgin ones have one."""
     rng = np.random.default_rng(0)
@@ -244,6 +246,7 @@ def test_start_states_are_drawn_as_they_were_identified(clean):
     assert virgin.dataset.attrs["start_states"] == "virgin"
 
 
+@pytest.mark.slow
 def test_settings_that_differ_must_be_given(clean):
     rng = np.random.default_rng(0)
     tests = [measured(clean, force, rng, settings={"load": load}) for force, load in zip(MEASURED, (1.0, 1.0, 1.1), strict=True)]

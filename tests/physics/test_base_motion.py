@@ -95,6 +95,7 @@ def rubbing(structure, forces, contact):
     return ss.Problem(structure, (contact,), forces, ("2.x",))
 
 
+@pytest.mark.slow
 def test_a_moving_base_equals_a_heavy_base_that_is_shaken():
     """The base as a degree of freedom b of 1e7 kg, driven by the force that accelerates it: an independent description.
 

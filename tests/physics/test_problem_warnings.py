@@ -82,6 +82,7 @@ def test_a_check_of_a_study_names_a_flipped_sign(tmp_path):
     assert "(blade 1, t1 and n)" in perpendicular
 
 
+@pytest.mark.slow
 def test_sectors_of_a_disk_have_axes_of_their_own(octopus):
     """The damper's far side moves along axes turned by a sector: its coefficients do not cancel, and are sound."""
     assert octopus.warnings == ()

@@ -51,6 +51,7 @@ def test_the_page_needs_nothing_else(animation):
     assert animation._repr_html_().startswith("<iframe")
 
 
+@pytest.mark.slow
 def test_a_film_has_all_frames_and_other_names_are_refused(tmp_path):
     animation = ss.forced_response(ss.rigs.blade_and_wedge(), [320.0], 20.0, harmonics=1, samples=8).animate(0, 0)
     with Image.open(animation.save(tmp_path / "x.gif")) as film:

@@ -83,6 +83,7 @@ def test_a_large_mesh_is_thinned_out():
     assert problem.plot()._repr_png_().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_disk_is_drawn_by_its_sector():
     view = model_view(ss.rigs.octopus_blisk(modes=3))
     assert {"right edge, closing motion", "left edge, closing motion", "static forces"} <= {found.label for found in view.arrows}

@@ -103,6 +103,7 @@ def test_shapes_above_the_stated_share_are_kept_and_no_others(whole, few):
     assert below.max() <= LEAST_SHARE * (1.0 + 1e-6)
 
 
+@pytest.mark.slow
 def test_all_modes_give_the_problem_itself(whole):
     same = whole.truncated(1e3)
     frequencies = [0.1, 0.15, 0.3]
@@ -133,6 +134,7 @@ def test_the_peak_on_few_coordinates_is_close_and_its_error_is_known(balances, c
     np.testing.assert_allclose(solution.w, direct.evaluation.w, rtol=1e-6, atol=1e-9 * np.abs(direct.evaluation.w).max())
 
 
+@pytest.mark.slow
 def test_the_response_reports_the_error_of_its_coordinates(whole, curves, balances, monkeypatch):
     monkeypatch.setattr("stickslip.model.problem.truncation.MANY_ROWS", 50)
     monkeypatch.setattr("stickslip.model.problem.truncation.REACH", 1.0 / (3.0 * HERTZ[1]))

@@ -150,6 +150,7 @@ def test_the_explorer(folder):
     folder.assert_unmarked()
 
 
+@pytest.mark.slow
 def test_a_script_in_another_folder(folder, tmp_path):
     """Its own folder stays importable, in its processes too."""
     scripts = tmp_path / "scripts"

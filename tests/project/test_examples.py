@@ -71,9 +71,11 @@ SLOW = {
     *("flutter_held_by_friction.py", "shrouded_blades.py", "one_sector_of_a_disk.py", "law_of_a_contact.py", "mistuned_disks.py"),
     *("identify_contact_parameters.py", "check_a_point_in_time.py", "bounds_of_a_wedge.py", "dry_and_oiled_dampers.py"),
     *("isolated_response_of_an_absorber.py", "nonlinear_mode_of_a_blade.py", "acceleration_held.py", "blade_root.py"),
-    *("own_bladed_disk.py",),
+    *("own_bladed_disk.py", "predict_an_unmeasured_response.py", "fatigue_margin.py", "identify_from_responses.py"),
+    *("band_of_a_performance_curve.py", "stress_of_a_blade.py", "single_blade_rig.py", "performance_curve_of_one_mass.py"),
+    *("stepped_sine_with_dwell.py", "branch_of_two_masses.py", "decay_after_an_impact.py"),
 }
-"""More than 2.5 s of processor time."""
+"""More than 1.5 s of processor time."""
 
 
 @pytest.mark.parametrize(

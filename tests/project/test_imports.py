@@ -85,6 +85,12 @@ def trees() -> dict[Path, ast.Module]:
     return {path: ast.parse(path.read_text()) for path in MODULES}
 
 
+@functools.cache
+def nodes(tree: ast.AST) -> list[ast.AST]:
+    """All nodes of a module, walked once."""
+    return list(ast.walk(tree))
+
+
 def component_of(path: Path) -> str:
     return component_named(".".join(("stickslip", *path.relative_to(ROOT).with_suffix("").parts)))
 
@@ -98,7 +104,7 @@ def component_named(module: str) -> str:
 def imported_components(tree: ast.AST) -> set[str]:
     """Components of stickslip that a module imports, wherever the import stands, or names in a text, by which it can import."""
     found: set[str] = set()
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         match node:
             case ast.Import(names=names):
                 found |= {name.name for name in names}
@@ -123,16 +129,21 @@ def test_imports_go_one_way():
     assert wrong == []
 
 
+def called(call: ast.Call) -> str:
+    """The last name of what is called."""
+    return call.func.attr if isinstance(call.func, ast.Attribute) else call.func.id if isinstance(call.func, ast.Name) else ""
+
+
 def imports_by_name(tree: ast.AST) -> list[ast.Call]:
     """Calls of `import_module` with a name that is not a text, nor a constant of the module."""
     constants = {
         target.id
-        for node in ast.walk(tree)
+        for node in nodes(tree)
         if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
         for target in node.targets
         if isinstance(target, ast.Name)
     }
-    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module")]
+    calls = [node for node in nodes(tree) if isinstance(node, ast.Call) and called(node).endswith("import_module")]
     names = {id(call): {n.id for n in ast.walk(call.args[0]) if isinstance(n, ast.Name)} for call in calls}
     return [call for call in calls if names[id(call)] - constants]
 
@@ -168,7 +179,7 @@ def packages(node: ast.Import | ast.ImportFrom) -> set[str]:
 
 def hidden_imports(tree: ast.AST) -> list[ast.Import | ast.ImportFrom]:
     """Imports inside functions of what is not loaded late."""
-    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    functions = [node for node in nodes(tree) if isinstance(node, ast.FunctionDef)]
     imports = [inner for f in functions for inner in ast.walk(f) if isinstance(inner, ast.Import | ast.ImportFrom)]
     return [node for node in imports if not packages(node) <= LOADED_LATE]
 
@@ -177,7 +188,7 @@ def test_no_import_is_relative_or_hides_in_a_function():
     """Only heavy packages are loaded late, and only the edge loads parts of stickslip late."""
     wrong = []
     for path, tree in trees().items():
-        relative = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level]
+        relative = [node for node in nodes(tree) if isinstance(node, ast.ImportFrom) and node.level]
         hidden = [] if component_of(path) in LOCAL_IMPORTS_ALLOWED else hidden_imports(tree)
         wrong += [f"{path.relative_to(ROOT)}:{node.lineno}: {ast.unparse(node)}" for node in relative + hidden]
     assert wrong == []
@@ -187,7 +198,7 @@ def test_only_the_explorer_imports_dash():
     found = {
         component_of(path)
         for path, tree in trees().items()
-        for node in ast.walk(tree)
+        for node in nodes(tree)
         if isinstance(node, ast.Import | ast.ImportFrom) and packages(node) & {"dash", "flask", "werkzeug"}
     }
     assert found == {"show/explorer"}

@@ -57,7 +57,10 @@ def answers(folder, name, number):
     }
 
 
-@pytest.mark.parametrize("name", FORMATS)
+LONG = ("MATLAB 5 to 7", "MATLAB, HDF5")
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for name in FORMATS])
 def test_no_fault_that_shows_is_read_as_another_model(name, tmp_path, split_off):
     found = answers(tmp_path, name, QUICKLY)
     assert {group: answer["seen"] for group, answer in found.items()} == dict.fromkeys(CLASSES, 0)

@@ -67,6 +67,7 @@ def test_frequencies_are_those_of_the_meshed_disk(tmp_path, meshed, axis, order)
     assert len(disk.sets["R"]) == 5
 
 
+@pytest.mark.slow
 def test_a_pair_is_held_where_either_of_its_nodes_is(tmp_path, meshed):
     pairs = np.flatnonzero(meshed.solid.numbers[meshed.left, 0] >= 0)
     both = [*meshed.left[pairs[:2]], *meshed.right[pairs[:2]]]
@@ -79,6 +80,7 @@ def test_a_pair_is_held_where_either_of_its_nodes_is(tmp_path, meshed):
     assert frequencies(disks[0], 1)[0] > 1.0001 * cyclic_frequencies(meshed, 1, 1)[0]
 
 
+@pytest.mark.slow
 def test_the_surface_of_the_following_sector_is_turned_with_its_axes(tmp_path, meshed):
     disk = ss.read_sector(write(tmp_path, meshed), sectors=6, faces=("LOW", "HIGH"), keep=KEEP)
     own = ss.NodeSurface.of(disk, "L", towards=(-1.0, 0.0, 0.0))
@@ -140,6 +142,7 @@ def test_matrices_with_the_cyclic_tie_are_refused(tmp_path, meshed):
         ss.read_sector(path, sectors=6, faces=("LOW", "HIGH"), keep={"tip": "TIP"})
 
 
+@pytest.mark.slow
 def test_one_sector_is_the_whole_wheel(meshed):
     """Six sectors in their places, the nodes of their faces merged: all frequencies of the wheel are those of the waves."""
     sectors, size = meshed.sectors, meshed.solid.size
@@ -186,6 +189,7 @@ def test_a_face_is_interpolated_between_the_nodes_of_the_other():
     assert off == pytest.approx(0.03)
 
 
+@pytest.mark.slow
 def test_an_interpolated_sector_has_the_frequencies_of_the_paired_one(tmp_path, meshed):
     """One node of the low face given away: its partner is interpolated, which changes frequencies little, as the note says."""
     path = write(tmp_path, meshed)
@@ -221,6 +225,7 @@ def test_the_speed_of_a_stiffness_is_known_by_its_spin_softening(tmp_path, meshe
             prestress_note(model, RotationAxis(), 500.0)
 
 
+@pytest.mark.slow
 def test_models_at_two_speeds_are_one_disk(tmp_path, meshed):
     """Each has its own frequencies, in one set of coordinates, from the shapes of their mean."""
     paths = {}

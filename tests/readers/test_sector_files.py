@@ -63,6 +63,7 @@ def of_superelement(whole, study, tmp_path_factory):
     return given, waves(disk), peak(disk)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("write", [each for each in WHOLE if each is not sector_files.numpy])
 def test_a_sector_is_the_same_from_every_program(write, of_whole, tmp_path, study):
     agrees(write, of_whole, tmp_path, study)

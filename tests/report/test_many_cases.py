@@ -189,6 +189,7 @@ def test_every_figure_is_tried():
     assert {*OF_MANY} | OF_ONE == {*classes()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kind", [kind if kind in DRAWN_ON_EVERY_CHANGE else pytest.param(kind, marks=pytest.mark.nightly) for kind in OF_MANY]
 )
@@ -223,6 +224,7 @@ def test_forty_curves_fit_a_page(data):
             assert "of 20 start states those with" in chart.note or " of 40 force levels" in chart.note
 
 
+@pytest.mark.slow
 def test_stress_at_forty_places():
     data = levels()
     stress = data["amplitude"].isel(output=0).expand_dims(place=MANY, axis=-1) * np.linspace(1e9, 2e12, MANY)

@@ -40,6 +40,7 @@ def test_peak_table_holds_the_exact_numbers(dataset, tmp_path):
     assert rows == expected
 
 
+@pytest.mark.slow
 def test_the_largest_value_in_time_stands_in_one_column(dataset, tmp_path):
     """Also where the peaks are of it, which need no second table then."""
     dataset.highest_max_abs[0, 0], dataset.highest_max_abs_frequency[0, 0] = 3.5e-6, 512.25

@@ -46,6 +46,7 @@ def test_too_large_for_the_format(dataset, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_several_results_at_the_command_line(dataset, tmp_path):
     for name in ("2.6kg", "4.6kg"):
         save(dataset, tmp_path / "demo" / name / "results.nc")

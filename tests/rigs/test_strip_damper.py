@@ -138,6 +138,7 @@ def test_a_point_keeps_the_balances_and_the_limit_of_friction():
     assert np.all(np.abs(T) <= 0.5 * MU * PULL / 4 * (1 + 1e-9))
 
 
+@pytest.mark.slow
 def test_one_sector_gives_what_all_blades_do():
     rig = strip_damper(points=2, sectors=6, engine_order=2)
     frequency = [float(rig.frequencies(stuck=True)[0]) * 0.995]
@@ -159,6 +160,7 @@ def test_time_integration_of_all_blades_gives_the_same_vibration():
     np.testing.assert_allclose(check.harmonic_amplitude, check.time_amplitude, rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_free_and_stuck_strips_bracket_the_peak():
     rig = strip_damper(points=4)
     stuck = float(rig.frequencies(stuck=True)[0])

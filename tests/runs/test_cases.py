@@ -37,6 +37,7 @@ def until_two_compute(text):
         time.sleep(2.0)
 
 
+@pytest.mark.slow
 def test_workers_change_nothing(whole):
     shares, texts = [], []
 

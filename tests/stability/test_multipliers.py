@@ -125,6 +125,7 @@ def disc_multipliers(x, slips, omega, K):
     return np.linalg.eigvals(derivative)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "frequency", [pytest.param(0.12, marks=pytest.mark.nightly), 0.2, pytest.param(0.25, marks=pytest.mark.nightly)]
 )

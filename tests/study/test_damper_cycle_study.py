@@ -130,6 +130,7 @@ def finished(study, out, *options):
     return open_results(out / "results.nc")
 
 
+@pytest.mark.slow
 def test_every_steady_cycle_from_a_study(tmp_path, capsys):
     text = STARTS_TEMPLATE.replace("count = 20 ", "count = 6 ").replace("steps = 500 ", "steps = 100 ")
     (tmp_path / "study.toml").write_text(text)

@@ -79,6 +79,7 @@ def test_the_start_state_decides_which_response_of_the_wedge_it_is():
     assert amplitudes[2] / amplitudes[1] > 1.2
 
 
+@pytest.mark.slow
 def test_an_unstable_solution_of_the_harmonic_balance_is_found_out():
     """The line contact at 0.9 rad/s: a solution to rounding in frequency, from which every time integration departs."""
     response = forced_response(line_contact(), radians(0.27, 0.9), harmonics=31, samples=2048)

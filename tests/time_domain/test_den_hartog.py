@@ -20,6 +20,7 @@ def exact(beta, ratio):
     return np.sqrt(V**2 - ratio**2 * U**2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("beta", "ratio", "amplitude"),
     [

@@ -40,6 +40,7 @@ def resting_mass(law) -> Problem:
     return Problem(structure, (Contact("ground", law, (between("1.x", "ground"),)),), (Force("1.x", 0.5),), ("1.x",))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CONSTANT)
 @pytest.mark.parametrize(
     ("make", "omega", "tolerance"), [(resting_mass, 1.05, 5e-5), pytest.param(rubbing_mass, 0.9, 3e-4, marks=pytest.mark.nightly)]

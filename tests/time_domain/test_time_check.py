@@ -63,6 +63,7 @@ def test_points_stay_in_the_order_of_travel(swept):
         assert np.all(np.diff(frequencies[np.isfinite(frequencies)]) > 0.0)
 
 
+@pytest.mark.slow
 def test_a_peak_in_time(swept):
     """Five harmonics and time integration at the highest peak of the second mass."""
     assert swept.verify_in_time(1, swept.peak_point(1, output=2)).agrees(5e-3)
@@ -110,6 +111,7 @@ def test_a_motion_that_is_not_yet_periodic_is_named_and_verifies_nothing():
     assert "Not periodic within 3 periods" in check.sentence
 
 
+@pytest.mark.slow
 def test_what_is_hardly_damped_agrees_as_far_as_it_has_settled():
     """The undamped wedge rings on its stuck contacts: 1000 periods leave 3e-6, above the default tolerance and far below 1e-3."""
     response = forced_response(three_mass_wedge(0.0), [145.0, 175.48], harmonics=15)

@@ -95,6 +95,7 @@ def test_quasi_static_cycle_against_harmonic_balance():
     assert harmonic_cycle(dahl_rig(), motion, 5.0, harmonics=31, samples=1024).energy == pytest.approx(marched, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_the_lugre_law_in_time_against_harmonic_balance():
     """At 50 Hz, contacts closed all the time: both count the work of bristles and viscous parts."""
     motion, options = out_of_phase(10e-6), {"method": GeneralisedAlpha(), "frequency": FREQUENCY}
@@ -105,6 +106,7 @@ def test_the_lugre_law_in_time_against_harmonic_balance():
     assert float(data.loop_energy) == pytest.approx(balanced.energy, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_friction_by_the_velocity_in_time_against_harmonic_balance():
     """At 50 Hz, v0 a sixth of the platform's largest velocity."""
     motion, options = in_phase(10e-6), {"method": GeneralisedAlpha(), "frequency": FREQUENCY}

@@ -105,7 +105,14 @@ def scaled_mass(length: float, mass: float, time: float) -> ss.Problem:
     return ss.Problem(structure, (slider,), (ss.Force("1.x", stiffness * length),), ("1.x",))
 
 
-@pytest.mark.parametrize("units", [(1.0, 1.0, 1.0), (1e3, 1e3, 1e-6), (1.0, 1.0, 1e-4)])
+@pytest.mark.parametrize(
+    "units",
+    [
+        pytest.param((1.0, 1.0, 1.0), marks=pytest.mark.slow),
+        (1e3, 1e3, 1e-6),
+        pytest.param((1.0, 1.0, 1e-4), marks=pytest.mark.slow),
+    ],
+)
 def test_peaks_between_the_points_are_those_of_the_describing_function(units):
     levels = np.geomspace(0.1, 1.8, 200)
     peaks = ss.nonlinear_modes(scaled_mass(*units), harmonics=1, samples=4096).peaks(levels)

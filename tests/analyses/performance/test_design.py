@@ -191,6 +191,7 @@ def test_a_design_that_jams_is_refused_before_it_is_computed():
     assert len(made) == 1
 
 
+@pytest.mark.slow
 def test_designs_without_a_peak_in_some_condition_are_named_and_come_last(monkeypatch):
     """Start states from which no peak is solved are failures of the design, by force level, friction and start."""
 

@@ -142,6 +142,7 @@ def test_peaks_on_isolas_are_periodic_motions(wedge_that_lifts):
         assert balance_residual(balance, peak.point) < 1e-7
 
 
+@pytest.mark.slow
 def test_continuation_in_the_force_level_passes_higher_motions(wedge_that_lifts):
     """At F_C/F_E = 4.312, where the curve has 24.1 µm/N: folds in the force level lead to isolas of a sweep.
 

@@ -100,6 +100,7 @@ def test_followed_peaks_are_those_of_the_exact_solution(quantity):
     assert path.amplitude.attrs["units"] == UNITS[QUANTITIES[order]]
 
 
+@pytest.mark.slow
 def test_a_design_by_its_acceleration():
     def problem(*, friction, load):
         return mass(limit=load * friction)

@@ -22,6 +22,7 @@ def curves():
     return {(pull, mu): curve(pull, mu) for pull, mu in ((56.0, DRY), (56.0, OILED), (206.0, DRY))}
 
 
+@pytest.mark.slow
 def test_less_friction_lowers_amplitude_and_frequency_on_the_stick_side(curves):
     dry, oiled = curves[56.0, DRY], curves[56.0, OILED]
     assert np.all(oiled.normalised_amplitude.values[STICK_SIDE] < dry.normalised_amplitude.values[STICK_SIDE])
@@ -53,6 +54,7 @@ def test_what_rubs_dissipates_and_energy_balances(curves):
         assert np.all(dataset.dissipated.values[dataset.contact_region.values == 0] == 0.0)
 
 
+@pytest.mark.slow
 def test_band_over_start_states_holds_the_virgin_peak():
     """The wedge whose first peak is practically unique in the start state, and whose second is not."""
     rig = ss.rigs.three_mass_wedge(ss.SliderOffset())

@@ -217,6 +217,7 @@ def test_a_design_is_reported_after_a_round_trip_to_disk(tmp_path):
     assert report.figures(dataset)["design_space"](dataset).plot().axes
 
 
+@pytest.mark.slow
 def test_figures_of_curves_without_any_peak_are_drawn(tmp_path):
     """Nothing but NaN where sweeps were lost everywhere: no figure or report may break on it."""
     curve = ss.performance_curve(ss.rigs.single_mass(kt=0.5), [0.8, 1.5, 4.0], friction=[0.5], harmonics=1, samples=64).dataset

@@ -48,6 +48,7 @@ def test_crossings_and_margins_are_those_of_the_closed_form():
     assert len(found.table()) == 9
 
 
+@pytest.mark.slow
 def test_the_nonlinear_resonance_is_the_peak_of_a_forced_response_at_that_speed():
     found = ss.campbell(mass, (200.0, 400.0), [4], force_level=1.2, points=3, harmonics=5).dataset
     for k, speed in enumerate(found["speed"].values):

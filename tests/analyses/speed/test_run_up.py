@@ -64,6 +64,7 @@ def test_a_slow_run_passes_the_amplitudes_of_the_sweep_and_a_fast_one_lags_behin
     assert min(deviations[30.0, first] for first in (40.0, 90.0)) > 0.1
 
 
+@pytest.mark.slow
 def test_pulls_follow_the_speed_and_engine_orders_are_chosen():
     """The pull on a wedge follows the speed; a run begins with the steady motion of its first speed."""
     at = {speed: ss.rigs.blade_and_wedge(pull=60.0 * (speed / 6000.0) ** 2) for speed in (3000.0, 6000.0)}

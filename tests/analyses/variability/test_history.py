@@ -17,6 +17,7 @@ def history():
     return response_history(single_blade(4.6), hertz(520.0, 575.0), (1.0, 5.0, 20.0, 100.0, 20.0, 5.0, 1.0), points=56)
 
 
+@pytest.mark.slow
 def test_a_passage_through_a_high_force_changes_what_follows(history):
     """The response at 20 N is another one after 100 N, with other mean contact forces, all inputs alike."""
     changed = history.change(20.0)

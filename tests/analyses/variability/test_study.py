@@ -61,6 +61,7 @@ def test_bounds_of_contacts_without_a_normal_direction_are_drawn_but_for_the_rat
     assert "bounds_force_ratios" not in drawn
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unsaved_figures")
 def test_a_study_whose_start_states_have_no_solution_fails(tmp_path, monkeypatch, capsys):
     """Exit code 3, a sentence on the error stream and in the report, and no numbers."""
@@ -137,6 +138,7 @@ def test_faults_of_samples_are_said(tmp_path, change, message):
         read(study)
 
 
+@pytest.mark.slow
 def test_attached_bounds_survive_the_file(tmp_path):
     response, bounds = forced_response(three_mass_wedge(), [222.0]).dataset, response_bounds(three_mass_wedge(), [222.0]).dataset
     together = attached(response, bounds)

@@ -87,6 +87,7 @@ def test_bounds_do_not_depend_on_the_workers():
         np.testing.assert_array_equal(one[name].values, two[name].values)
 
 
+@pytest.mark.slow
 def test_peak_bounds_hold_for_every_curve():
     band = hertz(200.0, 235.0)
     found = response_bounds(three_mass_wedge(), band, objective="peak").dataset
