@@ -71,7 +71,10 @@ def test_a_rig_and_curves_become_parameters_and_a_report(curves, tmp_path, monke
     assert shown.exit_code == 0, shown.output
     assert values(shown.output) == pytest.approx({"kt": KT, "limit": LIMIT, "damping": DAMPING}, rel=1e-3)
     folder = tmp_path / "results" / "single_mass"
-    assert (folder / "report.html").is_file()
+    overview, _, rest = (folder / "report.html").read_text().partition('id="tables"')
+    assert overview.index('id="table-0-parameters"') < overview.index('id="chart-0')
+    assert "table-0-parameters" not in rest
+    assert "kt = " not in overview
     assert list(ss.open_results(folder / "results.nc")["test"].values) == ["level_0.3", "level_1", "level_2"]
     again = command("identify-response", "single_mass", *curves, "--quantity", "displacement", *free)
     assert again.exit_code == console.WRONG_INPUT

@@ -83,7 +83,6 @@ def marched(sample, start, w, samples, periods=400):
     return np.array([found.real, found.imag])
 
 
-@pytest.mark.slow
 def test_a_step_is_the_limit_of_many_small_projections():
     """The law itself: the spring's force projected onto the disc, over and over in small steps, extrapolated to none."""
     rng, turn = np.random.default_rng(3), np.empty(6)

@@ -276,8 +276,7 @@ def test_margins_of_mistuned_blades_are_those_of_their_disk(small_disk, equivale
     assert smallest_blade_margin(population.dataset) is None
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("engine_order", [1, 2, 5])
+@pytest.mark.parametrize("engine_order", [pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow), 5])
 def test_stress_of_a_travelling_wave_is_that_of_the_unreduced_sector(disk_deck, engine_order):
     """Static force of each engine order: K_n u = p of the whole sector, also where the wave runs against the numbering."""
     faces = Faces(6, "LOW", "HIGH")

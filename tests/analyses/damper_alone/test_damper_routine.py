@@ -1,7 +1,6 @@
 """The damper routine in a blade against the same blade with the damper's body and contacts in the problem."""
 
 import numpy as np
-import pytest
 
 from stickslip.analyses.damper_alone.routine import blade_with_routine
 from stickslip.analyses.forced_response import forced_response
@@ -33,7 +32,6 @@ def grounded(direction):
     return {dof: value for dof, value in direction.items() if not dof.startswith("right")}
 
 
-@pytest.mark.slow
 def test_the_routine_stands_for_the_body():
     """At 11 µm, in gross slip: what differs is the truncated motion of the damper's body, which the routine does not truncate."""
     rig, forces = laboratory_damper(45.0, 50.0, (0.14, 0.13, 0.13)), (Force("left.x", 60.0),)

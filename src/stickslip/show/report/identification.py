@@ -94,5 +94,6 @@ def figures(dataset: xr.Dataset) -> Figures:
 
 
 PRESENTATION = presents(
-    "identification", Presentation("Identification of contact parameters", sentences, failures, figures, tables)
+    "identification",
+    Presentation("Identification of contact parameters", sentences, failures, figures, tables, answer="parameters"),
 )

@@ -31,16 +31,26 @@ SYMBOL = re.compile(r"\w+ (=|≥|×) ")
 
 
 def overview(datasets: Datasets, charts: Charts) -> str:
-    """What came out: the answer, the first figure, everything else in sentences."""
+    """What came out: the answer in a sentence or a table, the first figure, everything else in sentences.
+
+    A table stands for the sentences that begin with what its first column holds.
+    """
     parts = []
     for place, (label, dataset) in enumerate(datasets.items()):
         shown = presentation_of(dataset)
-        first, *rest = [sentence.strip() for sentence in shown.sentences(dataset)]
+        sentences = [sentence.strip() for sentence in shown.sentences(dataset)]
+        answer = ""
+        if shown.answer:
+            frame = shown.tables(dataset)[shown.answer]
+            answer = _table(place, shown.answer, frame, stacked=True)
+            rows = {f"{value:.4g}" if isinstance(value, float) else str(value).split()[0] for value in frame.iloc[:, 0]}
+            sentences = [sentence for sentence in sentences if sentence.split()[0] not in rows]
+        first, *rest = sentences
         lines = "".join(f"<li>{text(sentence)}</li>" for sentence in rest)
         seconds = dataset.attrs.get("cpu_seconds")
         note = "" if seconds is None else f'<p class="note">{text(f"{float(seconds):.3g} s of processor time")}.</p>'
         figure = "".join(_figure(charts, place, name, draw, dataset) for name, draw in [*shown.figures(dataset).items()][:1])
-        parts.append(f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{figure}<ul>{lines}</ul>{note}')
+        parts.append(f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{answer}{figure}<ul>{lines}</ul>{note}')
     return section("overview", "Overview", *parts)
 
 
@@ -63,19 +73,21 @@ def _figure(charts: Charts, place: int, name: str, draw: Callable[[xr.Dataset], 
 
 
 def tables(datasets: Datasets, charts: Charts) -> str:
-    """Every table of every result."""
+    """The tables of every result that the overview does not show."""
     parts = []
     for place, (label, dataset) in enumerate(datasets.items()):
+        shown = presentation_of(dataset)
         parts.append(_head(label, datasets))
-        for caption, frame in presentation_of(dataset).tables(dataset).items():
-            identifier = f"table-{place}-{caption.replace(' ', '-')}"
-            columns = _columns(frame)
-            rows = []
-            for values in frame.itertuples(index=False):
-                cells = (_cell(value, size, zero) for value, (_, size, zero) in zip(values, columns, strict=True))
-                rows.append(f"<tr>{''.join(cells)}</tr>")
-            parts.append(table(identifier, caption, [head for head, _, _ in columns], rows))
+        parts += [_table(place, caption, frame) for caption, frame in shown.tables(dataset).items() if caption != shown.answer]
     return section("tables", "Tables", *parts)
+
+
+def _table(place: int, caption: str, frame: pd.DataFrame, stacked: bool = False) -> str:
+    columns, rows = _columns(frame), []
+    for values in frame.itertuples(index=False):
+        cells = (_cell(value, size, zero) for value, (_, size, zero) in zip(values, columns, strict=True))
+        rows.append(f"<tr>{''.join(cells)}</tr>")
+    return table(f"table-{place}-{caption.replace(' ', '-')}", caption, [head for head, _, _ in columns], rows, stacked)
 
 
 def failures(datasets: Datasets, charts: Charts) -> str:

@@ -36,6 +36,7 @@ class Presentation:
     failures: a sentence for each case that failed; empty if none.
     figures: by name of the file.
     tables: by caption, columns with their units; for the report and for `stickslip export`.
+    answer: the caption of the table that answers what was asked, which a report shows first.
     responses: whether its report is that of response curves, section by section; all others show figures and tables.
     """
 
@@ -44,6 +45,7 @@ class Presentation:
     failures: Callable[[xr.Dataset], Sequence[str]]
     figures: Callable[[xr.Dataset], Figures]
     tables: Callable[[xr.Dataset], Mapping[str, pd.DataFrame]]
+    answer: str = ""
     responses: bool = False
 
 

@@ -32,20 +32,23 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """Parameters with intervals and correlations, and the tests with their misfit and what they have by themselves."""
+    """Parameters with intervals, their correlations, and the tests with their misfit and what they have by themselves."""
     import pandas as pd
 
     names = [str(name) for name in dataset["parameter"].values]
     factors: dict[str, tuple[list[float], str]] = json.loads(dataset.attrs.get("factors", "{}"))
     columns: dict[str, Any] = {"parameter": [f"{name} ×" if name in factors else name for name in names]}
-    columns |= {key: dataset[key].values for key in ("value", "low", "high", "least")}
+    columns |= {"value": dataset["value"].values, "low (95 %)": dataset["low"].values, "high (95 %)": dataset["high"].values}
+    if np.isfinite(dataset["least"].values).any():
+        columns["at least"] = dataset["least"].values
     if factors:
         values = zip(names, dataset["value"].values, dataset["least"].values, strict=True)
         columns["in the problem"] = [_in_the_problem(*factors.get(name, ([], "")), value, least) for name, value, least in values]
-    columns |= {f"correlation with {name}": dataset["correlation"].values[:, k] for k, name in enumerate(names)}
+    correlations = {"parameter": names} | {f"with {name}": dataset["correlation"].values[:, k] for k, name in enumerate(names)}
     own = {str(name): dataset["own_value"].values[:, k] for k, name in enumerate(dataset["own"].values)}
     tests = {"test": dataset["test"].values, "misfit [1]": dataset["misfit"].values, "left out [1]": dataset["held_out"].values}
-    return {"parameters": pd.DataFrame(columns), "tests": pd.DataFrame(tests | own)}
+    found = {"parameters": columns, "correlations": correlations, "tests": tests | own}
+    return {caption: pd.DataFrame(table) for caption, table in found.items()}
 
 
 def _in_the_problem(own: list[float], unit: str, value: float, least: float) -> str:
@@ -61,5 +64,6 @@ def figures(dataset: xr.Dataset) -> Figures:
 
 
 PRESENTATION = presents(
-    "response_identification", Presentation("Parameters from frequency responses", sentences, failures, figures, tables)
+    "response_identification",
+    Presentation("Parameters from frequency responses", sentences, failures, figures, tables, answer="parameters"),
 )

@@ -26,4 +26,6 @@ def figures(dataset: xr.Dataset) -> Figures:
     return {"predicted": predicted, "predicted_peaks": predicted_peaks}
 
 
-PRESENTATION = presents("response_prediction", Presentation("Predicted responses", summary, failures, figures, tables))
+PRESENTATION = presents(
+    "response_prediction", Presentation("Predicted responses", summary, failures, figures, tables, answer="predicted peaks")
+)
