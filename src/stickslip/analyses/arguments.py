@@ -41,6 +41,11 @@ def measure_name(name: str, value: Any) -> str:
     return measure_of("displacement", value).kind
 
 
+def harmonic_numbers(name: str, value: Any) -> Harmonics:
+    """H, or a list of harmonics that holds 1."""
+    return checked_harmonics(value)
+
+
 def _somewhere(name: str, band: Any) -> Band | list[float]:
     return band if isinstance(band, Band) else followed(band)
 
@@ -52,7 +57,7 @@ def _rule(name: str, value: Any) -> Rules:
 
 OfProblem = Annotated[Problem, Setting(OfKind(Problem))]
 Frequencies = Annotated[Band | Sequence[float], Setting(_somewhere)]
-HarmonicNumbers = Annotated[int | Sequence[int], Setting(lambda name, value: checked_harmonics(value))]
+HarmonicNumbers = Annotated[int | Sequence[int], Setting(harmonic_numbers)]
 Samples = Annotated[int, Setting(Whole(1, MOST_SAMPLES))]
 OutputNumber = Annotated[int, Setting(whole)]
 QuantityName = Annotated[str, Setting(quantity_name)]
@@ -153,10 +158,10 @@ def fineness_of(harmonics: Any, samples: Any) -> tuple[Harmonics, int]:
     return fine
 
 
-def maker(problem_of: Any) -> Callable[..., Problem]:
-    """A function that makes problems, whose wrong products are refused."""
+def maker(name: str, problem_of: Any) -> Callable[..., Problem]:
+    """A function that makes problems, whose wrong products `made` refuses."""
     if isinstance(problem_of, Problem) or not callable(problem_of):
-        raise fault("problem_of", "must be a function that returns a Problem", problem_of)
+        raise fault(name, "must be a function that returns a Problem", problem_of)
     return problem_of  # type: ignore[no-any-return]
 
 

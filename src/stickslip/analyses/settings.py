@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from functools import cache, wraps
+from functools import wraps
 from typing import Any, ParamSpec, TypeVar, get_type_hints
 
 from stickslip.analyses.work_parts import EXECUTION, StateOfFields
@@ -101,9 +101,17 @@ def not_given(kind: type[Settings], name: str, value: Any) -> bool:
     return value is None and getattr(kind, name, ...) is None
 
 
-@cache
 def marks(kind: type[Settings]) -> Mapping[str, Setting]:
-    """The marks of the fields that have one, in their order."""
+    """The marks of the fields that have one, in their order; read once, since they stand in the text of the class."""
+    if kind not in _KNOWN:
+        _KNOWN[kind] = _read_marks(kind)
+    return _KNOWN[kind]
+
+
+_KNOWN: dict[type[Settings], Mapping[str, Setting]] = {}
+
+
+def _read_marks(kind: type[Settings]) -> Mapping[str, Setting]:
     hints = get_type_hints(kind, include_extras=True)
     found = {each.name: getattr(hints[each.name], "__metadata__", ()) for each in fields(kind)}
     return {name: mark for name, given in found.items() for mark in given if isinstance(mark, Setting)}

@@ -11,16 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args
 import numpy as np
 
 from stickslip.analyses.arguments import (
-    HarmonicNumbers,
-    MeasureName,
-    QuantityName,
-    Samples,
     Seed,
     fineness_of,
+    harmonic_numbers,
     made,
     maker,
+    measure_name,
     output_of,
     point_of,
+    quantity_name,
     ranges_of,
 )
 from stickslip.analyses.forced_response import forced_response
@@ -30,14 +29,14 @@ from stickslip.analyses.performance.design_ranges import DesignRanges, design_ra
 from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
 from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.analyses.performance.worst_case import WorstCase, searched_peak, worst_case
-from stickslip.analyses.settings import OfKind, Setting, Settings, Whole, takes
+from stickslip.analyses.settings import OfKind, OneOf, Setting, Settings, Whole, takes
 from stickslip.analyses.work_parts import Measured
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
-from stickslip.solve.balance.orders import attribute
+from stickslip.solve.balance.orders import MOST_SAMPLES, attribute
 from stickslip.support.checks import Array, InputError, fault, of_kind, positive, vector
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.renamed import renamed_arguments
@@ -146,10 +145,6 @@ def _named(function: object) -> str:
     return f"{getattr(function, '__module__', '')}.{name}" if name else repr(function)
 
 
-def _maker(name: str, problem_of: Any) -> Any:
-    return maker(problem_of)
-
-
 def _variables(name: str, variables: Any) -> dict[str, tuple[float, float]]:
     named = ranges_of(name, variables)
     if "friction" in named:
@@ -163,12 +158,6 @@ def _levels_between(name: str, force: Any) -> tuple[float, float]:
     if len(ends) != 2 or not 0.0 < ends[0] <= ends[1]:
         raise fault(name, "must be (low, high) with 0 < low <= high", force)
     return positive(name, ends[0]), positive(name, ends[1])
-
-
-def _objective(name: str, objective: Any) -> str:
-    if objective not in get_args(Objective):
-        raise fault(name, "must be amplitude or amplitude_per_force", objective)
-    return str(objective)
 
 
 def _constraints(name: str, constraints: Any) -> Mapping[str, Constraint]:
@@ -188,27 +177,38 @@ def _factor(name: str, factor: Any) -> float:
 class DesignSettings(Measured, Settings):
     """What a design is sought among, what it has to stand, and how far the search goes."""
 
-    problem_of: Annotated[ProblemOf, Setting(_maker)]
-    variables: Annotated[Mapping[str, tuple[float, float]], Setting(_variables)]
-    force: Annotated[tuple[float, float], Setting(_levels_between)]
-    friction: Annotated[float, Setting(positive)]
-    objective: Annotated[Objective, Setting(_objective)] = "amplitude"
+    problem_of: Annotated[ProblemOf, Setting(maker)]
+    variables: Annotated[Mapping[str, tuple[float, float]], Setting(_variables, "{argument = [low, high]}")]
+    force: Annotated[tuple[float, float], Setting(_levels_between, "[low, high] of the force level")]
+    friction: Annotated[float, Setting(positive, "nominal coefficient, put at every contact")]
+    objective: Annotated[Objective, Setting(OneOf(get_args(Objective)), "what is least")] = "amplitude"
     constraints: Annotated[Mapping[str, Constraint] | None, Setting(_constraints)] = None
     _: KW_ONLY
-    known: Annotated[Sequence[Mapping[str, float]], Setting(OfKind(Sequence))] = ()
-    friction_factor: Annotated[float, Setting(_factor)] = FACTOR
-    starts: Annotated[int, Setting(Whole(0))] = 2
-    search: Annotated[bool, Setting(OfKind(bool))] = True
-    levels: Annotated[int, Setting(Whole(1))] = 4
-    designs: Annotated[int, Setting(Whole(4))] = 24
-    generations: Annotated[int, Setting(Whole(0))] = 0
-    refinements: Annotated[int, Setting(Whole(0))] = 30
+    known: Annotated[
+        Sequence[Mapping[str, float]],
+        Setting(OfKind(Sequence), "designs to compute first, such as the damper as built: [{argument = value}]"),
+    ] = ()
+    friction_factor: Annotated[float, Setting(_factor, "from the least to the largest coefficient")] = FACTOR
+    starts: Annotated[int, Setting(Whole(0), "sampled start states beside virgin contacts; 0: virgin ones alone")] = 2
+    search: Annotated[
+        bool,
+        Setting(
+            OfKind(bool), "search all start states in the worst case of every design, not only of those that may be the best"
+        ),
+    ] = True
+    levels: Annotated[int, Setting(Whole(1), "force levels between them, in equal ratios; 1 for equal ends")] = 4
+    designs: Annotated[int, Setting(Whole(4), "points of the first look at the design space")] = 24
+    generations: Annotated[int, Setting(Whole(0), "of differential evolution from them")] = 0
+    refinements: Annotated[int, Setting(Whole(0), "designs of the simplex search that follows")] = 30
     output: Annotated[int, Setting(Whole(0))] = 0
-    quantity: QuantityName = "displacement"
-    measure: MeasureName = "amplitude"
+    quantity: Annotated[str, Setting(quantity_name, "what resonances are of")] = "displacement"
+    measure: Annotated[
+        str,
+        Setting(measure_name, "of it: amplitude of the first harmonic, root mean square, or largest value over the period"),
+    ] = "amplitude"
     seed: Seed = 0
-    harmonics: HarmonicNumbers = 3
-    samples: Samples = 256
+    harmonics: Annotated[int | Sequence[int], Setting(harmonic_numbers, "H, or a list that holds 1")] = 3
+    samples: Annotated[int, Setting(Whole(1, MOST_SAMPLES), "samples of a period")] = 256
     workers: Workers = 1
     checkpoint: Checkpoint | None = None
     progress: Progress = silent

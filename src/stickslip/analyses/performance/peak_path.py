@@ -60,7 +60,7 @@ def follow_peaks(
     if chosen.size == 0 or np.unique(chosen).size < chosen.size:
         raise fault("values", "must be different and at least one", chosen.tolist())
     every, (low, high), fineness = between("check_every", check_every, 1), ends_of(band), fineness_of(harmonics, samples)
-    make = maker(problem_of)
+    make = maker("problem_of", problem_of)
     row, size = output_of(made(make, float(chosen[0])), output), measure_of(quantity, measure)
     known: dict[float, tuple[HarmonicBalance, float]] = {}
 

@@ -55,10 +55,6 @@ class ProblemOf(Protocol):
     def __call__(self, **parameters: float) -> Problem: ...
 
 
-def _maker(name: str, problem_of: Any) -> Any:
-    return maker(problem_of)
-
-
 def _power_of_two(name: str, draws: Any) -> int:
     if not 2 <= whole(name, draws) <= MOST_DRAWS or draws & (draws - 1):
         raise fault(name, f"must be a power of two, from 2 to {MOST_DRAWS}", draws)
@@ -72,12 +68,12 @@ class DrawsWork(Measured, Settings):
     A draw is d + 2 points: one of A, one of B, and A with one value of B each.
     """
 
-    problem_of: Annotated[ProblemOf, Setting(_maker)]
+    problem_of: Annotated[ProblemOf, Setting(maker)]
     parameters: Annotated[Mapping[str, tuple[float, float]], Setting(ranges_of)]
     band: Annotated[Band, Setting(over_a_band)]
     force: Annotated[float, Setting(positive)] = 1.0
     _: KW_ONLY
-    draws: Annotated[int, Setting(_power_of_two)] = 64
+    draws: Annotated[int, Setting(_power_of_two, "a power of two; draws × (ranges + 2) problems are solved")] = 64
     output: OutputNumber = 0
     quantity: QuantityName = "displacement"
     measure: MeasureName = "amplitude"

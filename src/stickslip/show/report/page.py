@@ -9,6 +9,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
@@ -94,8 +95,6 @@ def _of_responses(datasets: Mapping[str, xr.Dataset]) -> bool:
 
 def page(datasets: Mapping[str, xr.Dataset]) -> str:
     """The whole page as a string."""
-    from plotly.offline import get_plotlyjs
-
     title = common_title(list(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items())))
     kinds = [kind for d in datasets.values() if (kind := presentation_of(d).title) != title]
     about = f"{' and '.join(dict.fromkeys(kinds))}, computed with stickslip" if kinds else "Computed with stickslip"
@@ -104,7 +103,7 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
     links = "".join(f'<a href="#{identifier}">{word}</a>' for identifier, word, _ in shown)
     several = len(datasets) > 1 and _of_responses(datasets)
     choice = '<label class="select">Charts show <select id="result"></select></label>' if several else ""
-    library = str(get_plotlyjs()).replace("\r\n", "\n").replace("\r", "\n")
+    library, packed_library = _library()
     scripts = step_script(), _resource("report.js")
     data = json.dumps(charts.data(), allow_nan=False, separators=(",", ":"))
     need = "<noscript><p>The charts need JavaScript; the tables below do not.</p></noscript>"
@@ -116,7 +115,7 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
         f"<header><h1>{text(title)}</h1><p>{text(about)}</p></header>"
         f'<nav aria-label="Sections">{links}{choice}</nav>'
         f"{need}\n<main>{body}</main>\n"
-        f"{packed('data', data)}\n{packed('library', library)}\n"
+        f"{packed('data', data)}\n{packed_library}\n"
         + "\n".join(f"<script>{script}</script>" for script in scripts)
         + "</body></html>\n"
     )
@@ -130,6 +129,15 @@ def common_title(titles: Sequence[str]) -> str:
         return " · ".join(titles)
     rest = ", ".join(" ".join(own[common:]) for own in split_titles)
     return f"{' '.join(split_titles[0][:common]).rstrip(',:;')}: {rest}"
+
+
+@cache
+def _library() -> tuple[str, str]:
+    """plotly.js as text, with the line ends that a browser hashes, and packed; the same for every page of a process."""
+    from plotly.offline import get_plotlyjs
+
+    library = str(get_plotlyjs()).replace("\r\n", "\n").replace("\r", "\n")
+    return library, packed("library", library)
 
 
 def _policy(scripts: Sequence[str]) -> str:

@@ -50,7 +50,9 @@ def overview(datasets: Datasets, charts: Charts) -> str:
         seconds = dataset.attrs.get("cpu_seconds")
         note = "" if seconds is None else f'<p class="note">{text(f"{float(seconds):.3g} s of processor time")}.</p>'
         figure = "".join(_figure(charts, place, name, draw, dataset) for name, draw in [*shown.figures(dataset).items()][:1])
-        parts.append(f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{answer}{figure}<ul>{lines}</ul>{note}')
+        parts.append(
+            f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{answer}{figure}<ul>{lines}</ul>{note}'
+        )
     return section("overview", "Overview", *parts)
 
 

@@ -18,60 +18,30 @@ from stickslip.model.problem import Problem
 from stickslip.model.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import Harmonics, Number, Positive, QuantityName, Seed, Table, Words
+from stickslip.study.fields import Harmonics, Number, Positive, QuantityName, Table, Words
+from stickslip.study.settings_table import table_of, values_of
 from stickslip.study.tables import Ends
-from stickslip.support.checks import MOST, fault, nearest
+from stickslip.support.checks import fault, nearest
 from stickslip.support.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-class DesignTable(Table):
-    """The variables of a rig that make its worst-case resonance least."""
+class RigTable(Table):
+    """The rig whose variables are sought, and what no design may do."""
 
     rig: Annotated[str, Field(description="name of a ready problem")]
     parameters: Annotated[dict[str, Any], Field(description="fixed arguments of the rig, in SI")] = Field(default_factory=dict)
-    variables: Annotated[
-        dict[str, Ends], Field(min_length=1, description="{argument = [low, high]}"), Words("table of pairs of numbers")
-    ]
-    known: Annotated[
-        list[dict[str, float]],
-        Field(description="designs to compute first, such as the damper as built: [{argument = value}]"),
-        Words("list of tables of numbers"),
-    ] = Field(default_factory=list)
     acceleration: Annotated[
         Positive | None,
         Field(description="m/s²: the pull on a damper (`pull`, or `preload_mass` times 9.81) is `damper_mass` times this"),
     ] = None
-    force: Annotated[Ends, Field(description="[low, high] of the force level")]
-    levels: Annotated[int, Field(ge=1, le=MOST, description="force levels between them, in equal ratios; 1 for equal ends")] = 4
-    friction: Annotated[Positive, Field(description="nominal coefficient, put at every contact")]
-    friction_factor: Annotated[Number, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
-    starts: Annotated[
-        int, Field(ge=0, le=MOST, description="sampled start states beside virgin contacts; 0: virgin ones alone")
-    ] = 2
-    search: Annotated[
-        bool,
-        Field(description="search all start states in the worst case of every design, not only of those that may be the best"),
-    ] = True
-    objective: Annotated[Literal["amplitude", "amplitude_per_force"], Field(description="what is least")] = "amplitude"
-    quantity: Annotated[QuantityName, Field(description="what resonances are of")] = "displacement"
-    measure: Annotated[
-        Literal["amplitude", "rms", "max_abs"],
-        Field(description="of it: amplitude of the first harmonic, root mean square, or largest value over the period"),
-    ] = "amplitude"
     no_jamming: Annotated[
         str | None, Field(description="the argument that holds the platform angle in degrees: 1 − μ tan α stays positive")
     ] = None
     no_lift_off: Annotated[bool, Field(description="no contact point may open")] = False
     largest_force: Annotated[Positive | None, Field(description="of a contact point, N")] = None
-    designs: Annotated[int, Field(ge=4, le=MOST, description="points of the first look at the design space")] = 24
-    generations: Annotated[int, Field(ge=0, le=MOST, description="of differential evolution from them")] = 0
-    refinements: Annotated[int, Field(ge=0, le=MOST, description="designs of the simplex search that follows")] = 30
-    seed: Annotated[Seed, Field(description="seed of the random draws")] = 0
-    harmonics: Annotated[Harmonics, Field(description="H, or a list that holds 1")] = 3
-    samples: Annotated[int, Field(ge=8, le=1_000_000, description="samples of a period")] = 256
 
     @property
     def constraints(self) -> dict[str, Constraint]:
@@ -86,11 +56,20 @@ class DesignTable(Table):
         return found
 
 
-SAME = (
-    *("force", "friction", "objective", "known", "friction_factor", "starts", "search", "levels", "designs", "generations"),
-    *("refinements", "quantity", "measure", "seed", "harmonics", "samples"),
+DesignTable = table_of(
+    DesignSettings,
+    "The variables of a rig that make its worst-case resonance least.",
+    RigTable,
+    variables=Annotated[dict[str, Ends], Field(min_length=1), Words("table of pairs of numbers")],
+    known=(Annotated[list[dict[str, float]], Words("list of tables of numbers")], []),
+    force=Ends,
+    friction=Positive,
+    friction_factor=Annotated[Number, Field(ge=1.0)],
+    objective=Literal["amplitude", "amplitude_per_force"],
+    quantity=QuantityName,
+    measure=Literal["amplitude", "rms", "max_abs"],
+    harmonics=Harmonics,
 )
-"""Keys that are arguments of `damper_design` as they stand."""
 
 PULLS = {"pull": 1.0, "preload_mass": STANDARD_GRAVITY}
 """Arguments of rigs that say how dampers are pulled, and how many newtons one unit of them is."""
@@ -121,7 +100,7 @@ class RigDesign:
         return with_friction(RIGS[self.rig](**given), friction)
 
 
-def known(table: DesignTable) -> None:
+def known(table: Any) -> None:
     """The rig and its arguments exist, and ends of variables are in order."""
     if table.rig not in RIGS:
         raise fault("rig", "must be a known one", table.rig, nearest(table.rig, RIGS))
@@ -150,7 +129,7 @@ def known(table: DesignTable) -> None:
     corners_exist(table)
 
 
-def corners_exist(table: DesignTable) -> None:
+def corners_exist(table: Any) -> None:
     """The rig can be made at the ends of every variable, the others in the middle."""
     make = RigDesign(table.rig, table.parameters, table.acceleration)
     middle = {name: 0.5 * (low + high) for name, (low, high) in table.variables.items()}
@@ -163,7 +142,7 @@ def corners_exist(table: DesignTable) -> None:
 class DesignPlan(Plan):
     """The design space, then the search from its best designs."""
 
-    table: DesignTable
+    table: Any
 
     @classmethod
     def of(cls, asked: Asked) -> DesignPlan:
@@ -182,8 +161,8 @@ class DesignPlan(Plan):
         table = self.table
         maker = RigDesign(table.rig, table.parameters, table.acceleration)
         variables = {name: (low, high) for name, (low, high) in table.variables.items()}
-        given = {name: getattr(table, name) for name in SAME}
-        return DesignSettings(maker, variables, constraints=table.constraints, **given)
+        given = values_of(DesignSettings, table) | {"variables": variables}
+        return DesignSettings(maker, constraints=table.constraints, **given)
 
     @property
     def works(self) -> Mapping[str, Work]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
@@ -20,7 +20,8 @@ from stickslip.model.problem import Problem
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.performance import sweep_over_a_band
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
-from stickslip.study.fields import Seed, Table
+from stickslip.study.fields import Table
+from stickslip.study.settings_table import table_of
 from stickslip.study.tables import Ends, Two
 from stickslip.study.units import LENGTH, in_si
 from stickslip.support.checks import InputError, fault
@@ -32,16 +33,22 @@ if TYPE_CHECKING:
 FACTORS = ("kt", "kn", "mu", "preload")
 
 
-class UncertainTable(Table):
-    """Ranges of what is uncertain, each drawn evenly: which of them spreads the resonance in the band of [sweep]?"""
+class RangesTable(Table):
+    """Ranges of what is uncertain."""
 
     kt: Annotated[Ends | None, Field(description="[low, high] of a factor on the tangential stiffness of every contact")] = None
     kn: Annotated[Ends | None, Field(description="of a factor on the normal stiffness")] = None
     mu: Annotated[Ends | None, Field(description="of a factor on the friction coefficient")] = None
     preload: Annotated[Ends | None, Field(description="of a factor on every static force and preload")] = None
     slider_offset: Annotated[Two | None, LENGTH, Field(description="start state of every contact; instead of its own")] = None
-    draws: Annotated[int, Field(ge=2, le=MOST_DRAWS, description="a power of two; draws × (ranges + 2) problems are solved")] = 64
-    seed: Annotated[Seed, Field(description="seed of the random draws")] = 0
+
+
+UncertainTable = table_of(
+    DrawsWork,
+    "Ranges of what is uncertain, each drawn evenly: which of them spreads the resonance in the band of [sweep]?",
+    RangesTable,
+    draws=Annotated[int, Field(ge=2, le=MOST_DRAWS)],
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +69,7 @@ class Varied:
         return problem.with_start(SliderOffset(values["slider_offset"])) if "slider_offset" in values else problem
 
 
-def ranges(table: UncertainTable) -> dict[str, list[float]]:
+def ranges(table: Any) -> dict[str, list[float]]:
     """What is uncertain, by name; at least one, each in order."""
     found = {name: ends for name in (*FACTORS, "slider_offset") if (ends := getattr(table, name)) is not None}
     if not found:
@@ -80,7 +87,7 @@ class IndicesPlan(Plan):
     """Peaks at drawn values, and the indices that follow."""
 
     sweep: ForcedResponseSettings
-    table: UncertainTable
+    table: Any
     box: Mapping[str, tuple[float, float]]
 
     @classmethod

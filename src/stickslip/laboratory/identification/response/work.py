@@ -36,7 +36,7 @@ from stickslip.support.machine import one_blas_thread
 
 Starts = Literal["virgin", "free", "bounds"]
 StartStates = Annotated[Starts, Setting(OneOf(get_args(Starts)))]
-OfValues = Annotated[Callable[..., Problem], Setting(lambda name, value: maker(value))]
+OfValues = Annotated[Callable[..., Problem], Setting(maker)]
 Three = tuple[float, float, float]
 
 
