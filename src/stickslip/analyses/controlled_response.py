@@ -25,7 +25,7 @@ from stickslip.analyses.arguments import (
     over_a_band,
 )
 from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked
-from stickslip.analyses.settings import Setting, Settings, takes
+from stickslip.analyses.settings import Execution, Setting, Settings, takes
 from stickslip.analyses.work_parts import OneBalance
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
@@ -34,7 +34,7 @@ from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.results.schema import SCHEMA
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.measure import QUANTITIES, Quantity, quantity_named
@@ -154,12 +154,8 @@ class HeldAtResonance(HeldMotion):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ControlledResponseWork(HeldMotion):
+class ControlledResponseWork(HeldMotion, Execution):
     """A controlled response as independent cases, one amplitude each."""
-
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
 
     @property
     def frequencies(self) -> list[float]:

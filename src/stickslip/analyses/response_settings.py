@@ -7,9 +7,8 @@ from dataclasses import KW_ONLY, dataclass, fields
 from typing import Annotated, Any, Literal
 
 from stickslip.analyses.arguments import Frequencies, OfProblem, force_levels, measure_name, quantity_name
-from stickslip.analyses.settings import Setting, Settings, Whole, Within
+from stickslip.analyses.settings import Execution, Setting, Settings, Whole, Within
 from stickslip.analyses.work_parts import Measured
-from stickslip.runs.work import Checkpoint, Progress, Workers, silent
 from stickslip.solve.balance.orders import MOST_SAMPLES, Harmonics, checked_harmonics
 from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.support.checks import whole
@@ -69,7 +68,7 @@ class OverBand(Settings):
 
 
 @dataclass(frozen=True, eq=False)
-class ForcedResponseSettings(Measured, Fineness, OverBand):
+class ForcedResponseSettings(Measured, Fineness, OverBand, Execution):
     """The arguments of `forced_response`."""
 
     quantity: Annotated[str, Setting(quantity_name, "what the peaks, bounds and optima are of")] = "displacement"
@@ -81,9 +80,6 @@ class ForcedResponseSettings(Measured, Fineness, OverBand):
         ),
     ] = "amplitude"
     periods: Annotated[int, Setting(whole)] = 1
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
 
     @property
     def listed(self) -> bool:

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY, dataclass, fields
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar, get_type_hints
 
 from stickslip.analyses.work_parts import EXECUTION, StateOfFields
+from stickslip.runs.work import Checkpoint, Progress, Workers, silent
 from stickslip.support.checks import MOST, among, between, fault, finite, of_kind
 
 Arguments = ParamSpec("Arguments")
@@ -96,6 +97,16 @@ class Settings(StateOfFields):
         return ", ".join(f"{name} {getattr(value, 'fingerprint', repr(value))}" for name, value in kept.items())
 
 
+@dataclass(frozen=True, eq=False)
+class Execution(Settings):
+    """How the cases of an analysis are computed; no result depends on it."""
+
+    _: KW_ONLY
+    workers: Workers = 1
+    checkpoint: Checkpoint | None = None
+    progress: Progress = silent
+
+
 def not_given(kind: type[Settings], name: str, value: Any) -> bool:
     """Whether a setting is None by default, and is None."""
     return value is None and getattr(kind, name, ...) is None
@@ -120,7 +131,8 @@ def _read_marks(kind: type[Settings]) -> Mapping[str, Setting]:
 def takes(kind: Callable[Arguments, Given]) -> Callable[[Callable[[Given], Result]], Callable[Arguments, Result]]:
     """A function of one object as a function of its flat arguments, whose types and defaults type checkers and `help` show."""
     hints, signature = get_type_hints(kind), inspect.signature(kind)
-    plain = [each.replace(annotation=hints[each.name]) for each in signature.parameters.values()]
+    last = sorted(signature.parameters.values(), key=lambda each: each.name in EXECUTION)
+    plain = [each.replace(annotation=hints[each.name]) for each in last]
 
     def decorate(body: Callable[[Given], Result]) -> Callable[Arguments, Result]:
         @wraps(body)

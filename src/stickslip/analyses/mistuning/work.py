@@ -16,14 +16,14 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
 from stickslip.analyses.mistuning.run_in import run_in_by
 from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.analyses.settings import OfKind, Setting, Settings, Whole
+from stickslip.analyses.settings import Execution, OfKind, Setting, Whole
 from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
 from stickslip.analyses.work_parts import Measured
 from stickslip.model.disks.full import FullDisk
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.structure.stress import COMPONENTS
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.balance.measure import Measure
@@ -54,7 +54,7 @@ def _harmonics(name: str, harmonics: Any) -> Harmonics:
 
 
 @dataclass(frozen=True, eq=False)
-class PopulationWork(Measured, Settings):
+class PopulationWork(Measured, Execution):
     """Case 0 is the tuned disk, solved as one sector; case k is sample k − 1."""
 
     disk: Annotated[TunedDisk, Setting(_disk)]
@@ -73,9 +73,6 @@ class PopulationWork(Measured, Settings):
     run_in: bool = False
     quantity: QuantityName = "displacement"
     measure: MeasureName = "amplitude"
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
     sweep: ForcedResponseWork = field(init=False, repr=False)
     """Where and how finely the tuned disk and every mistuned one are solved, for one output of a sector."""
 

@@ -14,12 +14,12 @@ from stickslip.analyses.arguments import OfProblem
 from stickslip.analyses.modes.limit_cycle_dataset import curve_arrays, limit_cycles_dataset, root_arrays
 from stickslip.analyses.modes.restored import restored
 from stickslip.analyses.modes.work import Modes
-from stickslip.analyses.settings import Setting, Settings, takes
+from stickslip.analyses.settings import Execution, Setting, Settings, takes
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.mode_balance import ModeBalance
 from stickslip.solve.balance.orders import of_attribute
 from stickslip.solve.curves.damping_roots import DampingCurve
@@ -76,12 +76,8 @@ class Fed(Settings):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class LimitCyclesWork(Modes, Fed):
+class LimitCyclesWork(Modes, Fed, Execution):
     """Limit cycles of each mode as independent cases."""
-
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
 
     def prepare(self) -> None:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""

@@ -13,9 +13,9 @@ import numpy as np
 from stickslip.analyses.arguments import OfProblem, OutputNumber, Samples, output_of
 from stickslip.analyses.modes.characteristic import with_peaks
 from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset
-from stickslip.analyses.settings import Setting, Settings
+from stickslip.analyses.settings import Execution, Setting, Settings
 from stickslip.model.rigs import single_mass
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.fourier import fourier
 from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance
 from stickslip.solve.balance.orders import Harmonics, attribute, checked_harmonics, harmonics_for, highest
@@ -155,13 +155,10 @@ class Modes(Settings):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class NonlinearModesWork(Modes):
+class NonlinearModesWork(Modes, Execution):
     """Nonlinear modes as independent cases."""
 
     phase_at: int | None = None
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
 
     def prepare(self) -> None:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""

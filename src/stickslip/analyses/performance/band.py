@@ -30,13 +30,13 @@ from stickslip.analyses.arguments import (
 from stickslip.analyses.performance.resonance_band import no_resonance, resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation
 from stickslip.analyses.performance.work import Pull
-from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.analyses.settings import Execution, Setting, Whole, takes
 from stickslip.analyses.variability.bounds_work import BoundsWork
 from stickslip.analyses.work_parts import Measured
 from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers, silent
+from stickslip.runs.work import Arrays
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band
@@ -56,7 +56,7 @@ class PerformanceBand(Result):
 
 
 @dataclass(frozen=True, eq=False)
-class BandSettings(Measured, Settings):
+class BandSettings(Measured, Execution):
     """What a performance band is searched for by: bounds of the peak, at the force levels of values of F_C/F_E."""
 
     problem: OfProblem
@@ -74,9 +74,6 @@ class BandSettings(Measured, Settings):
     seed: Seed = 0
     harmonics: HarmonicNumbers = 5
     samples: Samples = 256
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -29,7 +29,7 @@ from stickslip.analyses.performance.design_ranges import DesignRanges, design_ra
 from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
 from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.analyses.performance.worst_case import WorstCase, searched_peak, worst_case
-from stickslip.analyses.settings import OfKind, OneOf, Setting, Settings, Whole, takes
+from stickslip.analyses.settings import Execution, OfKind, OneOf, Setting, Whole, takes
 from stickslip.analyses.work_parts import Measured
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
@@ -174,7 +174,7 @@ def _factor(name: str, factor: Any) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class DesignSettings(Measured, Settings):
+class DesignSettings(Measured, Execution):
     """What a design is sought among, what it has to stand, and how far the search goes."""
 
     problem_of: Annotated[ProblemOf, Setting(maker)]
@@ -209,9 +209,6 @@ class DesignSettings(Measured, Settings):
     seed: Seed = 0
     harmonics: Annotated[int | Sequence[int], Setting(harmonic_numbers, "H, or a list that holds 1")] = 3
     samples: Annotated[int, Setting(Whole(1, MOST_SAMPLES), "samples of a period")] = 256
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
 
     def __post_init__(self) -> None:
         super().__post_init__()

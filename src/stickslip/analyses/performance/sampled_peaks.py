@@ -27,11 +27,11 @@ from stickslip.analyses.arguments import (
 )
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.resonance_band import no_resonance
-from stickslip.analyses.settings import Setting, Settings
+from stickslip.analyses.settings import Execution, Setting
 from stickslip.analyses.work_parts import Measured
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
@@ -62,7 +62,7 @@ def _power_of_two(name: str, draws: Any) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class DrawsWork(Measured, Settings):
+class DrawsWork(Measured, Execution):
     """Peaks along the ranges (the first case), then at Saltelli's points, `BLOCK` draws a case.
 
     A draw is d + 2 points: one of A, one of B, and A with one value of B each.
@@ -80,9 +80,6 @@ class DrawsWork(Measured, Settings):
     seed: Seed = 0
     harmonics: HarmonicNumbers = 5
     samples: Samples = 256
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
 
     def __post_init__(self) -> None:
         super().__post_init__()

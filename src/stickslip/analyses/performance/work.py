@@ -30,11 +30,11 @@ from stickslip.analyses.performance.contact_regions import contact_regions, whol
 from stickslip.analyses.performance.lowest_peak import PeakBetween, lowest_peak
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
-from stickslip.analyses.settings import Setting, Settings, Whole
+from stickslip.analyses.settings import Execution, Setting, Whole
 from stickslip.analyses.work_parts import Measured
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.solve.balance.energy import EnergyBalance
@@ -57,7 +57,7 @@ def _vary(name: str, vary: Any) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class PerformanceWork(Measured, Settings):
+class PerformanceWork(Measured, Execution):
     """Performance curves as independent cases, a friction coefficient each."""
 
     problem: OfProblem
@@ -76,9 +76,6 @@ class PerformanceWork(Measured, Settings):
     check_every: Annotated[int, Setting(Whole(1), "points between two full sweeps that look for new peaks")] = 10
     harmonics: HarmonicNumbers = 5
     samples: Samples = 256
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
 
     def __post_init__(self) -> None:
         super().__post_init__()

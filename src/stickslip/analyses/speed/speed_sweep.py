@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
 from stickslip.analyses.response_settings import Fineness, ForcedResponseSettings
-from stickslip.analyses.settings import Setting, Settings, takes
+from stickslip.analyses.settings import Execution, Setting, Settings, takes
 from stickslip.analyses.speed.models import synchronous
 from stickslip.analyses.work_parts import StateOfFields
 from stickslip.model.disks.tuned import TunedDisk
@@ -19,7 +19,7 @@ from stickslip.model.problem import Problem
 from stickslip.results.quantities import ERRORS
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.orders import MOST_SAMPLES
 from stickslip.support.checks import Array, InputError, between, fault, of_kind, several, unique, vector
 from stickslip.support.outcome import Outcome
@@ -90,12 +90,8 @@ class OverSpeed(Settings):
 
 
 @dataclass(frozen=True, eq=False)
-class SpeedSweepSettings(Fineness, OverSpeed):
+class SpeedSweepSettings(Fineness, OverSpeed, Execution):
     """The arguments of `speed_sweep`."""
-
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
 
 
 @takes(SpeedSweepSettings)

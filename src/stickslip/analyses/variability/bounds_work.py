@@ -26,13 +26,13 @@ from stickslip.analyses.arguments import (
 )
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_dataset import levels_are_newtons
-from stickslip.analyses.settings import OneOf, Setting, Settings, Whole
+from stickslip.analyses.settings import Execution, OneOf, Setting, Whole
 from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
 from stickslip.analyses.variability.start_draws import search_cloud
 from stickslip.analyses.work_parts import Measured, OneBalance
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.orders import attribute
 from stickslip.solve.starts.extreme_peak import AtPeak
@@ -62,7 +62,7 @@ def _upwards(name: str, band: Any) -> Band | tuple[float, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class BoundsWork(OneBalance, Measured, Settings):
+class BoundsWork(OneBalance, Measured, Execution):
     """The search for bounds as independent cases: neighbouring frequencies at one level, or the peak at neighbouring levels."""
 
     problem: OfProblem
@@ -83,9 +83,6 @@ class BoundsWork(OneBalance, Measured, Settings):
     seed: Seed = 0
     harmonics: HarmonicNumbers = 5
     samples: Samples = 256
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -24,7 +24,7 @@ from stickslip.analyses.arguments import (
 )
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
-from stickslip.analyses.settings import OneOf, Setting, Settings, takes
+from stickslip.analyses.settings import Execution, OneOf, Setting, takes
 from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
 from stickslip.analyses.work_parts import Measured, OneBalance
@@ -33,7 +33,7 @@ from stickslip.model.rigs import single_mass
 from stickslip.results.result import Result
 from stickslip.results.view import measure_in
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.solve.balance.orders import attribute
@@ -88,7 +88,7 @@ def _starts(name: str, starts: Any) -> int | Array:
 
 
 @dataclass(frozen=True, eq=False)
-class SamplesWork(OneBalance, Measured, Settings):
+class SamplesWork(OneBalance, Measured, Execution):
     """Samples as independent cases, one force level and start state each."""
 
     problem: OfProblem
@@ -107,9 +107,6 @@ class SamplesWork(OneBalance, Measured, Settings):
     samples: Samples = 256
     quantity: QuantityName = "displacement"
     measure: MeasureName = "amplitude"
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
     variables: Array = field(init=False, repr=False)
     """Of all start states, in [−1, 1]."""
     spaces: dict[float, StartSpace] = field(default_factory=dict, init=False, repr=False)

@@ -18,7 +18,7 @@ from scipy import special
 from stickslip.analyses.arguments import Seed, made
 from stickslip.analyses.controlled_response import amplitudes_of
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.settings import OfKind, OneOf, Setting, Settings, Whole, takes
+from stickslip.analyses.settings import Execution, OfKind, OneOf, Setting, Whole, takes
 from stickslip.analyses.variability.samples import start_curve
 from stickslip.laboratory.identification.response.draws import Draw, Draws, interval
 from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak
@@ -26,7 +26,7 @@ from stickslip.laboratory.identification.response.prediction_result import Respo
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import Measure, measure_of, quantity_named
 from stickslip.solve.balance.orders import highest, of_attribute
@@ -98,7 +98,7 @@ def _settings(name: str, given: Any) -> dict[str, float]:
 
 
 @dataclass(frozen=True, eq=False)
-class ResponsePredictionWork(Settings):
+class ResponsePredictionWork(Execution):
     """A prediction as independent cases: the identified parameters and each draw, at each level."""
 
     identification: Identified
@@ -110,9 +110,6 @@ class ResponsePredictionWork(Settings):
     start_states: StartsOfDraws = "identified"
     draws: Annotated[int, Setting(Whole(FEWEST_DRAWS))] = 40
     seed: Seed = 0
-    workers: Workers = 1
-    checkpoint: Checkpoint | None = None
-    progress: Progress = silent
 
     def __post_init__(self) -> None:
         super().__post_init__()
