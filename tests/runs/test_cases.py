@@ -226,3 +226,28 @@ def test_a_process_that_is_stopped_before_its_first_case_says_nothing(tmp_path, 
     here.close()
     process.join()
     assert capfd.readouterr().err == ""
+
+
+def test_processes_apart_are_ended_at_once_in_the_middle_of_a_case(tmp_path):
+    """Ctrl-C while two others sleep for a minute, deaf to it; cases that were completed before are kept."""
+    work = LoggedCases(str(tmp_path / "log"), 2, 60.0)
+    stopped_at = None
+
+    def stop(fraction, text):
+        nonlocal stopped_at
+        if len(work.lines("began")) == 2:
+            stopped_at = time.monotonic()
+            raise KeyboardInterrupt
+
+    with pytest.raises(Stopped) as stopped:
+        all_cases(work, workers=processes.Processes(2, apart=True), progress=stop)
+    assert time.monotonic() - stopped_at < 2.0
+    assert stopped.value.results == {}
+    assert os.getpid() not in [process for _, process in work.lines("began")]
+    assert not active_children()
+
+
+def test_processes_apart_give_the_same_results(tmp_path):
+    work = LoggedCases(str(tmp_path / "log"), 2, 0.0)
+    assert [int(each["square"]) for each in all_cases(work, workers=processes.Processes(1, apart=True))] == [0, 1]
+    assert {process for _, process in work.lines("began")} != {os.getpid()}

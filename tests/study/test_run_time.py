@@ -5,7 +5,7 @@ import pytest
 import stickslip as ss
 from stickslip.cli import main
 from stickslip.study import read
-from stickslip.study.run_time import _with_harmonics, estimated_seconds
+from stickslip.study.run_time import _with_harmonics, estimated_seconds, stays_long
 from stickslip.study.run_time import run_time as sentence
 from stickslip.study.templates import write_new
 
@@ -60,3 +60,17 @@ def test_chosen_harmonics_count(tmp_path):
     chosen = _with_harmonics(automatic.sweep, automatic.plan)
     assert (chosen.harmonics, chosen.samples) == (work.harmonics, work.samples)
     assert _with_harmonics(job.sweep, job.plan) is job.sweep
+
+
+def test_a_population_says_how_long_it_takes_and_on_how_many_coordinates(tmp_path, monkeypatch):
+    """More disks take longer; a large disk names its coordinates, and its cases leave this process free for Ctrl-C."""
+    ss.forced_response(ss.rigs.three_mass_wedge(), ss.hertz(215.0, 220.0), 1.0)  # compiles, where that is still to be done
+    job = read(study(tmp_path, "mistuned_population"))
+    assert run_time(job).startswith("Computing 20 mistuned disks takes ")
+    assert not stays_long(job)
+    many = read(study(tmp_path / "many", "mistuned_population", ("count = 20", "count = 20000")))
+    assert estimated_seconds(many) > 100.0 * estimated_seconds(job)
+    monkeypatch.setattr("stickslip.analyses.mistuning.work.LARGE", 100)
+    large = read(study(tmp_path / "large", "mistuned_population", ("count = 20", "count = 1")))
+    assert stays_long(large)
+    assert large.plan.works[""].coordinates <= 24 * large.sweep.problem.structure.size

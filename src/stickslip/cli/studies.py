@@ -163,13 +163,15 @@ def run(
 ) -> None:
     """Compute a study, or several side by side, and write results.nc of each and one report.html. All are checked before the
     first is computed. Exit code 3 if a curve is incomplete."""
+    from stickslip.runs.processes import Processes
     from stickslip.study.run import Run
-    from stickslip.study.run_time import BRIEF, WORTH_SAYING, estimated_seconds, run_time
+    from stickslip.study.run_time import BRIEF, WORTH_SAYING, estimated_seconds, run_time, stays_long
 
     jobs = read_jobs(studies)
     times = {name: estimated_seconds(job) for name, job in jobs.items()}
     brief = all(seconds is not None for seconds in times.values()) and sum(filter(None, times.values())) < BRIEF
-    executor = (workers or (1 if brief else cores())) if scheduler is None else cluster(scheduler, workers)
+    at_once = workers or (1 if brief else cores())
+    executor = Processes(at_once, apart=any(map(stays_long, jobs.values()))) if scheduler is None else cluster(scheduler, workers)
     folder = free_folder(out, list(jobs), resume, overwrite)
     for name, job in jobs.items():
         say(f"{name + ': ' if name else ''}{job.title}: {job.plan.summary}.")

@@ -17,7 +17,7 @@ import traceback
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import connection, current_process, get_context, reduction
@@ -51,9 +51,14 @@ _NOT_STARTED = (
 
 @dataclass(frozen=True)
 class Processes:
-    """Cases in parallel, by this process and `workers - 1` others of this machine."""
+    """Cases in parallel, by this process and `workers - 1` others of this machine.
+
+    apart: by `workers` others alone. This process then answers Ctrl-C at once, whatever they are in the middle of, and ends them:
+    for cases that stay in one call of a library for minutes, and of which no part is of use.
+    """
 
     workers: int = 1
+    apart: bool = False
 
     def __post_init__(self) -> None:
         if type(self.workers) is bool or not hasattr(self.workers, "__index__") or self.workers < 1:
@@ -61,8 +66,8 @@ class Processes:
 
     def compute(self, work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> None:
         workers = min(self.workers, len(cases))
-        if workers > 1:
-            _side_by_side(work, cases, workers, keep, progress)
+        if workers > 1 or (self.apart and cases):
+            _side_by_side(work, cases, workers, keep, progress, self.apart)
         else:
             _here(work, cases, keep, progress)
 
@@ -87,18 +92,23 @@ def _fraction(value: float) -> float:
     return min(max(value, 0.0), 1.0)
 
 
-def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, progress: Progress) -> None:
+def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, progress: Progress, apart: bool) -> None:
     """Solve the cases in several places at once. The case of a process that is killed goes to another place.
 
     A process takes a case when it has begun, so that cases that are done by then never wait for it.
     """
     left, kept = deque(cases), 0
     fractions = get_context("spawn").RawArray("d", len(work.names))
-    with _processes(work, workers - 1, fractions) as started, _thread(work, fractions) as (here, interrupt_here):
+    with (
+        _processes(work, workers if apart else workers - 1, fractions) as started,
+        nullcontext((None, None)) if apart else _thread(work, fractions) as (here, interrupt_here),
+    ):
         busy: dict[connection.Connection, int | None] = dict.fromkeys(started)
-        free = [here]
+        free = [] if here is None else [here]
         try:
             while kept < len(cases):
+                if not (busy or free):  # none of the processes could start
+                    return _here(work, list(left), keep, progress)
                 while left and free:
                     pipe, case = free.pop(), left.popleft()
                     busy[pipe] = case
@@ -124,8 +134,10 @@ def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, pr
                 at_once = len(free) + sum(case is not None for case in busy.values())
                 progress(max(share, kept / len(cases)), f"{kept} of {len(cases)} done, {at_once} at once")
         except KeyboardInterrupt as stop:
+            if apart:
+                raise
             for pipe in busy:
-                if pipe is here:
+                if pipe is here and interrupt_here is not None:
                     interrupt_here(KeyboardInterrupt)
                 else:
                     with suppress(OSError):

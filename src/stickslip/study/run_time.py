@@ -5,14 +5,16 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 from time import process_time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.orders import orders
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.study.analysis import Plan
@@ -35,12 +37,22 @@ AUTOMATIC = 7
 STEPS = ((10.0, "seconds"), (90.0, "about a minute"), (1200.0, "minutes"), (5400.0, "about an hour"), (40000.0, "hours"))
 """CPU seconds up to which computing takes so long: what is estimated is right to a factor of five."""
 
+MANY_SECONDS = 1200.0
+"""CPU seconds from which on a remedy is given beside the estimate."""
+
 LARGEST = 4000
 """Coordinates, and harmonic coefficients of these or of the contact rows, up to which a check solves a point."""
 
 CURVES = ("forced_response", "response_samples", "speed_sweep")
 """Analyses whose cases are curves."""
 
+
+MATRIX, PRODUCTS = 500, 6
+"""Rows of the matrix whose product with itself says how fast the machine is, and how often it is made."""
+
+CURVE_POINTS, BLADE_POINTS, NEWTON_STEPS, MODE_ANALYSES = 40, 3, 1.5, 60.0
+"""Of a mistuned disk: points of its curve and of the search for the maximum of each blade; steps of Newton's method for a point
+and operations for all modes per cube of the coordinates, counted in operations of a product of matrices."""
 
 BRIEF = 5.0
 """CPU seconds up to which further processes take longer to start than they save."""
@@ -51,12 +63,31 @@ WORTH_SAYING = 30.0
 
 def run_time(job: Job, seconds: float | None) -> str:
     """A sentence on the time of all curves over a band, of estimated CPU seconds; empty where these are not known."""
-    if _has_curves(job) and nothing_is_kept():
+    population = _population(job)
+    if (_has_curves(job) or population) and nothing_is_kept():
         return "The first run on this machine compiles for about a minute; a check after it estimates the time of a run."
     if seconds is None:
         return ""
     words = next((words for limit, words in STEPS if seconds < limit), "days")
-    return f"Computing {counted(_curves(job), 'curve')} takes {words} of one core, by a rough estimate from a few points."
+    if population is None:
+        return f"Computing {counted(_curves(job), 'curve')} takes {words} of one core, by a rough estimate from a few points."
+    whole = population.disk.sectors * population.disk.structure.size
+    few = f" on about {population.coordinates} coordinates of {whole}" if population.coordinates < whole else ""
+    cure = " Fewer contact points (`points`) and harmonics shorten it most." if seconds > MANY_SECONDS else ""
+    what = f"{counted(population.count, 'mistuned disk')}{few}"
+    return f"Computing {what} takes {words} of one core, by a rough estimate from a few points of the tuned disk.{cure}"
+
+
+def _population(job: Job) -> PopulationWork | None:
+    """The mistuned disks of a study over a band; None of another analysis."""
+    work = None if job.sweep is None or job.sweep.listed else job.plan.works.get("")
+    return work if isinstance(work, PopulationWork) else None
+
+
+def stays_long(job: Job) -> bool:
+    """Whether a study stays in one call of a library for long, during which its process hears no Ctrl-C."""
+    population = _population(job)
+    return population is not None and population.large
 
 
 def _has_curves(job: Job) -> bool:
@@ -70,10 +101,36 @@ def _curves(job: Job) -> int:
 def estimated_seconds(job: Job) -> float | None:
     """CPU seconds of all curves over a band; None for other analyses, where no point could be solved, and where the kernels are
     still to be compiled."""
-    if job.sweep is None or not _has_curves(job) or not isinstance(job.sweep.band, Band) or nothing_is_kept():
+    if job.sweep is None or not isinstance(job.sweep.band, Band) or nothing_is_kept():
         return None
-    a_point = _seconds_a_point(_with_harmonics(job.sweep, job.plan), job.sweep.band)
-    return None if a_point is None else POINTS * _curves(job) * a_point
+    population = _population(job)
+    if population is None and not _has_curves(job):
+        return None
+    tried = _tried_points(_with_harmonics(job.sweep, job.plan), job.sweep.band)
+    if tried is None:
+        return None
+    return POINTS * _curves(job) * tried.seconds if population is None else _seconds_of_disks(population, tried)
+
+
+def _seconds_of_disks(work: PopulationWork, tried: _Tried) -> float:
+    """CPU seconds of the tuned disk and of all mistuned ones, of which every sector has as many unknowns as a sector of the tuned
+    one: an analysis of the modes, and for each point Newton's method with dense matrices."""
+    N, columns = work.disk.sectors, len(orders(work.sweep.harmonics)) * 2 + 1
+    states, unknowns, rows = work.coordinates, N * np.array(tried.unknowns, dtype=float), N * len(work.disk.contact_stiffness)
+    matrices = unknowns**3 + 2.0 * unknowns**2 * states / columns
+    a_point = NEWTON_STEPS * float(np.mean(matrices)) + 4.0 * rows * states * columns
+    points = CURVE_POINTS + BLADE_POINTS * N
+    return POINTS * tried.seconds + work.count * _seconds_an_operation() * (MODE_ANALYSES * states**3 + points * a_point)
+
+
+def _seconds_an_operation() -> float:
+    """CPU seconds of an operation in a product of matrices: the least of several, since others may use the machine too."""
+    factor, seconds = np.ones((MATRIX, MATRIX)), []
+    for _ in range(PRODUCTS):
+        began = process_time()
+        _ = factor @ factor
+        seconds.append(process_time() - began)
+    return min(seconds) / (2.0 * MATRIX**3)
 
 
 def _with_harmonics(sweep: ForcedResponseSettings, plan: Plan) -> ForcedResponseSettings:
@@ -82,8 +139,15 @@ def _with_harmonics(sweep: ForcedResponseSettings, plan: Plan) -> ForcedResponse
     return replace(sweep, harmonics=work.harmonics, samples=work.samples) if isinstance(work, ForcedResponseWork) else sweep
 
 
-def _seconds_a_point(sweep: ForcedResponseSettings, band: Band) -> float | None:
-    """CPU seconds of a point on the way to the highest linear resonance, at the largest force level."""
+class _Tried(NamedTuple):
+    """CPU seconds of a point, and the unknowns of Newton's method of each."""
+
+    seconds: float
+    unknowns: list[int]
+
+
+def _tried_points(sweep: ForcedResponseSettings, band: Band) -> _Tried | None:
+    """Points on the way to the highest linear resonance, at the largest force level."""
     harmonics = AUTOMATIC if sweep.harmonics == "auto" else sweep.harmonics
     orders = harmonics if isinstance(harmonics, int) else len(harmonics)
     problem = on_few_coordinates(sweep.problem, orders * band.high)
@@ -99,9 +163,11 @@ def _seconds_a_point(sweep: ForcedResponseSettings, band: Band) -> float | None:
     if not first.converged:
         return None
     times: list[float] = []
+    unknowns: list[int] = []
     with suppress(LostCurveError):
-        for _ in trace(balance, first, "omega", 2.0 * np.pi * band.low):
+        for point in trace(balance, first, "omega", 2.0 * np.pi * band.low):
             times.append(process_time())
+            unknowns.append(point.active)
             if len(times) >= TRIED or (len(times) >= FEWEST and times[-1] - times[0] > LONGEST):
                 break
-    return float(np.median(np.diff(times))) if len(times) > 1 else None  # the first ones load the kernels
+    return _Tried(float(np.median(np.diff(times))), unknowns) if len(times) > 1 else None  # the first ones load the kernels

@@ -8,14 +8,14 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import linalg
 from scipy.special import ndtri
 
 from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
+from stickslip.model.disks.few import blade_motion, loose_dofs
 from stickslip.model.disks.full import FullDisk
 from stickslip.model.disks.tuned import TunedDisk, sectors_of
 from stickslip.model.loads import Output
-from stickslip.model.structure.cyclic import sector_name
+from stickslip.model.structure.cyclic import circulant, of_all_sectors, sector_name
 from stickslip.model.structure.damping import ModalDamping
 from stickslip.model.structure.matrices import Structure
 from stickslip.support.checks import Array, InputError, fault, finite, nearest, several, vector
@@ -120,20 +120,23 @@ class Scatter:
         return Mistuning(blade=self.blade * blade, **logarithmic, missing=tuple(lost.tolist()))
 
 
-def mistuned_disk(disk: TunedDisk, mistuning: Mistuning, blade: Sequence[str] | None = None) -> FullDisk:
+def mistuned_disk(
+    disk: TunedDisk, mistuning: Mistuning, blade: Sequence[str] | None = None, whole: FullDisk | None = None
+) -> FullDisk:
     """The whole disk with its sectors mistuned; without any deviation it is `disk.full()`, bit by bit.
 
     blade: nodes or degrees of freedom of a sector that make up its blade, those of the outputs and all modal coordinates unless
     given. With b the blades and r the rest, Ψ = −K_bb⁻¹K_br, S = diag(1 + blade): the elastic energy of the blades relative to
     what carries them is scaled, K + [I −Ψ]ᵀ(S K_bb S − K_bb)[I −Ψ]. A blade held at r has its frequencies times 1 + blade, and a
     motion that does not bend it meets no other stiffness than before. Masses stay those of the tuned disk, and so does the
-    damping matrix; only where all modes have one damping ratio, the modes of the mistuned disk have it.
+    damping matrix; only where all modes have one damping ratio, the modes of the mistuned disk have it. whole: `disk.full()`
+    where it is known, also on few coordinates (`few_waves`).
     """
     given = mistuning.of(disk.sectors)
     for name in RELATIVE[1:4]:
         if given.deviation(name).any() and not any(hasattr(contact.law, name) for contact in disk.contacts):
             raise fault(f"Mistuning, {name}", "must meet a contact law that has it", "none does")
-    full = disk.full()
+    full = disk.full() if whole is None else whole
     parts = len(disk.contacts), len(disk.forces), len(disk.mean_springs)
     contacts = []
     for k, contact in enumerate(full.contacts):
@@ -142,12 +145,13 @@ def mistuned_disk(disk: TunedDisk, mistuning: Mistuning, blade: Sequence[str] | 
         contacts.append(with_factors(contact, {field: factor for field, factor in factors.items() if factor != 1.0}))
     pull = 1.0 + given.deviation("pull")
     forces = [replace(f, static=f.static * pull[k // parts[1]]) for k, f in enumerate(full.forces)]
-    structure = _with_own_damping(disk, _with_blades(disk, full.structure, given.deviation("blade"), blade), given)
+    blades = _with_blades(disk, full.structure, given.deviation("blade"), blade)
+    structure = _with_own_damping(disk, blades, given)
     if not given.missing:
         return replace(full, structure=structure, contacts=tuple(contacts), forces=tuple(forces))
     springs = [spring for k, spring in enumerate(full.mean_springs) if k // parts[2] + 1 not in given.missing]
     kept = [c for k, c in enumerate(contacts) if k // parts[0] + 1 not in given.missing]
-    lost = {sector_name(sector, dof) for sector in given.missing for dof in _loose(disk)}
+    lost = {sector_name(sector, dof) for sector in given.missing for dof in loose_dofs(disk)}
     loads = [force for force in forces if not lost & force.coefficients.keys()]
     return replace(
         full, structure=_without(structure, lost), contacts=tuple(kept), forces=tuple(loads), mean_springs=tuple(springs)
@@ -155,14 +159,15 @@ def mistuned_disk(disk: TunedDisk, mistuning: Mistuning, blade: Sequence[str] | 
 
 
 def _with_blades(disk: TunedDisk, structure: Structure, deviation: Array, blade: Sequence[str] | None) -> Structure:
+    """The structure with the elastic energy of each blade scaled; [I −Ψ] and K_bb are those of each nodal diameter."""
     if not deviation.any():
         return structure
     own = blade_dofs(disk, blade)
-    b = np.array([structure.index(sector_name(j, dof)) for j in range(1, disk.sectors + 1) for dof in own])
-    K_bb, K_b = structure.K[np.ix_(b, b)], structure.K[b]
-    relative = np.asarray(linalg.solve(K_bb, K_b, assume_a="pos"))
+    bent, K_bb = map(np.array, zip(*(blade_motion(disk, n, own) for n in range(disk.sectors // 2 + 1)), strict=True))
+    relative = of_all_sectors(bent, disk.sectors)
+    relative = relative if structure.shapes is None else relative @ structure.shapes
     S = 1.0 + np.repeat(deviation, len(own))
-    K = structure.K + relative.T @ ((S[:, None] * S - 1.0) * K_bb) @ relative
+    K = structure.K + relative.T @ ((S[:, None] * S - 1.0) * circulant(K_bb, disk.sectors)) @ relative
     return replace(structure, K=0.5 * (K + K.T))
 
 
@@ -190,23 +195,21 @@ def blade_dofs(disk: TunedDisk, blade: Sequence[str] | None = None) -> list[str]
         if name not in nodes and name not in names:
             raise fault("blade", "must name nodes or degrees of freedom of a sector", name, nearest(name, [*nodes, *names]))
     found = [dof for dof in names if dof in blade or dof.rsplit(".", 1)[0] in blade]
-    loose = set(found) & set(_loose(disk))
+    loose = set(found) & set(loose_dofs(disk))
     if loose or not found:
         raise fault("blade", "must name what stiffness holds", sorted(loose))
     return found
 
 
-def _loose(disk: TunedDisk) -> list[str]:
-    """Degrees of freedom of a sector that no stiffness holds but that of contacts: its damper."""
-    held = np.abs(np.asarray(disk.disk.stiffnesses)).max(axis=(0, 2))
-    return [dof for dof, stiffness in zip(disk.structure.dofs, held, strict=True) if stiffness == 0.0]
-
-
 def _without(structure: Structure, lost: set[str]) -> Structure:
-    """The structure without some degrees of freedom."""
+    """The structure without some degrees of freedom; on few coordinates dampers keep theirs, which go with them."""
     if not lost:
         raise InputError("A missing damper must be a body that only its contacts hold, but the sector has none such.")
-    kept = [k for k, dof in enumerate(structure.dofs) if dof not in lost]
+    stays = np.array([dof not in lost for dof in structure.dofs])
+    dofs, shapes, kept = tuple(dof for dof in structure.dofs if dof not in lost), structure.shapes, np.flatnonzero(stays)
+    if shapes is not None:
+        kept = np.flatnonzero(np.any(shapes[stays] != 0.0, axis=0))
+        shapes = shapes[np.ix_(stays, kept)]
     M, K = (matrix[np.ix_(kept, kept)] for matrix in (structure.M, structure.K))
     C = None if structure.C is None else structure.C[np.ix_(kept, kept)]
-    return replace(structure, M=M, K=K, C=C, dofs=tuple(structure.dofs[k] for k in kept))
+    return replace(structure, M=M, K=K, C=C, dofs=dofs, shapes=shapes)

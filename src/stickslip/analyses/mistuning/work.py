@@ -19,6 +19,7 @@ from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.analyses.settings import Execution, OfKind, Setting, Whole
 from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
 from stickslip.analyses.work_parts import Measured
+from stickslip.model.disks.few import LARGE, REACH, few_waves, most_coordinates
 from stickslip.model.disks.full import FullDisk
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
@@ -27,7 +28,7 @@ from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.balance.measure import Measure
-from stickslip.solve.balance.orders import Harmonics, checked_harmonics
+from stickslip.solve.balance.orders import Harmonics, checked_harmonics, orders
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.continuation.sweep import swept_curve
 from stickslip.solve.curves.curve import solve_curve
@@ -41,6 +42,12 @@ PEAK_TOLERANCE = 1e-4
 
 LEAST = 0.9
 """Peaks of a blade whose curve stays below this share of its highest point are left out unsolved."""
+
+BEGUN, CURVE = 0.1, 0.5
+"""Shares of the time of a sample until its matrices are ready and until its curve is solved; the maxima of the blades follow."""
+
+LARGEST_DRAW = 4.0
+"""Standard deviations that hardly a blade exceeds: the coordinates of a large disk are chosen for such."""
 
 
 def _disk(name: str, disk: Any) -> TunedDisk:
@@ -122,9 +129,40 @@ class PopulationWork(Measured, Execution):
         """The tuned disk with the start states of all samples."""
         return run_in_by(self.sweep, self.tuned) if self.run_in else self.tuned
 
+    @property
+    def _modes_to(self) -> float:
+        """Natural frequency up to which a large disk keeps the modes of every nodal diameter, Hz."""
+        return REACH * max(self.sweep.settings.frequencies) * orders(self.sweep.harmonics)[-1]
+
+    @property
+    def large(self) -> bool:
+        """Whether the whole disk is put on few coordinates."""
+        return self.disk.sectors * self.disk.structure.size > LARGE
+
+    @cached_property
+    def coordinates(self) -> int:
+        """On how many coordinates a mistuned disk is solved, at most."""
+        disk = self.tuned
+        size, sectors = disk.structure.size, disk.sectors
+        return sectors * (min(size, most_coordinates(disk, self._modes_to, self.blade_dofs)) if self.large else size)
+
+    @cached_property
+    def whole(self) -> FullDisk:
+        """The tuned disk with all its sectors, a large one on few coordinates of each nodal diameter."""
+        disk, shapes = self.started, None
+        if self.large:
+            pattern = float(np.abs(self.base.deviation("blade")).max(initial=0.0))
+            shapes = few_waves(disk, self._modes_to, self.blade_dofs, pattern + LARGEST_DRAW * self.scatter.blade)
+            shapes = shapes if shapes.shape[2] < disk.structure.size else None
+        return disk.full(shapes=shapes)
+
     def deviations(self, sample: int) -> Mistuning:
         """The deviations of a sample, counted from 0."""
         return self.scatter.draw(self.disk.sectors, self.seed, sample).on_top_of(self.base)
+
+    def mistuned(self, sample: int) -> FullDisk:
+        """The disk of a sample, counted from 0."""
+        return mistuned_disk(self.started, self.deviations(sample), self.blade_dofs, self.whole)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -145,7 +183,7 @@ class PopulationWork(Measured, Execution):
         """Amplitudes of the blades and their maxima; of a sample that fails its outcome and a sentence."""
         started = time.process_time()
         try:
-            problem = self.started if case == 0 else mistuned_disk(self.started, self.deviations(case - 1), self.blade_dofs)
+            problem = self.started if case == 0 else self.mistuned(case - 1)
             arrays = self._solved(problem, report)
         except (LostCurveError, LinAlgError, InputError) as reason:
             blades = 1 if case == 0 else self.disk.sectors
@@ -164,18 +202,27 @@ class PopulationWork(Measured, Execution):
             if curve.outcome != Outcome.CONVERGED:
                 raise LostCurveError(curve.message)
             return _blades(balance, curve.points, None, sweep.measure)
-        points = swept_curve(balance, sweep.levels[0], (omegas[0], omegas[-1]))
-        report(0.3)
-        return _blades(balance, points, PeakSearch(balance, points, self.peak_tolerance), sweep.measure)
+        report(BEGUN)
+        band = omegas[0], omegas[-1]
+        points = swept_curve(balance, sweep.levels[0], band, lambda share: report(BEGUN + share * (CURVE - BEGUN)))
+        search = PeakSearch(balance, points, self.peak_tolerance)
+        return _blades(balance, points, search, sweep.measure, lambda share: report(CURVE + share * (1.0 - CURVE)))
 
 
-def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: PeakSearch | None, measure: Measure) -> Arrays:
+def _blades(
+    balance: HarmonicBalance,
+    points: Sequence[CurvePoint],
+    search: PeakSearch | None,
+    measure: Measure,
+    report: Report = lambda share: None,
+) -> Arrays:
     """Sizes of all blades at the points (points, blades), the maximum of each and where it is, and the stress of each there."""
     amplitude = np.array([_sizes(balance, point, measure) for point in points])
     frequency = np.array([point.point.omega for point in points]) / (2.0 * np.pi)
     peak, highest = amplitude.max(axis=0), [points[k] for k in amplitude.argmax(axis=0)]
     for blade in range(peak.size if search is not None else 0):
         assert search is not None
+        report(blade / peak.size)
         for found in search.peaks(blade, measure, least=LEAST).points:
             size = _sizes(balance, found, measure)[blade]
             if size > peak[blade]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.model.disks.systems import AllSectorSystems
 from stickslip.model.problem import Problem
 from stickslip.model.structure.aerodynamics import WaveStiffness
-from stickslip.model.structure.cyclic import CyclicStructure, circulant, sector_name
+from stickslip.model.structure.cyclic import CyclicStructure, Waves, circulant, of_all_sectors, sector_name
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.sector_surface import SectorSurface
 from stickslip.model.structure.stress import StressRecovery
@@ -52,11 +52,19 @@ class FullDisk(Problem):
         return self.systems.uncoupled
 
 
-def full_structure(disk: CyclicStructure, dampings: NDArray[np.complex128] | None = None) -> Structure:
-    """All sectors of a disk as one real structure, names "SECTOR/NODE.DIRECTION"; dampings: C of each nodal diameter."""
+def full_structure(
+    disk: CyclicStructure, dampings: NDArray[np.complex128] | None = None, shapes: Waves | None = None
+) -> Structure:
+    """All sectors of a disk as one real structure, names "SECTOR/NODE.DIRECTION"; dampings: C of each nodal diameter; shapes:
+    coordinates of each nodal diameter on which the disk is projected, (N//2 + 1, m, k) (`few_waves`)."""
     assert disk.masses is not None
     assert disk.stiffnesses is not None
-    M, K = (circulant(waves, disk.sectors) for waves in (disk.masses, disk.stiffnesses))
-    C = None if dampings is None or not dampings.any() else circulant(dampings, disk.sectors)
+    M, K = (circulant(projected(waves, shapes), disk.sectors) for waves in (disk.masses, disk.stiffnesses))
+    C = None if dampings is None or not dampings.any() else circulant(projected(dampings, shapes), disk.sectors)
     names = tuple(sector_name(j, dof) for j in range(1, disk.sectors + 1) for dof in disk.dofs)
-    return Structure(M, K, names, C)
+    return Structure(M, K, names, C, shapes=None if shapes is None else of_all_sectors(shapes, disk.sectors))
+
+
+def projected(waves: Waves, shapes: Waves | None) -> Waves:
+    """Tᴴ A T of each nodal diameter, (N//2 + 1, k, k); A itself without shapes T."""
+    return waves if shapes is None else np.asarray(shapes.conj().swapaxes(1, 2) @ waves @ shapes)

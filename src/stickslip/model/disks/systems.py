@@ -44,6 +44,7 @@ class SectorSystems(HarmonicSystems):
         self.disk, self.engine_order, self.sectors, self.gas = disk.disk, disk.engine_order, disk.sectors, disk.wave_stiffnesses
         self.repeats = self.sample_multiple = repeats(disk.sectors, disk.engine_order)
         self._known: dict[int, LinearSystem] = {}
+        self._modes: dict[tuple[int, bool], Modes] = {}
         self._kept: dict[int, tuple[NDArray[Any], int]] = {}
 
     def key(self, harmonic: int) -> int:
@@ -121,25 +122,27 @@ class SectorSystems(HarmonicSystems):
 
     def matrices(self, nodal_diameter: int) -> WaveMatrices:
         """M, K + BᴴK_cB and C (the damping rule applied) of a nodal diameter, (n, n) complex."""
-        bare, stuck = self.disk.at(nodal_diameter), self._stuck(nodal_diameter)
+        bare, stuck = self.disk.at(nodal_diameter), self.stuck_stiffness(nodal_diameter)
         C = np.zeros_like(bare.M) if bare.C is None else bare.C
         match self.disk.damping:
             case RayleighDamping(mass_factor=a, stiffness_factor=b):
                 C = np.asarray(a * bare.M + b * bare.K)
             case ModalDamping() as rule:
-                modes = natural_modes(bare.M, stuck if rule.on == "stuck" else bare.K)  # type: ignore[arg-type]
-                C = np.asarray(modal_damping_matrix(bare.M, modes, rule))  # type: ignore[arg-type]
+                C = np.asarray(modal_damping_matrix(bare.M, self.modes(nodal_diameter, rule.on == "stuck"), rule))  # type: ignore[arg-type]
         return WaveMatrices(bare.M, stuck, C)
 
-    def _stuck(self, nodal_diameter: int) -> NDArray[np.complex128]:
+    def stuck_stiffness(self, nodal_diameter: int) -> NDArray[np.complex128]:
         """K + BᴴK_cB of a nodal diameter."""
         B = self.relative_rows(nodal_diameter)
         return np.asarray(self.disk.at(nodal_diameter).K + B.conj().T @ (self.problem.contact_stiffness[:, None] * B))
 
     def modes(self, nodal_diameter: int, stuck: bool = True) -> Modes:
         """Natural modes of a nodal diameter with all contacts stuck, or without them; complex shapes of one sector."""
-        bare = self.disk.at(nodal_diameter)
-        return natural_modes(bare.M, self._stuck(nodal_diameter) if stuck else bare.K)  # type: ignore[arg-type]
+        n = nodal_diameter % self.sectors
+        if (n, stuck) not in self._modes:
+            bare = self.disk.at(n)
+            self._modes[n, stuck] = natural_modes(bare.M, self.stuck_stiffness(n) if stuck else bare.K)  # type: ignore[arg-type]
+        return self._modes[n, stuck]
 
     def frequencies(self, stuck: bool) -> Array:
         """Natural frequencies of all nodal diameters that the engine orders excite, Hz, ascending."""

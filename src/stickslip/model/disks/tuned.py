@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from stickslip.model.contact.point import Contact
 from stickslip.model.contact.start import TractionRatio
-from stickslip.model.disks.full import FullDisk, full_structure
+from stickslip.model.disks.full import FullDisk, full_structure, projected
 from stickslip.model.disks.systems import SectorSystems
 from stickslip.model.loads import BaseMotion, Force, Output, excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import SpeedDependence
 from stickslip.model.structure.aerodynamics import Aerodynamics, WaveStiffness
-from stickslip.model.structure.cyclic import NEXT, CyclicStructure, circulant, sector_name
+from stickslip.model.structure.cyclic import NEXT, CyclicStructure, Waves, circulant, sector_name
 from stickslip.model.structure.modes import Modes
 from stickslip.model.structure.sector_surface import SectorSurface
 from stickslip.support.checks import InputError, between, fault, finite_complex, first_of, of_kind, several, unique, whole
@@ -212,16 +212,17 @@ class TunedDisk(Problem):
         """A copy with other gas forces that go with the motion; none given: without them."""
         return replace(self, aerodynamics=aerodynamics)
 
-    def full(self, reported: Sequence[int] | None = None) -> FullDisk:
+    def full(self, reported: Sequence[int] | None = None, shapes: Waves | None = None) -> FullDisk:
         """The whole disk, every sector and damper of its own, names "SECTOR/NODE.DIRECTION", sectors from 1 on.
 
         reported: sectors whose outputs are reported, all unless given. The structure, damping and loads are those of the tuned
-        disk; `with_structure` and `with_contacts` then detune it.
+        disk; `with_structure` and `with_contacts` then detune it. shapes: few coordinates of each nodal diameter (`few_waves`) to
+        which the structure is reduced.
         """
         sectors = range(1, self.sectors + 1)
         chosen = sectors if reported is None else sectors_of("reported", reported, self.sectors) or sectors
         waves = [self.systems.matrices(n).C for n in range(self.sectors // 2 + 1)]
-        structure = full_structure(self.disk, np.array(waves))
+        structure = full_structure(self.disk, np.array(waves), shapes)
         contacts = tuple(self._contact(contact, j) for j in sectors for contact in self.contacts)
         forces = []
         for j in sectors:
@@ -233,7 +234,7 @@ class TunedDisk(Problem):
         outputs = tuple(Output(f"{j}/{output.name}", self._named(output.direction, j)) for j in chosen for output in one)
         speed = self.speed
         if speed is not None:  # K₁ of the nodal diameters together, and the loads of each sector
-            added = None if speed.stiffness is None else circulant(speed.stiffness, self.sectors)
+            added = None if speed.stiffness is None else circulant(projected(speed.stiffness, shapes), self.sectors)
             loads = [replace(load, direction=self._named(load.coefficients, j)) for j in sectors for load in speed.loads]
             speed = SpeedDependence(speed.engine_order, added, tuple(loads))
         return FullDisk(

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import sparse
 
 from stickslip.model.structure.damping import Damping, ModalDamping, RayleighDamping
 from stickslip.support.checks import (
@@ -127,11 +128,11 @@ class Structure:
 
     def rows(self, directions: Sequence[Mapping[str, float]]) -> Array:
         """The coefficients of several directions over the coordinates, (len(directions), m)."""
-        rows = np.zeros((len(directions), len(self.dofs)))
-        for row, direction in zip(rows, directions, strict=True):
-            for dof, coefficient in direction.items():
-                row[self.index(dof)] += coefficient
-        return rows if self.shapes is None else np.asarray(rows @ self.shapes)
+        columns = [self.index(dof) for direction in directions for dof in direction]
+        values = np.array([value for direction in directions for value in direction.values()], dtype=float)
+        at = np.repeat(np.arange(len(directions)), [len(direction) for direction in directions])
+        rows = sparse.coo_array((values, (at, np.array(columns, dtype=np.int64))), shape=(len(directions), len(self.dofs)))
+        return np.asarray(rows.toarray() if self.shapes is None else rows.tocsr() @ self.shapes)
 
     def shifted(self, by: Sequence[float]) -> Structure:
         """A copy whose nodes stand elsewhere, `by` (x, y, z) [m]: the same blade again beside it."""

@@ -70,9 +70,14 @@ def sweep(
     return Sweep(backwards(back.points), None, found.lost)
 
 
-def swept_curve(balance: HarmonicBalance, level: float, band: tuple[float, float]) -> list[CurvePoint]:
+def swept_curve(
+    balance: HarmonicBalance,
+    level: float,
+    band: tuple[float, float],
+    progress: Callable[[float], None] = lambda fraction: None,
+) -> list[CurvePoint]:
     """The points from one end of a band in rad/s to the other; raises `LostCurveError` where the curve does not arrive."""
-    found = sweep(balance, *band, level)
+    found = sweep(balance, *band, level, progress)
     if isinstance(found, Outcome):
         raise LostCurveError("No point could be solved at the start of the band.")
     if found.lost is not None:
