@@ -42,7 +42,7 @@ def marched_by(
 ) -> np.ndarray:
     """Tractions (directions, Nt) of a law by its step(traction, du, limit before, limit after), from rest, period after period
     until the last one changes by less than `settled`."""
-    limit, landings = element.mu * element.normal(motion.normal), element.landings(motion.normal)
+    limit, landings = element.limit(motion.normal), element.landings(motion.normal)
     rows = []
     for u in motion.tangential:
         traction, row = 0.0, np.empty(u.size)
@@ -75,7 +75,7 @@ def wanted_traction(start: Start, kt: float, u: np.ndarray, limit: np.ndarray, e
 
 def steady_traction(element: Element, u: np.ndarray, z: np.ndarray, start: Start, index: int, size: int) -> np.ndarray:
     """Steady tractions of one element over the period, (Nt,)."""
-    limit = element.mu * element.normal(z)
+    limit = element.limit(z)
     landings = element.landings(z)
     low, high = reachable(element.kt, u, limit, landings)
     wanted = wanted_traction(start, element.kt, u, limit, index, size)

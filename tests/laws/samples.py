@@ -15,6 +15,7 @@ import numpy as np
 import stickslip.model.contact
 from stickslip.model.contact.cubic import CubicSpring
 from stickslip.model.contact.dahl import Dahl
+from stickslip.model.contact.friction import LoadDependentFriction
 from stickslip.model.contact.friction_disc import FrictionDisc
 from stickslip.model.contact.gap import Gap
 from stickslip.model.contact.iwan import Iwan
@@ -29,7 +30,8 @@ from stickslip.model.contact.valanis import Valanis
 
 @dataclass(frozen=True)
 class Element:
-    """What one element of a law is: N = max(kn (z − gap) + preload, 0) + load, a Jenkins element (kt, μN) in each direction."""
+    """What one element of a law is: N = max(kn (z − gap) + preload, 0) + load, a Jenkins element (kt, μN) in each direction; where
+    it has a table of loads and coefficients, the limit goes straight between its limits μN and from nothing to the first."""
 
     kt: float = 0.0
     mu: float = 0.0
@@ -37,6 +39,15 @@ class Element:
     gap: float = 0.0
     preload: float = 0.0
     load: float = 0.0
+    table: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
+
+    def limit(self, z: np.ndarray) -> np.ndarray:
+        """Slip limit at normal displacements z, N."""
+        (loads, values), N = map(np.array, self.table), self.normal(z)
+        if not loads.size:
+            return self.mu * N
+        inside = np.interp(N, np.append(0.0, loads), np.append(0.0, loads * values))
+        return np.where(N > loads[-1], values[-1] * N, inside)
 
     def normal(self, z: np.ndarray) -> np.ndarray:
         """N at normal displacements z, N."""
@@ -99,12 +110,36 @@ def _iwan(kt: float, mu: float, spectrum: Spectrum, count: int, **whole: float) 
     return tuple(Element(kt * k, mu * size * k * s, **each) for k, s in zip(share, slip, strict=True))
 
 
+LOADS, VALUES = (0.4, 1.0, 2.0), (0.8, 0.5, 0.4)
+FALLING = LoadDependentFriction(LOADS, VALUES)
+RISING = LoadDependentFriction((0.5, 1.5), (0.3, 0.6))
+
+
+def _bent(kt: float, share: float = 1.0, **others: float) -> Element:
+    """An element with the falling coefficient, of a share of the contact."""
+    return Element(kt, VALUES[0], table=(tuple(share * load for load in LOADS), VALUES), **others)
+
+
 SAMPLES = (
     Sample("gap", Gap(2.5, gap=0.3, preload=0.4), 0, (Element(kn=2.5, gap=0.3, preload=0.4),)),
     Sample("constant load", Macroslip(2.0, 0.5, normal_load=1.2), 1, (Element(2.0, 0.5, load=1.2),)),
     Sample("constant load, plane", Macroslip(1.5, 0.3, normal_load=2.0), 2, (Element(1.5, 0.3, load=2.0),)),
     Sample("varying load", Macroslip(2.0, 0.4, 3.0, 1.0), 1, (Element(2.0, 0.4, 3.0, preload=1.0),)),
     Sample("varying load with gap, plane", Macroslip(1.3, 0.7, 2.0, 0.2, 0.1), 2, (Element(1.3, 0.7, 2.0, 0.1, 0.2),)),
+    Sample("coefficient that falls with the load", Macroslip(2.0, FALLING, 3.0, 1.0), 1, (_bent(2.0, kn=3.0, preload=1.0),)),
+    Sample("coefficient that falls, constant load", Macroslip(2.0, FALLING, normal_load=1.6), 1, (_bent(2.0, load=1.6),)),
+    Sample(
+        "coefficient that rises with the load, plane",
+        Macroslip(1.3, RISING, 2.0, 0.2, 0.1),
+        2,
+        (Element(1.3, 0.3, 2.0, 0.1, 0.2, table=(RISING.over, RISING.values)),),
+    ),
+    Sample(
+        "array whose coefficient falls with the load",
+        MicroslipArray((1.0, 0.4), FALLING, (2.0, 3.0), (0.0, 0.2), (0.3, 0.9)),
+        1,
+        (_bent(1.0, 0.4, kn=2.0, preload=0.3), _bent(0.4, 0.6, kn=3.0, gap=0.2, preload=0.9)),
+    ),
     Sample("without friction", Macroslip(1.0, 0.0, 2.0, 0.5), 1, (Element(1.0, 0.0, 2.0, preload=0.5),)),
     Sample(
         "array of constant loads",
@@ -142,6 +177,7 @@ SAMPLES = (
 DISC_SAMPLES = (
     Sample("disc of constant load", FrictionDisc(2.0, 0.4, normal_load=1.5), 2, (Element(2.0, 0.4, load=1.5),)),
     Sample("disc of varying load", FrictionDisc(1.6, 0.5, 3.0, 1.0), 2, (Element(1.6, 0.5, 3.0, preload=1.0),)),
+    Sample("disc whose coefficient falls", FrictionDisc(1.6, FALLING, 3.0, 1.0), 2, (_bent(1.6, kn=3.0, preload=1.0),)),
     Sample("disc with gap", FrictionDisc(1.2, 0.6, 2.0, 0.1, 0.2), 2, (Element(1.2, 0.6, 2.0, 0.2, 0.1),)),
 )
 """Laws whose two directions are coupled: `test_friction_disc` referees them."""
@@ -155,6 +191,7 @@ SPRING_SAMPLES = (
 DAHL_SAMPLES = (
     Sample("Dahl of constant load", Dahl(2.0, 0.5, normal_load=1.2), 1, (Element(2.0, 0.5, load=1.2),)),
     Sample("Dahl of varying load", Dahl(2.0, 0.4, 3.0, 1.0), 1, (Element(2.0, 0.4, 3.0, preload=1.0),)),
+    Sample("Dahl whose coefficient falls", Dahl(2.0, FALLING, 3.0, 1.0), 1, (_bent(2.0, kn=3.0, preload=1.0),)),
     Sample("Dahl with gap, plane", Dahl(1.3, 0.7, 2.0, 0.2, 0.1), 2, (Element(1.3, 0.7, 2.0, 0.1, 0.2),)),
 )
 """Friction that never sticks: `test_dahl` referees it; of elements the kt, L and N."""
@@ -178,6 +215,7 @@ LUGRE_SAMPLES = (
 TANH_SAMPLES = (
     Sample("tanh of constant load", TanhCoulomb(0.5, 0.3, normal_load=1.2), 1, (Element(0.0, 0.5, load=1.2),)),
     Sample("tanh of varying load", TanhCoulomb(0.4, 0.2, 3.0, 1.0), 1, (Element(0.0, 0.4, 3.0, preload=1.0),)),
+    Sample("tanh whose coefficient falls", TanhCoulomb(FALLING, 0.2, 3.0, 1.0), 1, (_bent(0.0, kn=3.0, preload=1.0),)),
     Sample("tanh with gap, plane", TanhCoulomb(0.7, 0.5, 2.0, 0.2, 0.1), 2, (Element(0.0, 0.7, 2.0, 0.1, 0.2),)),
 )
 """Friction by the velocity, without a spring: `test_tanh_coulomb` referees it; of elements the L and N."""

@@ -64,7 +64,7 @@ def stepped(traction, change, before, after):
 def marched(sample, start, w, samples, periods=400):
     """Tractions (2, Nt) step by step in plain Python, period after period until they repeat."""
     element, motion = sample.elements[0], motion_of(sample, w, samples)
-    limit, u = element.mu * element.normal(motion.normal), motion.tangential
+    limit, u = element.limit(motion.normal), motion.tangential
     starts = start if isinstance(start, tuple) else (start, start)
     ratio = isinstance(starts[0], TractionRatio)
     values = np.array([rule.value for rule in starts])
@@ -173,7 +173,7 @@ def test_every_state_is_met():
 def test_the_traction_stays_on_its_disc(sample, start, seed):
     w = random_motion(sample, H, np.random.default_rng(seed), size=2.0)
     element = sample.elements[0]
-    limit = element.mu * element.normal(motion_of(sample, w, NT).normal)
+    limit = element.limit(motion_of(sample, w, NT).normal)
     force = cycle(sample, start, w, NT).force
     assert np.all(np.hypot(force[0], force[1]) <= limit + 1e-12)
 

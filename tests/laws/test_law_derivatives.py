@@ -97,7 +97,7 @@ def first_sweep(start, w: np.ndarray) -> tuple[float, float, float, float]:
     """Wanted traction at the last sample, the limit there, and the lowest and highest steady traction there."""
     u, z = sampled(w, NT)
     element = VARYING.elements[0]
-    limit = element.mu * element.normal(z)
+    limit = element.limit(z)
     return wanted_traction(start, element.kt, u, limit, 0, 1), limit[-1], *reachable(element.kt, u, limit)
 
 
@@ -131,7 +131,7 @@ def test_slipping_in_the_first_sweep_only(rule, sign, seed):
     wanted, *_ = first_sweep(start, w)
     assert limit >= abs(wanted) > abs(bound)
     element = VARYING.elements[0]
-    sweep = marched(element.kt, u, element.mu * element.normal(sampled(w, NT)[1]), wanted)
+    sweep = marched(element.kt, u, element.limit(sampled(w, NT)[1]), wanted)
     assert sweep[-1] == pytest.approx(bound, abs=1e-14)
     assert answer(VARYING, start, w, NT).unknown[0] == STATIC
     check_all_columns(start, w)

@@ -66,7 +66,7 @@ def test_friction_stays_below_its_limit_and_contacts_only_push(any_sample, start
     sample = any_sample
     w = random_motion(sample, H, np.random.default_rng(100 + seed), size=10.0 ** (-1.5 + 0.5 * seed))
     found, motion = cycle(sample, start, w, NT), motion_of(sample, w, NT)
-    limit = sum(e.mu * e.normal(motion.normal) for e in sample.elements)
+    limit = sum(e.limit(motion.normal) for e in sample.elements)
     assert np.all(np.abs(found.force[: sample.tangential]) <= limit + 1e-12 * (1.0 + limit.max())) or sample in LUGRE_SAMPLES
     if sample.law.has_normal:
         assert np.all(found.force[-1] >= 0.0)

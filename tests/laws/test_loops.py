@@ -13,7 +13,7 @@ def loop(sample, path: np.ndarray, z: float) -> np.ndarray:
     """Tractions along a path from the virgin state, every element of its own."""
     total = np.zeros(path.size)
     for element in sample.elements:
-        limit, traction = element.mu * float(element.normal(np.array(z))), 0.0
+        limit, traction = float(element.limit(np.array(z))), 0.0
         for n, step in enumerate(np.diff(path, prepend=0.0).tolist()):
             traction = min(max(traction + element.kt * step, -limit), limit)
             total[n] += traction

@@ -33,7 +33,7 @@ def velocity_of(w, samples, omega):
 def test_forces_are_those_of_the_formula(sample, omega):
     w, rows = random_motion(sample, H, np.random.default_rng(1)), slice(0, sample.tangential)
     element, signals = sample.elements[0], sampled(w, NT)
-    limit = element.mu * element.normal(signals[-1] if sample.law.has_normal else np.zeros(NT))
+    limit = element.limit(signals[-1] if sample.law.has_normal else np.zeros(NT))
     expected = limit * np.tanh(velocity_of(w, NT, omega)[rows] / sample.law.v0)
     found = answer(sample, VIRGIN, w, NT, omega)
     np.testing.assert_allclose(found.target[rows], harmonics_of(expected, H), atol=1e-13)

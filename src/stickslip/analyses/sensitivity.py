@@ -202,6 +202,8 @@ def _scales(problem: Problem, evaluation: Evaluation) -> tuple[Array, ...]:
         "stiffness": np.maximum(table.stiffness, force / width),
         "friction": np.ones(1),
         "constant_limit": np.full(1, force),
+        "bend": np.full(1, force),
+        "change": np.ones(1),
         "start_value": start,
         "parameter": np.concatenate([c.law.parameter_scales(force, width) for c in problem.contacts] or [np.zeros(0)]),
     }

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.analyses.time_response import harmonics_of
+from stickslip.model.contact.friction import Friction, LoadDependentFriction
 from stickslip.model.contact.period import OPEN, SLIP_DOWN, SLIP_UP, STICK
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.solve.platforms.cycle import CycleModel, Marching, SteadyCycle
@@ -41,12 +42,17 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
             "pull": float(np.hypot(*np.asarray(rig.damper.pull)[:2])),
             "method": repr(marching.method) if marching.method else "quasi-static",
             "frequency": marching.frequency,
-            "friction": [float(getattr(law, "mu", np.nan)) for law in rig.laws],
+            "friction": [_constant(getattr(law, "mu", np.nan)) for law in rig.laws],
             "cycles": march.cycles,
             "outcome": march.outcome.name.lower(),
             "message": sentence,
         },
     )
+
+
+def _constant(mu: Friction) -> float:
+    """A coefficient, NaN of one that depends on the load."""
+    return np.nan if isinstance(mu, LoadDependentFriction) else float(mu)
 
 
 def _coordinates(rig: BetweenPlatforms) -> list[tuple[str, str, list[str], str]]:

@@ -67,6 +67,9 @@ def force_plane(problem: Problem, damper: Sequence[str], sides: tuple[str, str])
     tangents, normals = (
         np.array([[group[0].directions[which].get(dof, 0.0) for dof in damper] for group in contacts]).T for which in (0, -1)
     )
+    for side, group in zip(sides, contacts, strict=True):
+        if group[0].elements.friction[0].bend.size:
+            raise fault(f"mu of {side}", "must be a number, for the limit lines to be straight", "one that depends on the load")
     inverse = np.linalg.inv(normals)
     friction = np.array([float(group[0].elements.friction[0].friction[0]) for group in contacts])
     return ForcePlane(inverse @ pull, -inverse @ tangents, friction, sides)

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from stickslip.model.contact.friction import Friction
 from stickslip.model.contact.law import Elements
 from stickslip.model.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.model.contact.protocol import (
@@ -43,7 +44,7 @@ class Dahl(Yielding):
     """
 
     kt: float
-    mu: float
+    mu: Friction
     kn: float | None = None
     preload: float = 0.0
     gap: float = 0.0

@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from stickslip.model.contact.friction import Friction
 from stickslip.model.contact.law import Elements, Law
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.period import HELD, OPEN, RATIO, SLIP, SLIPPING, STATIC, STICK
@@ -59,7 +60,7 @@ class FrictionDisc(Law):
     """
 
     kt: float
-    mu: float
+    mu: Friction
     kn: float | None = None
     preload: float = 0.0
     gap: float = 0.0

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from stickslip.model.contact.friction import Friction, checked_friction, limit_at, line_of
 from stickslip.model.contact.law import Elements, FrictionElements, Law, NormalElements
 from stickslip.model.contact.spectrum import Hertz, Parabolic, Spectrum
 from stickslip.support.checks import between, fault, finite, not_negative, of_kind, positive
@@ -29,7 +30,7 @@ class Iwan(Law):
     """
 
     kt: float
-    mu: float
+    mu: Friction
     kn: float | None = None
     preload: float = 0.0
     gap: float = 0.0
@@ -39,7 +40,7 @@ class Iwan(Law):
 
     def __post_init__(self) -> None:
         positive("kt", self.kt)
-        not_negative("mu", self.mu)
+        checked_friction(self.mu)
         finite("preload", self.preload)
         finite("gap", self.gap)
         if (self.kn is None) == (self.normal_load is None):
@@ -60,9 +61,11 @@ class Iwan(Law):
         if normal != self.has_normal:
             raise fault("An Iwan contact", "must have a normal direction exactly when kn is given", f"kn = {self.kn}")
         share, slip = self.spectrum.elements(self.count)
-        friction, zero = self.mu * share * slip, np.zeros(share.size, dtype=np.int64)
-        limit = friction * (self.normal_load or 0.0)
-        group = FrictionElements(self.kt * share, friction, limit, zero, zero + int(normal))
+        slope, loads, changes = line_of(self.mu)
+        limit = (share * slip) * limit_at(self.mu, self.normal_load or 0.0)
+        friction, zero = slope * share * slip, np.zeros(share.size, dtype=np.int64)
+        bends = (np.outer(loads, friction), np.repeat(changes[:, None], share.size, axis=1)) if normal else ()
+        group = FrictionElements(self.kt * share, friction, limit, zero, zero + int(normal), *bends)
         springs = None
         if self.kn is not None:
             springs = NormalElements(np.array([self.kn]), np.array([self.preload - self.kn * self.gap]))
@@ -80,7 +83,7 @@ class Iwan(Law):
 
     def _limit(self, z: float) -> float:
         load = self.normal_load if self.kn is None else max(self.kn * (z - self.gap) + self.preload, 0.0)
-        return self.mu * float(load or 0.0)
+        return limit_at(self.mu, float(load or 0.0))
 
 
 def mindlin_sphere(

@@ -1,7 +1,8 @@
 """Interface of contact laws. Most are a table of parallel springs and sliders, and their author only fills the table.
 
 Normal elements:      N_e = max(k_e z + c_e, 0), summed to the normal force N of the contact.
-Friction elements:    Jenkins, a spring kt in series with a slider of limit L = μ (sum of some N_e) + L0.
+Friction elements:    Jenkins, a spring kt in series with a slider of limit L = μ (sum of some N_e) + L0, which may bend
+                      with the load (`friction.py`).
 One compiled kernel (`period.py`) carries every such law round a period, with its derivatives. A law that is no such table brings
 its own step (`protocol.py`) and says what it has not in common with sliders.
 """
@@ -10,11 +11,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
+from stickslip.model.contact.friction import share_of
 from stickslip.support.checks import Array, Index, fault
 
 
@@ -35,7 +38,8 @@ class FrictionElements:
     """Jenkins elements of one direction: arrays (e,).
 
     stiffness [N/m]; friction μ; constant_limit L0 [N]; first, last: the normal elements first..last−1 whose load the limit
-    follows, L = μ Σ N_e + L0.
+    follows, L = ℓ + Σ_k change_k max(ℓ − bend_k, 0) with ℓ = μ Σ N_e + L0.
+    bend [N], change [-], (k, e): where the limit bends, of a coefficient that depends on the load; none of a constant one.
     """
 
     stiffness: Array
@@ -43,12 +47,35 @@ class FrictionElements:
     constant_limit: Array
     first: Index
     last: Index
+    bend: Array = field(default_factory=lambda: np.zeros((0, 1)))
+    change: Array = field(default_factory=lambda: np.zeros((0, 1)))
 
-    def limits(self, normal_forces: Array) -> Array:
-        """L of each element for given normal element forces, N."""
+    def line(self, normal_forces: Array) -> Array:
+        """ℓ of each element for given normal element forces, N."""
         sums = np.concatenate([[0.0], np.cumsum(normal_forces)])
         shared = sums[self.last] - sums[self.first]
         return np.asarray(self.friction * shared + self.constant_limit)
+
+    def passed(self, normal_forces: Array) -> NDArray[np.bool_]:
+        """Which bends lie below the limit for given normal element forces, (k, e)."""
+        return np.asarray(self.line(normal_forces) > self.bend)
+
+    def limits(self, normal_forces: Array, passed: NDArray[np.bool_] | None = None) -> Array:
+        """L of each element for given normal element forces, N; with the bends that are `passed` in place of those that are, it
+        is linear in the forces."""
+        line = self.line(normal_forces)
+        beyond = self.change * (line - self.bend)
+        return np.asarray(line + np.where(self.passed(normal_forces) if passed is None else passed, beyond, 0.0).sum(axis=0))
+
+    def bounds(self) -> list[tuple[Array, Array]]:
+        """Lines that no limit exceeds, L ≤ slope ℓ + constant, (e,) each: of a coefficient that falls with the load the limit is
+        the least of them; of another one, the steepest line from the beginning."""
+        slopes = 1.0 + np.concatenate([np.zeros((1, self.stiffness.size)), np.cumsum(self.change, axis=0)])
+        if np.any(self.change > 0.0):
+            steepest = slopes.max(axis=0)
+            return [(steepest, (1.0 - steepest) * self.constant_limit)]
+        bends = np.concatenate([np.zeros((1, self.stiffness.size)), np.cumsum(self.change * self.bend, axis=0)])
+        return list(zip(slopes, -bends, strict=True))
 
 
 @dataclass(frozen=True)
@@ -89,7 +116,10 @@ class Law(ABC):
     def share(self, fraction: float) -> Self:
         """The law of a point that carries this fraction of the surface: stiffnesses and loads times it, all else as it is."""
         whole = {name: getattr(self, name) for name in self.extensive if hasattr(self, name)}
-        return replace(self, **{name: _times(fraction, value) for name, value in whole.items() if value is not None})  # type: ignore[type-var]
+        changed = {name: _times(fraction, value) for name, value in whole.items() if value is not None}
+        if hasattr(self, "mu"):
+            changed["mu"] = share_of(self.mu, fraction)
+        return replace(self, **changed)  # type: ignore[type-var]
 
     @classmethod
     def kernels(cls) -> tuple[Callable[..., Any], ...]:

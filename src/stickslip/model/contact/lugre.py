@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.dahl import beyond_limit, dahl_travel
+from stickslip.model.contact.friction import LoadDependentFriction
 from stickslip.model.contact.law import Elements
 from stickslip.model.contact.protocol import ContactData, StepForces, StepMotion, step_signature
 from stickslip.model.contact.single_load import Yielding, own
@@ -54,6 +55,8 @@ class LuGre(Yielding):
 
     def __post_init__(self) -> None:
         positive("kt", self.kt)
+        if isinstance(self.mu, LoadDependentFriction):
+            raise fault("mu of a lugre contact", "must be a number", self.mu, "Its friction depends on the speed, not on the load.")
         positive("mu", self.mu)
         self.check_load()
         if self.mu_static < self.mu:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stickslip.model.contact.friction import Friction
 from stickslip.model.contact.law import Elements
 from stickslip.model.contact.single_load import SingleLoad
 from stickslip.support.checks import fault, positive
@@ -24,7 +25,7 @@ class Macroslip(SingleLoad):
     extensive: ClassVar[tuple[str, ...]] = (*SingleLoad.extensive, "kt2")
 
     kt: float
-    mu: float
+    mu: Friction
     kn: float | None = None
     preload: float = 0.0
     gap: float = 0.0

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stickslip.model.contact.friction import Friction, LoadDependentFriction, checked_friction, limit_at, line_of, share_of
 from stickslip.model.contact.law import Elements, FrictionElements, Law, NormalElements
-from stickslip.support.checks import InputError, fault, finite, not_negative, vector
+from stickslip.support.checks import InputError, fault, finite, vector
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class MicroslipArray(Law):
     """
 
     kt: Sequence[float]
-    mu: float
+    mu: Friction
     kn: Sequence[float] | None = None
     gaps: Sequence[float] | float = 0.0
     preload: Sequence[float] | float = 0.0
@@ -32,7 +33,7 @@ class MicroslipArray(Law):
         size = len(self.kt)
         if np.any(vector("kt", self.kt) <= 0.0):
             raise fault("kt of every element", "must be positive", list(self.kt))
-        not_negative("mu", self.mu)
+        checked_friction(self.mu)
         vector("gaps", self.gaps, size)
         vector("preload", self.preload, size)
         if (self.kn is None) == (self.normal_load is None):
@@ -46,7 +47,7 @@ class MicroslipArray(Law):
             raise fault("normal_load of every element", "must not be negative", list(self.normal_load))
 
     @classmethod
-    def from_totals(cls, kt: float, kn: float, mu: float, largest_gap: float, elements: int = 5) -> MicroslipArray:
+    def from_totals(cls, kt: float, kn: float, mu: Friction, largest_gap: float, elements: int = 5) -> MicroslipArray:
         """Equal shares of kt and kn, gaps largest_gap (i − 1)/(n − 1): the element of largest gap closes last, slips first."""
         if elements < 2:
             raise fault("elements", "must be at least 2", elements, "One element is a macroslip law.")
@@ -54,6 +55,12 @@ class MicroslipArray(Law):
         share = np.full(elements, 1.0 / elements)
         gaps = largest_gap * np.arange(elements) / (elements - 1)
         return cls(tuple(kt * share), mu, tuple(kn * share), tuple(gaps))
+
+    def _shares(self) -> Array:
+        """The share of each element of the contact, by normal stiffness or load: at its own load it has the coefficient that the
+        whole contact has where all elements are loaded alike."""
+        parts = np.asarray(self.kn if self.normal_load is None else self.normal_load, dtype=float)
+        return np.asarray(np.maximum(parts / max(parts.sum(), 1e-300), 1e-12))
 
     @property
     def has_normal(self) -> bool:
@@ -68,9 +75,14 @@ class MicroslipArray(Law):
             )
         size = len(self.kt)
         index = np.arange(size)
-        limits = np.zeros(size) if self.normal_load is None else self.mu * np.asarray(self.normal_load, dtype=float)
+        loads = np.zeros(size) if self.normal_load is None else np.asarray(self.normal_load, dtype=float)
         first, last = (index, index + 1) if normal else (0 * index, 0 * index)
-        friction = FrictionElements(np.asarray(self.kt, float), np.full(size, self.mu), limits, first, last)
+        mu = [share_of(self.mu, share) for share in self._shares()]
+        limits = np.array([limit_at(each, load) for each, load in zip(mu, loads, strict=True)])
+        lines = [line_of(each) for each in mu]
+        slopes = np.array([line.slope for line in lines])
+        bends = tuple(np.stack(rows, axis=1) for rows in zip(*((line.slope * line.loads, line.changes) for line in lines), strict=True))
+        friction = FrictionElements(np.asarray(self.kt, float), slopes, limits, first, last, *(bends if normal else ()))
         springs = None
         if self.kn is not None:
             kn = np.asarray(self.kn, dtype=float)

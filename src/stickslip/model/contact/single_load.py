@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from stickslip.model.contact.friction import Friction, checked_friction, limit_at, line_of
 from stickslip.model.contact.law import Elements, FrictionElements, Law, NormalElements
 from stickslip.support.checks import fault, finite, not_negative, positive
 
@@ -55,7 +56,7 @@ class SingleLoad(Law):
     name: ClassVar[str]
     about: ClassVar[str]
 
-    mu: float
+    mu: Friction
     kn: float | None
     preload: float
     gap: float
@@ -65,7 +66,7 @@ class SingleLoad(Law):
         """Refuse what is no friction coefficient and no normal load, and numbers of its own outside their range."""
         for name, number in own_numbers(self).items():
             number.check(name, getattr(self, name))
-        not_negative("mu", self.mu)
+        checked_friction(self.mu)
         finite("preload", self.preload)
         finite("gap", self.gap)
         if self.kn is not None:
@@ -89,10 +90,11 @@ class SingleLoad(Law):
         if normal != self.has_normal:
             words = f"kn = {self.kn}, normal direction {'given' if normal else 'missing'}"
             raise fault(f"A {self.name} contact", "must have a normal direction exactly when kn is given", words)
-        one, limit = np.ones(1), 0.0 if self.normal_load is None else self.mu * self.normal_load
-        friction = tuple(
-            FrictionElements(kt * one, self.mu * one, limit * one, np.array([0]), np.array([int(normal)])) for kt in stiffness
-        )
+        one, limit = np.ones(1), 0.0 if self.normal_load is None else limit_at(self.mu, self.normal_load)
+        slope, loads, changes = line_of(self.mu)
+        follows = (slope * one, limit * one, np.array([0]), np.array([int(normal)]))
+        bends = (slope * loads[:, None], changes[:, None]) if normal else ()
+        friction = tuple(FrictionElements(kt * one, *follows, *bends) for kt in stiffness)
         if self.kn is None:
             return Elements(friction, None, parameters)
         return Elements(friction, NormalElements(self.kn * one, (self.preload - self.kn * self.gap) * one), parameters)

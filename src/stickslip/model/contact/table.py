@@ -27,6 +27,7 @@ class ContactTable(NamedTuple):
     normal_first (contacts + 1), normal_stiffness, normal_constant: N_e = max(stiffness z + constant, 0).
     friction_first (rows + 1): friction elements of each row (none for a normal row); stiffness kt, friction μ,
     constant_limit; load_first, load_last: the normal elements that load it; start_kind, start_value: the start state.
+    bend_first (elements + 1): the bends of each limit, at bend [N] of the limit without them, with the change of slope.
     kind (contacts): the number of its law's kernels (`dispatch.py`); parameter_first (contacts + 1), parameter:
     their own numbers.
     loading_row (rows): the row of the normal load of a tangential row, partner_row (rows): the other tangential row where the law
@@ -44,6 +45,9 @@ class ContactTable(NamedTuple):
     constant_limit: Array
     load_first: Index
     load_last: Index
+    bend_first: Index
+    bend: Array
+    change: Array
     start_kind: Index
     start_value: Array
     kind: Index
@@ -55,6 +59,19 @@ class ContactTable(NamedTuple):
     @property
     def rows(self) -> int:
         return int(self.first_row[-1])
+
+
+@inner
+def bent(table: ContactTable, e: int, line: float) -> tuple[float, float]:
+    """L = ℓ + Σ change max(ℓ − bend, 0) of friction element e for ℓ = μ Σ N + L0, and dL/dℓ; bends ascend."""
+    limit, slope = line, 1.0
+    for k in range(table.bend_first[e], table.bend_first[e + 1]):
+        beyond = line - table.bend[k]
+        if beyond <= 0.0:
+            break
+        limit += table.change[k] * beyond
+        slope += table.change[k]
+    return limit, slope
 
 
 @inner
@@ -88,6 +105,8 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
     first_row, normal_row, normal_first, friction_first = [0], [], [0], [0]
     normal: list[tuple[float, float]] = []
     friction: list[tuple[float, float, float, int, int, int, float]] = []
+    bends: list[tuple[float, float]] = []
+    bend_first: list[int] = [0]
     parameter_first: list[int] = [0]
     parameter: list[float] = []
     loading_row: list[int] = []
@@ -103,6 +122,8 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
                 loads = (base + int(group.first[e]), base + int(group.last[e]))
                 parameters = (group.stiffness[e], group.friction[e], group.constant_limit[e])
                 friction.append((*parameters, *loads, start.code, values[e]))
+                bends += zip(group.bend[:, e], group.change[:, e], strict=True) if group.bend.size else ()
+                bend_first.append(len(bends))
             friction_first.append(len(friction))
         row, both = first_row[-1], contact.law.couples_directions
         normal_row.append(row + len(elements.friction) if elements.normal is not None else -1)
@@ -116,6 +137,7 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
         parameter_first.append(len(parameter))
         normal_first.append(len(normal))
     springs = np.array(normal, dtype=float).reshape(len(normal), 2)
+    bent_at = np.array(bends, dtype=float).reshape(len(bends), 2)
     sliders = np.array(friction, dtype=float).reshape(len(friction), 7)
 
     def integers(values: object) -> Index:
@@ -136,6 +158,9 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
         constant_limit=floats(sliders[:, 2]),
         load_first=integers(sliders[:, 3]),
         load_last=integers(sliders[:, 4]),
+        bend_first=integers(bend_first),
+        bend=floats(bent_at[:, 0]),
+        change=floats(bent_at[:, 1]),
         start_kind=integers(sliders[:, 5]),
         start_value=floats(sliders[:, 6]),
         kind=integers([kind_of(type(contact.law)) for contact in contacts]),

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from stickslip.model.contact.friction import Friction
 from stickslip.model.contact.law import Elements
 from stickslip.model.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.model.contact.protocol import (
@@ -35,7 +36,7 @@ class TanhCoulomb(SingleLoad):
     Source: Andersson, Söderberg and Björklund, Tribology International 40 (2007) 580-587.
     """
 
-    mu: float
+    mu: Friction
     v0: float = own("velocity that reaches 76 % of the limit", "m/s", above=0.0)
     kn: float | None = None
     preload: float = 0.0

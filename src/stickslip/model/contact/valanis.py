@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.dahl import beyond_limit
+from stickslip.model.contact.friction import Friction
 from stickslip.model.contact.law import Elements
 from stickslip.model.contact.protocol import ContactData, StepForces, StepMotion, step_signature
 from stickslip.model.contact.single_load import Yielding, own
@@ -37,7 +38,7 @@ class Valanis(Yielding):
     """
 
     kt: float
-    mu: float
+    mu: Friction
     kappa: float = own("how late friction yields: 0 is `dahl`, towards 1 `macroslip`", least=0.0, below=1.0)
     kn: float | None = None
     preload: float = 0.0

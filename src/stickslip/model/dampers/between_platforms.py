@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.model.contact.dahl import Dahl
+from stickslip.model.contact.friction import Friction, LoadDependentFriction
 from stickslip.model.contact.iwan import Iwan
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.macroslip import Macroslip
@@ -21,7 +22,7 @@ from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.contact.point import Contact, Direction
 from stickslip.model.contact.table import ContactTable, contact_table
 from stickslip.model.dampers.damper import ContactSurface, Damper
-from stickslip.support.checks import Array, Index, fault, nearest, not_negative, of_kind, several, symmetric, vector
+from stickslip.support.checks import Array, Index, counted, fault, nearest, not_negative, of_kind, several, symmetric, vector
 
 LAWS = ("macroslip", "iwan", "microslip", "dahl")
 """The laws that lines of contact may follow in a study; those of an identification among them."""
@@ -125,14 +126,15 @@ class BetweenPlatforms:
         damper: Damper,
         kt: ArrayLike,
         kn: ArrayLike,
-        mu: ArrayLike,
+        mu: Frictions,
         right: ElasticPlatform | None = None,
         title: str = "",
     ) -> BetweenPlatforms:
-        """One macroslip law a line of contact: kt, kn [N/m], mu, each a number or one entry per line."""
+        """One macroslip law a line of contact: kt, kn [N/m], mu, each a number or one entry per line; mu may be a
+        `LoadDependentFriction`, over the load of one line."""
         count = len(plane_points(_damper(damper)))
-        columns = [vector(name, value, count) for name, value in (("kt", kt), ("kn", kn), ("mu", mu))]
-        laws = tuple(Macroslip(float(t), float(m), float(n)) for t, n, m in zip(*columns, strict=True))
+        stiffnesses = [vector(name, value, count) for name, value in (("kt", kt), ("kn", kn))]
+        laws = tuple(Macroslip(float(t), m, float(n)) for t, n, m in zip(*stiffnesses, _frictions(mu, count), strict=True))
         return cls(damper, laws, right, title)
 
     @classmethod
@@ -142,7 +144,7 @@ class BetweenPlatforms:
         damper: Damper,
         kt: ArrayLike,
         kn: ArrayLike,
-        mu: ArrayLike,
+        mu: Frictions,
         gaps: float = 0.0,
         right: ElasticPlatform | None = None,
         title: str = "",
@@ -150,7 +152,7 @@ class BetweenPlatforms:
         """One law for every line of contact: "macroslip"; "iwan", the half ellipse of a cylinder on a flat; "microslip", five
         elements whose gaps reach 2 g N/kn, g = `gaps` and N the pull shared over the lines; "dahl".
 
-        kt, kn [N/m], mu: each a number or one entry per line.
+        kt, kn [N/m], mu: each a number or one entry per line; mu may be a `LoadDependentFriction`, over the load of one line.
         """
         if law not in LAWS:
             raise fault("law", "must be a known one", law, nearest(law, LAWS))
@@ -232,6 +234,17 @@ class BetweenPlatforms:
     def with_pull(self, pull: float) -> BetweenPlatforms:
         """A copy with another pull, N, along y."""
         return replace(self, damper=replace(self.damper, pull=(0.0, pull, 0.0)))
+
+
+def _frictions(mu: Frictions, count: int) -> list[Friction]:
+    """The coefficient of each line of contact."""
+    if isinstance(mu, LoadDependentFriction):
+        return [mu] * count
+    if isinstance(mu, Sequence) and any(isinstance(each, LoadDependentFriction) for each in mu):
+        if len(mu) != count:
+            raise fault("mu", f"must have {counted(count, 'entry', 'entries')}", len(mu))
+        return list(mu)
+    return list(map(float, vector("mu", mu, count)))
 
 
 def _damper(damper: Damper) -> Damper:

@@ -10,6 +10,7 @@ from math import atan, degrees
 
 import numpy as np
 
+from stickslip.model.contact.friction import Friction, LoadDependentFriction
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 
 
@@ -31,4 +32,9 @@ def _slope_and_cone(rig: BetweenPlatforms, side: str) -> tuple[float, float]:
     points = [(point, law) for point, law in zip(rig.points, rig.laws, strict=True) if point.side == side]
     normal = points[0][0].normal
     slope = degrees(np.arctan2(abs(normal[0]), abs(normal[1])))
-    return slope, degrees(atan(min(float(getattr(law, "mu", 0.0)) for _, law in points)))
+    return slope, degrees(atan(min(_under_any_load(getattr(law, "mu", 0.0)) for _, law in points)))
+
+
+def _under_any_load(mu: Friction) -> float:
+    """The coefficient under a load as large as it takes to jam."""
+    return mu.values[-1] if isinstance(mu, LoadDependentFriction) else float(mu)

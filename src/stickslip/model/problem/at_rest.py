@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.model.contact.law import FrictionElements, NormalElements
+from stickslip.model.contact.law import NormalElements
 from stickslip.model.contact.point import Contact
 from stickslip.model.contact.start import MeanTraction, TractionRatio
 from stickslip.support.checks import Array
@@ -26,14 +26,15 @@ SHORTEST = 1e-3
 
 class State(NamedTuple):
     """Of a contact at rest: by tangential direction, of each friction element 0 where it sticks, else the sign of its force; and
-    which normal elements are closed.
+    which bends of its limit lie below it; which normal elements are closed.
     """
 
     slips: list[Array]
+    passed: list[NDArray[np.bool_]]
     closed: NDArray[np.bool_]
 
     def same(self, other: State) -> bool:
-        pairs = zip((*self.slips, self.closed), (*other.slips, other.closed), strict=True)
+        pairs = zip((*self.slips, *self.passed, self.closed), (*other.slips, *other.passed, other.closed), strict=True)
         return all(np.array_equal(one, two) for one, two in pairs)
 
 
@@ -50,7 +51,8 @@ def normal_loads_at_rest(problem: Problem) -> dict[str, float]:
     for contact in problem.contacts:
         slips = [np.zeros(group.stiffness.size) for group in contact.elements.friction]
         normal = contact.elements.normal
-        stuck.append(State(slips, np.ones(0 if normal is None else normal.stiffness.size, dtype=bool)))
+        passed = [np.zeros(group.bend.shape, dtype=bool) for group in contact.elements.friction]
+        stuck.append(State(slips, passed, np.ones(0 if normal is None else normal.stiffness.size, dtype=bool)))
     motion = rest.equilibrium(stuck)
     for _ in range(ROUNDS):
         if motion is None:
@@ -134,8 +136,8 @@ def _linear(contact: Contact, state: State) -> tuple[Array, Array]:
             constant[t] += values.sum()
             continue
         ratios = values if isinstance(start, TractionRatio) else signs
-        at_zero = _limits(group, normal, 0.0, state)
-        S[t, -1] += ratios @ (_limits(group, normal, 1.0, state) - at_zero)
+        at_zero, at_one = (group.limits(_loads(normal, z, state.closed), state.passed[t]) for z in (0.0, 1.0))
+        S[t, -1] += ratios @ (at_one - at_zero)
         constant[t] += ratios @ at_zero
         if not isinstance(start, TractionRatio):
             stuck = np.where(signs == 0.0, group.stiffness, 0.0)
@@ -144,9 +146,9 @@ def _linear(contact: Contact, state: State) -> tuple[Array, Array]:
     return S, constant
 
 
-def _limits(group: FrictionElements, normal: NormalElements | None, z: float, state: State) -> Array:
-    """The limit of each friction element at normal displacement z, linear in z, N."""
-    return group.limits(np.zeros(0) if normal is None else np.where(state.closed, normal.stiffness * z + normal.constant, 0.0))
+def _loads(normal: NormalElements | None, z: float, closed: NDArray[np.bool_]) -> Array:
+    """The force of each normal element at normal displacement z, linear in z, N."""
+    return np.zeros(0) if normal is None else np.where(closed, normal.stiffness * z + normal.constant, 0.0)
 
 
 def _state(contact: Contact, w: Array) -> State:
@@ -155,12 +157,12 @@ def _state(contact: Contact, w: Array) -> State:
     """
     normal = contact.elements.normal
     closed = np.zeros(0, dtype=bool) if normal is None else normal.forces(w[-1]) > 0.0
-    slips = []
+    slips, loads = [], _loads(normal, w[-1], closed)
     for t, (start, group) in enumerate(zip(contact.starts, contact.elements.friction, strict=True)):
         signs = np.zeros(group.stiffness.size)
         if contact.law.remembers_start and not isinstance(start, TractionRatio | MeanTraction):
-            limits = np.maximum(_limits(group, normal, w[-1], State([], closed)), 0.0)
+            limits = np.maximum(group.limits(loads), 0.0)
             carried = group.stiffness * (w[t] - start.values(signs.size))
             signs = np.where(np.abs(carried) > limits, np.sign(carried), 0.0)
         slips.append(signs)
-    return State(slips, closed)
+    return State(slips, [group.passed(loads) for group in contact.elements.friction], closed)

@@ -2,7 +2,7 @@
 
 Bodies that nothing but contacts holds are at rest where their load p and the forces of the contacts add up to nothing in every
 motion φ that no stiffness resists, φᵀ Σ B_cᵀ f_c = φᵀ p, with normal forces N_e ≥ 0 and friction |T| ≤ Σ (μ Σ N_e + L0) in each
-direction: one linear program in the N_e and T of all contacts, whatever their stiffness. Without a solution of it there is no
+direction, and within each of the lines that bound a limit which bends with the load: one linear program in the N_e and T of all contacts, whatever their stiffness. Without a solution of it there is no
 state of rest, and no steady vibration either.
 """
 
@@ -91,12 +91,13 @@ def _forces(contact: Contact, rows: Array) -> _Forces:
     acts = np.concatenate([np.repeat(rows[-1:], elements, axis=0), rows[: len(contact.tangential)]])
     within, limits = np.zeros((0, len(acts))), []
     for t, group in enumerate(contact.elements.friction if contact.law.rubs else ()):
-        constant = group.limits(np.zeros(elements)).sum()
-        line = np.zeros(len(acts))
-        line[:elements] = [constant - group.limits(unit).sum() for unit in np.eye(elements)]
         direction = np.eye(len(acts))[elements + t]
-        within = np.vstack([within, line + direction, line - direction])
-        limits += [constant, constant]
+        for slope, beside in group.bounds():
+            constant = (slope * group.line(np.zeros(elements)) + beside).sum()
+            line = np.zeros(len(acts))
+            line[:elements] = [constant - (slope * group.line(unit) + beside).sum() for unit in np.eye(elements)]
+            within = np.vstack([within, line + direction, line - direction])
+            limits += [constant, constant]
     return _Forces(acts, within, np.array(limits), [0.0] * elements + [None] * len(contact.tangential))
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.model.contact.friction import largest_friction
 from stickslip.model.contact.point import Contact, Direction
 from stickslip.model.contact.start import SliderOffset
 from stickslip.model.problem.at_rest import normal_loads_at_rest
@@ -88,7 +89,7 @@ def _friction(problem: Problem) -> str:
     largest = {}
     for contact in problem.contacts:
         of_elements = [float(group.friction.max(initial=0.0)) for group in contact.elements.friction]
-        largest[contact.name] = max([float(np.max(getattr(contact.law, "mu", 0.0))), *of_elements])
+        largest[contact.name] = max([largest_friction(getattr(contact.law, "mu", 0.0)), *of_elements])
     large = [contact for contact in problem.contacts if largest[contact.name] >= LARGEST_FRICTION]
     if not large:
         return ""

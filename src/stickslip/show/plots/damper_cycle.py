@@ -59,6 +59,11 @@ def _forces(dataset: xr.Dataset) -> Panel:
         layers.append(Line(closed(dataset.friction_force.values[:, k]), closed(normal), _line(k), name))
         if np.isfinite(mu):
             layers.append(Line([-mu * top, 0.0, mu * top], [top, 0.0, top], _line(k, dash="dot", width=0.8), name, listed=False))
+        else:  # of a coefficient that depends on the load the limits themselves, in the order of the load
+            order = np.argsort(normal)
+            limit, load = dataset.slip_limit.values[order, k], normal[order]
+            both, loads = np.append(-limit[::-1], limit), np.append(load[::-1], load)
+            layers.append(Line(both, loads, _line(k, dash="dot", width=0.8), name, listed=False))
     axes = Axis("friction force T", "N"), Axis("normal force N", "N")
     return Panel(*axes, layers, "Contact forces; dotted: friction cones", HEIGHT)
 

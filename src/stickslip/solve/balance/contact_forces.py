@@ -15,7 +15,7 @@ from stickslip.model.contact.dispatch import law_period
 from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, friction_period, landing_shares
 from stickslip.model.contact.protocol import NOT_PERIODIC, PeriodMotion, no_forces
-from stickslip.model.contact.table import ContactTable, contact_data, contact_table
+from stickslip.model.contact.table import ContactTable, bent, contact_data, contact_table
 from stickslip.solve.balance.fourier import Fourier, add_product_sums, add_run, fourier
 from stickslip.solve.balance.openings import add_openings
 from stickslip.support.checks import Array, Index
@@ -164,8 +164,7 @@ def _friction_forces(
     constant = 0.0
     for e in range(table.friction_first[r], table.friction_first[r + 1]):
         kt = table.stiffness[e]
-        element_limits(table, e, normal_first, loads, slopes, limit, slope)
-        landing_shares(z, limit, slope, landing)
+        element_limits(table, e, normal_first, z, loads, slopes, limit, slope, landing)
         for n in range(samples):
             ku[n] = kt * u[n]
         mean = kt * motion[0]
@@ -215,8 +214,7 @@ def law_forces(
             velocity[d, n] *= omega
     limit, slope, landing = np.zeros(samples), np.zeros(samples), np.zeros(samples)
     if table.friction_first[first + 1] > table.friction_first[first]:
-        element_limits(table, table.friction_first[first], table.normal_first[c], loads, slopes, limit, slope)
-        landing_shares(z, limit, slope, landing)
+        element_limits(table, table.friction_first[first], table.normal_first[c], z, loads, slopes, limit, slope, landing)
     found = no_forces(data, samples, columns)
     whole = PeriodMotion(u, velocity, z, limit, slope, landing, omega, tables.E, tables.D)
     state = law_period(table.kind[c], data, whole, found)
@@ -250,9 +248,18 @@ def law_forces(
 
 @kernel
 def element_limits(
-    table: ContactTable, e: int, normal_first: int, loads: Array, slopes: Array, limit: Array, slope: Array
+    table: ContactTable,
+    e: int,
+    normal_first: int,
+    z: Array,
+    loads: Array,
+    slopes: Array,
+    limit: Array,
+    slope: Array,
+    landing: Array,
 ) -> None:
-    """Limit L = μ Σ N + L0 of friction element e at every sample, and its slope dL/dz."""
+    """Limit L of friction element e at every sample, its slope dL/dz, and `landing_shares` for the normal motion z: it lands where
+    μ Σ N + L0 does, which is straight in z also where the limit bends within the step."""
     mu, constant = table.friction[e], table.constant_limit[e]
     for n in range(limit.size):
         limit[n], slope[n] = constant, 0.0
@@ -260,6 +267,11 @@ def element_limits(
         for n in range(limit.size):
             limit[n] += mu * loads[k, n]
             slope[n] += mu * slopes[k, n]
+    landing_shares(z, limit, slope, landing)
+    if table.bend_first[e] < table.bend_first[e + 1]:
+        for n in range(limit.size):
+            limit[n], factor = bent(table, e, limit[n])
+            slope[n] *= factor
 
 
 @inlined

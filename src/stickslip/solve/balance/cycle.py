@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.model.contact.dispatch import law_period
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.period import OPEN, SLIP, STICK, friction_period, landing_shares
+from stickslip.model.contact.period import OPEN, SLIP, STICK, friction_period
 from stickslip.model.contact.protocol import PeriodMotion, no_forces
 from stickslip.model.contact.table import ContactTable, contact_data
 from stickslip.solve.balance.contact_forces import element_limits
@@ -102,8 +102,7 @@ def _fill_cycle(
             state[r, :] = OPEN
             for e in range(table.friction_first[r], table.friction_first[r + 1]):
                 kt = table.stiffness[e]
-                element_limits(table, e, first, loads, slopes, limit, slope)
-                landing_shares(z, limit, slope, landing)
+                element_limits(table, e, first, z, loads, slopes, limit, slope, landing)
                 ku = kt * displacement[r]
                 kind, value = table.start_kind[e], table.start_value[e]
                 friction_period(kind, value, kt, ku, limit, landing, kt * mean[r], y, event)
@@ -136,8 +135,7 @@ def _fill_law(
     limit, slope, landing, none = np.zeros(samples), np.zeros(samples), np.zeros(samples), np.empty((samples, 0))
     e = table.friction_first[first]
     if table.friction_first[first + 1] > e:
-        element_limits(table, e, table.normal_first[c], loads, slopes, limit, slope)
-        landing_shares(z, limit, slope, landing)
+        element_limits(table, e, table.normal_first[c], z, loads, slopes, limit, slope, landing)
     found = no_forces(data, samples, 0)
     motion = PeriodMotion(displacement[first:last], velocity[first:last], z, limit, slope, landing, omega, none, none)
     law_period(table.kind[c], data, motion, found)
@@ -175,8 +173,7 @@ def friction_limits(table: ContactTable, tables: Fourier, w: Array) -> Iterator[
             u = tables.E @ w[r]
             for e in range(table.friction_first[r], table.friction_first[r + 1]):
                 limit, slope, landing = np.empty(samples), np.empty(samples), np.empty(samples)
-                element_limits(table, e, first, loads, slopes, limit, slope)
-                landing_shares(z, limit, slope, landing)
+                element_limits(table, e, first, z, loads, slopes, limit, slope, landing)
                 yield e, r, u, limit, landing
 
 

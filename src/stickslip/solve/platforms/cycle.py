@@ -237,9 +237,12 @@ def normal_forces(table: ContactTable, w: Array) -> Array:
 
 
 def slip_limits(table: ContactTable, normal: Array) -> Array:
-    """L = μ Σ N + L0 of every friction element for normal element forces, N."""
+    """L of every friction element for normal element forces, N."""
     loads = np.append(0.0, np.cumsum(normal))
-    return np.asarray(table.friction * (loads[table.load_last] - loads[table.load_first]) + table.constant_limit)
+    line = table.friction * (loads[table.load_last] - loads[table.load_first]) + table.constant_limit
+    element = np.repeat(np.arange(line.size), np.diff(table.bend_first))
+    beyond = table.change * np.maximum(line[element] - table.bend, 0.0)
+    return np.asarray(line + np.bincount(element, beyond, line.size))
 
 
 def standing(model: CycleModel, state: PlatformState) -> Record:

@@ -79,6 +79,9 @@ def elements_of(rig: BetweenPlatforms) -> Elements:
         )
         if springs is None or not paired or friction.stiffness.size != springs.stiffness.size:
             raise fault(f"The law of {point.name}", "must pair each slider with a normal spring", type(law).__name__)
+        if friction.bend.size:
+            remedy = "Identify mu over the load from loops of single contacts: `contact_law` with `friction_over`."
+            raise fault(f"mu of {point.name}", "must be a number, for one constant coefficient is identified", law.mu, remedy)
         columns = (springs.stiffness, springs.constant, friction.stiffness, friction.friction)
         rows += [(index, *values) for values in zip(*columns, strict=True)]
     values, points = np.array(rows, dtype=float), rig.points
@@ -286,6 +289,9 @@ def _as_model(e: Elements, pull: float) -> CycleModel:
         constant_limit=zero,
         load_first=number,
         load_last=number + 1,
+        bend_first=np.zeros(number.size + 1, dtype=np.int64),
+        bend=np.zeros(0),
+        change=np.zeros(0),
         start_kind=0 * number,
         start_value=zero,
         kind=np.full(lines, SLIDERS),

@@ -23,12 +23,17 @@ SLACK = 1e-9
 
 
 def enumerable(table: ContactTable) -> bool:
-    """Whether every contact is one Jenkins element over one normal spring, and there are few of them."""
+    """Whether every contact is one Jenkins element over one normal spring, with a constant coefficient, and there are few."""
     contacts = table.normal_row.size
     plain = np.all(np.diff(table.first_row) == 2) and np.all(table.normal_row == table.first_row[:-1] + 1)
     single = table.stiffness.size == contacts and table.normal_stiffness.size == contacts
     return bool(
-        contacts <= MOST_CONTACTS and plain and single and not np.any(table.constant_limit) and np.all(table.kind == SLIDERS)
+        contacts <= MOST_CONTACTS
+        and plain
+        and single
+        and not np.any(table.constant_limit)
+        and not table.bend.size
+        and np.all(table.kind == SLIDERS)
     )
 
 

@@ -12,8 +12,8 @@ from stickslip.model.contact.dispatch import law_period
 from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.period import OPEN, SLIP, STICK, friction_period, landing_shares
 from stickslip.model.contact.protocol import PeriodForces, PeriodMotion, no_forces
-from stickslip.model.contact.table import ContactTable, contact_data
-from stickslip.solve.time.contact_law import slip_limit
+from stickslip.model.contact.table import ContactTable, bent, contact_data
+from stickslip.solve.time.contact_law import limit_line, slip_limit
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import boxed, inner, kernel
 
@@ -150,8 +150,13 @@ def contact_path(
                 continue
             for e in range(table.friction_first[r], table.friction_first[r + 1]):
                 for n in range(samples):
-                    limit[n], slope[n] = slip_limit(table, e, z[n])
+                    limit[n], slope[n] = limit_line(table, e, z[n])
                 landing_shares(z, limit, slope, landing)
+                if row >= 0:
+                    count = _bends(table, e, z, v[row], limit, instants, elements, states, count)
+                for n in range(samples):
+                    limit[n], factor = bent(table, e, limit[n])
+                    slope[n] *= factor
                 if table.kind[c] != SLIDERS:
                     continue
                 kt = table.stiffness[e]
@@ -199,6 +204,28 @@ def _normal_changes(
             for _ in range(BISECTIONS):
                 middle = 0.5 * (low + high)
                 if (stiffness * at_instant(z, rate, middle)[0] + constant > 0.0) == after:
+                    high = middle
+                else:
+                    low = middle
+            instants[count], elements[count], states[count] = high, -1, 0
+            count += 1
+    return count
+
+
+@inner
+def _bends(
+    table: ContactTable, e: int, z: Array, rate: Array, line: Array, instants: Array, elements: Index, states: Index, count: int
+) -> int:
+    """The instants at which the limit of friction element e bends; line (Nt,): the limit without bends."""
+    for k in range(table.bend_first[e], table.bend_first[e + 1]):
+        for n in range(z.size):
+            before, after = line[n - 1] > table.bend[k], line[n] > table.bend[k]
+            if before == after:
+                continue
+            low, high = n - 1.0, float(n)
+            for _ in range(BISECTIONS):
+                middle = 0.5 * (low + high)
+                if (limit_line(table, e, at_instant(z, rate, middle)[0])[0] > table.bend[k]) == after:
                     high = middle
                 else:
                     low = middle

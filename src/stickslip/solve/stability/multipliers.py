@@ -202,7 +202,7 @@ class ContactPeriod:
         w = evaluation.w[: balance.rows]
         self.u = np.ascontiguousarray(w @ tables.E.T)
         self.v = np.ascontiguousarray(w @ tables.D.T) * (2.0 * np.pi / self.samples)
-        most = 4 * self.samples * (table.stiffness.size + table.normal_stiffness.size + balance.rows)
+        most = 4 * self.samples * (table.stiffness.size + table.normal_stiffness.size + table.bend.size + balance.rows)
         instants, elements, new = np.empty(most), np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
         self.intercept = np.zeros((table.stiffness.size, self.samples))
         count, still, self.last = contact_path(

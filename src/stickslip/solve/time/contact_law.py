@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.model.contact.dispatch import take_step
 from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.protocol import StepMotion, no_step, traction, traction_by_state
-from stickslip.model.contact.table import ContactTable, contact_data
+from stickslip.model.contact.table import ContactTable, bent, contact_data
 from stickslip.support.checks import Array
 from stickslip.support.kernels import inlined, inner, kernel
 
@@ -91,8 +91,8 @@ def _normal_row(table: ContactTable, c: int, row: int, z: float, slopes: Slopes)
 
 
 @inner
-def slip_limit(table: ContactTable, e: int, z: float) -> tuple[float, float]:
-    """L = μ Σ N + L0 of friction element e, and dL/dz."""
+def limit_line(table: ContactTable, e: int, z: float) -> tuple[float, float]:
+    """ℓ = μ Σ N + L0 of friction element e, its limit without bends, and dℓ/dz."""
     load, slope = 0.0, 0.0
     for k in range(table.load_first[e], table.load_last[e]):
         force = table.normal_stiffness[k] * z + table.normal_constant[k]
@@ -103,10 +103,18 @@ def slip_limit(table: ContactTable, e: int, z: float) -> tuple[float, float]:
 
 
 @inner
+def slip_limit(table: ContactTable, e: int, z: float) -> tuple[float, float]:
+    """Limit L of friction element e, and dL/dz."""
+    line, slope = limit_line(table, e, z)
+    limit, factor = bent(table, e, line)
+    return limit, factor * slope
+
+
+@inner
 def _landing(table: ContactTable, e: int, z0: float, z: float) -> float:
     """Share of a step at which friction element e lands, its normal motion taken as straight; 0 where it does not."""
-    bound, slope = slip_limit(table, e, z)
-    if z <= z0 or bound <= 0.0 or slope <= 0.0 or slip_limit(table, e, z0)[0] > 0.0:
+    bound, slope = limit_line(table, e, z)
+    if z <= z0 or bound <= 0.0 or slope <= 0.0 or limit_line(table, e, z0)[0] > 0.0:
         return 0.0
     return float(max(1.0 - bound / (slope * (z - z0)), 0.0))
 
