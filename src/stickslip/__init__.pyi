@@ -37,6 +37,7 @@ from .model.problem.speed import SpeedDependence as SpeedDependence
 from .analyses.contact_stiffness import ContactStiffness as ContactStiffness, contact_stiffness as contact_stiffness
 from .model.contact.cubic import CubicSpring as CubicSpring
 from .model.contact.dahl import Dahl as Dahl
+from .model.contact.friction import LoadDependentFriction as LoadDependentFriction
 from .model.contact.friction_disc import FrictionDisc as FrictionDisc
 from .model.contact.gap import Gap as Gap
 from .model.contact.iwan import Iwan as Iwan, mindlin_sphere as mindlin_sphere

@@ -13,6 +13,7 @@ from laws.marching import harmonics_of, steady_forces
 from laws.quadrature import normal_harmonics
 from laws.samples import LUGRE_SAMPLES, SAMPLES, SMOOTH_SAMPLES, every_law, samples_of
 
+from stickslip.model.contact.friction import LoadDependentFriction
 from stickslip.model.contact.gap import Gap
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
@@ -190,6 +191,8 @@ def scaled(law, stiffness: float, force: float):
         factor = force / stiffness if name in lengths else stiffness / force if name in paces else factor
         if factor is not None and value is not None:
             changes[name] = tuple(factor * np.asarray(value)) if np.ndim(value) else factor * value
+        if isinstance(value, LoadDependentFriction):
+            changes[name] = value.share(force)
     return replace(law, **changes)
 
 

@@ -1,7 +1,12 @@
 """Normal loads at rest, against the mean forces that the harmonic balance finds without vibration."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from problem.loose_wedge import wedge_between
+
+import stickslip as ss
 
 from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -31,3 +36,21 @@ def test_a_pull_across_is_carried_by_one_platform_more_than_by_the_other(folder,
     expected = balance.carried_forces(solved.evaluation)[normal, 0]
     np.testing.assert_allclose(list(found.values()), expected, atol=1e-6 * expected.max())
     assert not any("no state of rest" in note for note in made.notes)
+
+
+@pytest.mark.parametrize("pull", [3.0, 12.0, 30.0])
+def test_a_wedge_that_slips_at_rest_carries_what_the_coefficient_of_its_load_lets_it(pull):
+    """Both sides slip along their faces under a pull that begins at nothing: against the balance without vibration."""
+    mu = ss.LoadDependentFriction((2.0, 5.0, 15.0), (0.4, 0.25, 0.15))
+    wedge = wedge_between()
+    problem = replace(
+        wedge.with_contacts(lambda c: replace(c, law=replace(c.law, mu=mu, preload=0.5), balanced=False)),
+        forces=(*wedge.forces, ss.Force("body.y", static=-pull)),
+    )
+    found = normal_loads_at_rest(problem)
+    balance = HarmonicBalance(problem, 1, 8)
+    solved = solve_cold(balance.holding(None), 1.0, 0.0)
+    assert solved.converged
+    forces = balance.carried_forces(solved.evaluation)[:, 0]
+    np.testing.assert_allclose(list(found.values()), forces[[2, 5]], rtol=1e-9)
+    np.testing.assert_allclose(np.abs(forces[[0, 3]]), mu.limit(forces[[2, 5]]), rtol=1e-9)

@@ -8,6 +8,8 @@ from functools import partial
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from stickslip.model.contact.friction import LoadDependentFriction
+
 STICK, UP, DOWN, OPEN = 0, 1, -1, 2
 EXACT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15}  # events are found by it to 1e-12, differences of them to 1e-5
 
@@ -26,11 +28,20 @@ class Slider:
     def normal(self, q):
         return self.load if self.z is None else self.load + self.kn * (self.z @ q)
 
-    def limit(self, q):
-        return self.mu * max(self.normal(q), 0.0)
+    table: tuple = ((), ())
+    """Loads and coefficients, between which the limit goes straight."""
 
-    def limit_rate(self, v):
-        return 0.0 if self.z is None else self.mu * self.kn * (self.z @ v)
+    def limit(self, q):
+        load, (over, values) = max(self.normal(q), 0.0), map(np.array, self.table)
+        if over.size and load <= over[-1]:
+            return float(np.interp(load, np.append(0.0, over), np.append(0.0, over * values)))
+        return (values[-1] if over.size else self.mu) * load
+
+    def limit_rate(self, q, v):
+        over, values = map(np.array, self.table)
+        slopes = np.concatenate([values[:1], np.diff(over * values) / np.diff(over), values[-1:]]) if over.size else [self.mu]
+        slope = slopes[np.searchsorted(over, self.normal(q))]
+        return 0.0 if self.z is None else slope * self.kn * (self.z @ v)
 
 
 @dataclass
@@ -70,7 +81,7 @@ class Hybrid:
                         (lambda t, x, s=s, c=c, side=side: side * (y[c] + s.kt * (s.u @ x[:n])) - s.limit(x[:n]), c, side)
                     )
             elif mode != OPEN:
-                found.append((lambda t, x, s=s, side=mode: side * (side * s.limit_rate(x[n:]) - s.kt * (s.u @ x[n:])), c, STICK))
+                found.append((lambda t, x, s=s, side=mode: side * (side * s.limit_rate(x[:n], x[n:]) - s.kt * (s.u @ x[n:])), c, STICK))
         return found
 
     def intercept(self, c, x, mode, y):
@@ -104,7 +115,7 @@ class Hybrid:
         y[c] = self.intercept(c, x, modes[c], y[c])
         if to == "closing":
             speed = s.u @ x[n:]
-            to = STICK if s.kt * abs(speed) <= s.limit_rate(x[n:]) else int(np.sign(speed))
+            to = STICK if s.kt * abs(speed) <= s.limit_rate(x[:n], x[n:]) else int(np.sign(speed))
         modes[c] = to
 
     def period_map(self, state, modes, omega, change=3e-6):
@@ -159,7 +170,8 @@ def of_problem(problem, level):
         law, count = contact.law, len(contact.tangential)
         z = None if contact.normal is None else problem.B[row + count]
         load = law.normal_load if z is None else law.preload - law.kn * law.gap
-        sliders += [Slider(problem.B[row + d], law.kt, law.mu, load, z, law.kn or 0.0) for d in range(count)]
+        table = (law.mu.over, law.mu.values) if isinstance(law.mu, LoadDependentFriction) else ((), ())
+        sliders += [Slider(problem.B[row + d], law.kt, law.mu, load, z, law.kn or 0.0, table) for d in range(count)]
         row += count + (z is not None)
     power = problem.load_powers(1)[0]
     structure = problem.structure

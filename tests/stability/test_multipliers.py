@@ -46,10 +46,10 @@ def assert_same(found, exact, count, tolerance=1e-3):
     assert np.max(distance[pairs]) <= tolerance
 
 
-def lifting():
+def lifting(mu=0.5):
     """A mass in the plane, on a contact that lifts off for half of the period."""
     structure = ss.Structure(np.eye(2), np.array([[1.0, 0.1], [0.1, 1.4]]), ("1.x", "1.y"), C=0.04 * np.eye(2))
-    contact = ss.Contact("c", ss.Macroslip(1.0, 0.5, 1.0, 0.5), (ss.between("1.x", "ground"),), ss.between("1.y", "ground"))
+    contact = ss.Contact("c", ss.Macroslip(1.0, mu, 1.0, 0.5), (ss.between("1.x", "ground"),), ss.between("1.y", "ground"))
     return ss.Problem(structure, (contact,), (ss.Force("1.x", 1.0), ss.Force("1.y", 0.6j)), ("1.x",), "Lifting")
 
 
@@ -61,6 +61,7 @@ SLIDERS = {
     "wedge": (rigs.three_mass_wedge(), 84.0, 5.0, 5, 1),
     "lands and slips": (lifting(), 0.15, 1.0, 4, 0),
     "lands and sticks": (lifting(), 0.24, 1.0, 4, 0),
+    "friction falls with the load": (lifting(ss.LoadDependentFriction((0.4, 2.0), (0.9, 0.5))), 0.15, 1.0, 4, 0),
 }
 
 

@@ -34,6 +34,7 @@ from stickslip.study.fields import (
     Table,
     Vector,
 )
+from stickslip.study.friction import Friction, friction_in_si
 from stickslip.study.starts import Starts
 from stickslip.study.units import BY_SYMBOL, CUBIC_STIFFNESS, DIMENSIONLESS, FORCE, LENGTH, PRESSURE, STIFFNESS, Units, in_si
 from stickslip.support.checks import fault, nearest
@@ -105,6 +106,7 @@ class FrictionTable(SurfaceTable):
     at_most_one: ClassVar[Groups] = (("between", "normal"), ("surface", "normal"))
     together: ClassVar[tuple[tuple[str, str], ...]] = (("kn", "normal"), *SurfaceTable.together)
 
+    mu: Annotated[Friction, Field(description="friction coefficient; as a table it depends on the normal load")]
     tangential: Annotated[
         Directions | None, Field(description="t1, or [t1, t2]; a direction is [A, B] or a table of coefficients")
     ] = None
@@ -115,6 +117,10 @@ class FrictionTable(SurfaceTable):
     start: Annotated[
         Starts | None, Field(description="start rule, or a list with one rule per direction; a virgin contact when absent")
     ] = None
+
+    def make_law(self, units: Units) -> Law:
+        values = in_si(self, units)
+        return self.law_in_si(values | {"mu": friction_in_si(values["mu"], units)})
 
 
 LOAD = ("mu", "kn", "preload", "gap", "normal_load")
@@ -127,7 +133,6 @@ SLIDER = ("kt", *LOAD)
 class LoadTable(FrictionTable):
     """What contacts have whose limit is μN of one normal spring, or constant."""
 
-    mu: Annotated[NotNegative, Field(description="friction coefficient")]
     normal_load: Annotated[NotNegative | None, FORCE, Field(description="constant normal load, when there is no kn")] = None
     kn: Annotated[Positive | None, STIFFNESS, Field(description="normal stiffness; needs `normal`")] = None
     preload: Annotated[Number, FORCE, Field(description="N0: normal force at z = 0 (an interference)")] = 0.0
@@ -187,7 +192,6 @@ class MicroslipArrayTable(FrictionTable):
 
     law: Annotated[Literal["microslip_array"], Field(description="the contact law")]
     kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, total or per element")]
-    mu: Annotated[NotNegative, Field(description="friction coefficient")]
     elements: Annotated[int | None, Field(ge=1, le=1000, description="number of elements, when nothing is a list")] = None
     normal_load: Annotated[
         NotNegatives | None, FORCE, Field(description="constant normal load, total or per element, when there is no kn")
@@ -202,7 +206,7 @@ class MicroslipArrayTable(FrictionTable):
     def law_in_si(self, values: dict[str, Any]) -> Law:
         size = self.size()
         kt, kn, preload, load = (shared(values[key], size) for key in ("kt", "kn", "preload", "normal_load"))
-        return MicroslipArray(kt or (), self.mu, kn, self._gaps(values, size), preload or 0.0, load)
+        return MicroslipArray(kt or (), values["mu"], kn, self._gaps(values, size), preload or 0.0, load)
 
     def size(self) -> int:
         """Number of elements: that of every list, or `elements`."""

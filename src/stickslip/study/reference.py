@@ -17,6 +17,7 @@ from stickslip.study.aerodynamics import AerodynamicsTable
 from stickslip.study.contacts import LAWS
 from stickslip.study.faults import tables_in
 from stickslip.study.fields import Table, Words
+from stickslip.study.friction import LoadDependentFrictionTable
 from stickslip.study.kinds import KINDS, StudyTable
 from stickslip.study.starts import StartTable
 from stickslip.study.tables import (
@@ -45,7 +46,7 @@ SECTIONS: dict[str, tuple[type[Table], ...]] = {
     "[structure.sector]": (SectorTable, AxisTable, AtSpeedTable),
     "[[body]]": (BodyTable,),
     "[damping]": (DampingTable,),
-    "[[contact]]": (*LAWS.values(), StartTable),
+    "[[contact]]": (*LAWS.values(), LoadDependentFrictionTable, StartTable),
     "[[force]]": (ForceTable,),
     "[excitation]": (ExcitationTable,),
     "[[mean_spring]]": (MeanSpringTable,),
@@ -61,6 +62,7 @@ TITLES: dict[type[Table], str] = {
     FilesTable: "`model` as a table",
     AxisTable: "`axis`",
     AtSpeedTable: "An entry of `at_speeds`",
+    LoadDependentFrictionTable: "`mu` as a table",
     StartTable: "`start`",
     OutputTable: "An entry of `outputs` as a table",
     **{model: f'`law = "{law}"`' for law, model in LAWS.items()},

@@ -68,14 +68,27 @@ class FrictionElements:
         return np.asarray(line + np.where(self.passed(normal_forces) if passed is None else passed, beyond, 0.0).sum(axis=0))
 
     def bounds(self) -> list[tuple[Array, Array]]:
-        """Lines that no limit exceeds, L ≤ slope ℓ + constant, (e,) each: of a coefficient that falls with the load the limit is
-        the least of them; of another one, the steepest line from the beginning."""
-        slopes = 1.0 + np.concatenate([np.zeros((1, self.stiffness.size)), np.cumsum(self.change, axis=0)])
-        if np.any(self.change > 0.0):
-            steepest = slopes.max(axis=0)
-            return [(steepest, (1.0 - steepest) * self.constant_limit)]
-        bends = np.concatenate([np.zeros((1, self.stiffness.size)), np.cumsum(self.change * self.bend, axis=0)])
-        return list(zip(slopes, -bends, strict=True))
+        """Lines that no limit exceeds, L ≤ slope ℓ + constant, (e,) each: those of the least concave curve above it."""
+        lines = [_concave(*ends) for ends in zip(self.constant_limit, self.bend.T, self.change.T, strict=False)]
+        if not self.bend.size:
+            return [(np.ones(self.stiffness.size), np.zeros(self.stiffness.size))]
+        count = max(map(len, lines))
+        padded = np.array([[*each, *[each[-1]] * (count - len(each))] for each in lines])
+        return [(padded[:, k, 0], padded[:, k, 1]) for k in range(count)]
+
+
+def _concave(start: float, bend: Array, change: Array) -> list[tuple[float, float]]:
+    """Slope and constant of each line of the least concave curve over the limit of one element from ℓ = start on."""
+    at = np.append(start, bend)
+    limit = at + (change * np.maximum(at[:, None] - bend, 0.0)).sum(axis=1)
+    last, lines, k = 1.0 + float(change.sum()), [], 0
+    while True:
+        slopes = (limit[k + 1 :] - limit[k]) / (at[k + 1 :] - at[k])
+        steepest = max(float(slopes.max(initial=last)), last)
+        lines.append((steepest, float(limit[k] - steepest * at[k])))
+        if steepest <= last:
+            return lines
+        k += 1 + int(np.flatnonzero(slopes >= steepest)[-1])
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,9 @@ LAWS = ("macroslip", "iwan", "microslip", "dahl")
 PLAIN: dict[str, Callable[[float, float, float], Law]] = {"iwan": Iwan, "dahl": Dahl}
 """Those that kt, mu and kn define."""
 
+Frictions = ArrayLike | LoadDependentFriction | Sequence[Friction]
+"""Coefficients of friction: one for all lines of contact, or one each."""
+
 DAMPER, LEFT, RIGHT = ("damper.x", "damper.y", "damper.rz"), ("left.x", "left.y"), ("right.x", "right.y")
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.contact.friction import largest_friction
+from stickslip.model.contact.friction import LoadDependentFriction, largest_friction
 from stickslip.model.contact.point import Contact, Direction
 from stickslip.model.contact.start import SliderOffset
 from stickslip.model.problem.at_rest import normal_loads_at_rest
@@ -58,6 +58,7 @@ def warnings_of(problem: Problem) -> tuple[str, ...]:
     sentences = (
         _stiffness(problem),
         _friction(problem),
+        _friction_over_load(problem),
         _normal_stiffness(problem),
         _starts(problem),
         _damping(problem),
@@ -98,6 +99,23 @@ def _friction(problem: Problem) -> str:
         f"Large friction coefficients ({_named([contact.name for contact in large])}): up to mu = {max(largest.values()):.3g}. "
         + ("Where such contacts lift off, points may not be found. " if lost else "")
         + "Measured coefficients are hardly ever above 1."
+    )
+
+
+def _friction_over_load(problem: Problem) -> str:
+    """Contacts whose normal load at rest lies beyond the loads of their coefficient of friction."""
+    given = {c.name: mu for c in problem.contacts if isinstance(mu := getattr(c.law, "mu", 0.0), LoadDependentFriction)}
+    if not given:
+        return ""
+    constant = {c.name: np.sum(load) for c in problem.contacts if (load := getattr(c.law, "normal_load", None)) is not None}
+    loads = normal_loads_at_rest(problem) | constant
+    beyond = [name for name, mu in given.items() if name in loads and not mu.over[0] <= loads[name] <= mu.over[-1]]
+    if not beyond:
+        return ""
+    mu, load = given[beyond[0]], float(loads[beyond[0]])
+    return (
+        f"Normal loads at rest beyond those for which mu is given ({_named(beyond)}): {load:.4g} N at {beyond[0]}, whose mu is "
+        f"given from {mu.over[0]:.4g} to {mu.over[-1]:.4g} N. Beyond them mu is constant, there {float(mu.coefficient(load)):.4g}."
     )
 
 

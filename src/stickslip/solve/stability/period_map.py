@@ -271,6 +271,10 @@ def _changed(table: ContactTable, path: Path, k: int) -> bool:
                 stiffness, constant = table.normal_stiffness[i], table.normal_constant[i]
                 if (stiffness * before + constant > 0.0) != (stiffness * after + constant > 0.0):
                     return True
+            for e in range(*_elements_of(table, c)):
+                if table.bend_first[e] < table.bend_first[e + 1]:
+                    if slip_limit(table, e, before)[1] != slip_limit(table, e, after)[1]:
+                        return True
     return False
 
 

@@ -18,7 +18,8 @@ from stickslip.runs.work import Arrays
 from stickslip.solve.time.methods import GeneralisedAlpha, Method, Newmark
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.build import shape_of
-from stickslip.study.fields import NotNegative, NotNegatives, Number, Positive, Positives, Table
+from stickslip.study.fields import NotNegative, Number, Positive, Positives, Table
+from stickslip.study.friction import Frictions, friction_in_si
 from stickslip.study.tables import ShapeKey
 from stickslip.study.units import FORCE, FREQUENCY, LENGTH, STIFFNESS, Units, in_si
 from stickslip.support.checks import MOST, counted, fault
@@ -46,7 +47,7 @@ class DamperTable(Table):
     pull: Annotated[Positive, FORCE, Field(description="centrifugal force")]
     kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, of each line or by line")]
     kn: Annotated[Positives, STIFFNESS, Field(description="normal stiffness, of each line or by line")]
-    mu: Annotated[NotNegatives, Field(description="friction coefficient, of each line or by line")]
+    mu: Annotated[Frictions, Field(description="friction coefficient, of each line or by line; a table: over the load of one line")]
     law: Annotated[LawKey, Field(description="of all contact lines")] = "macroslip"
     gaps: Annotated[
         NotNegative, Field(description="of microslip: g; the gaps of five elements reach 2 g N/kn, N the pull over the lines")
@@ -63,7 +64,7 @@ class DamperTable(Table):
         right = None if k is None else ElasticPlatform([[k, 0.0], [0.0, k]])
         damper = shape.damper(pull=values["pull"])
         title = f"{self.shape.replace('_', ' ').capitalize()} damper, {values['pull']:g} N"
-        columns = (values["kt"], values["kn"], values["mu"])
+        columns = (values["kt"], values["kn"], friction_in_si(values["mu"], units))
         return BetweenPlatforms.of_law(self.law, damper, *columns, self.gaps, right, title)
 
 
