@@ -30,8 +30,8 @@ from stickslip.model.contact.valanis import Valanis
 
 @dataclass(frozen=True)
 class Element:
-    """What one element of a law is: N = max(kn (z − gap) + preload, 0) + load, a Jenkins element (kt, μN) in each direction; where
-    it has a table of loads and coefficients, the limit goes straight between its limits μN and from nothing to the first."""
+    """What one element of a law is: N = max(kn (z − gap) + preload, 0) + load, a Jenkins element (kt, μN) in each direction;
+    where it has a table of loads and coefficients, the limit goes straight between its μN and from nothing to the first."""
 
     kt: float = 0.0
     mu: float = 0.0
@@ -47,7 +47,7 @@ class Element:
         if not loads.size:
             return self.mu * N
         inside = np.interp(N, np.append(0.0, loads), np.append(0.0, loads * values))
-        return np.where(N > loads[-1], values[-1] * N, inside)
+        return np.where(loads[-1] < N, values[-1] * N, inside)
 
     def normal(self, z: np.ndarray) -> np.ndarray:
         """N at normal displacements z, N."""

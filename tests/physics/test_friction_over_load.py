@@ -58,7 +58,9 @@ def rubbing(mu):
 
 def test_harmonic_balance_and_integration_in_time_agree_where_the_contact_lands():
     """At 31 harmonics to 2e-4, as with a constant coefficient; the coefficient goes from 0.8 to 0.35 over the period."""
-    response = forced_response(rubbing(ss.LoadDependentFriction((0.3, 1.0, 3.0), (0.8, 0.5, 0.35))), [0.3 / 6.3, 0.9 / 6.3], harmonics=31, samples=2048)
+    response = forced_response(
+        rubbing(ss.LoadDependentFriction((0.3, 1.0, 3.0), (0.8, 0.5, 0.35))), [0.3 / 6.3, 0.9 / 6.3], harmonics=31, samples=2048
+    )
     found = response.verify_in_time(0, 1)
     assert found.periodic, found.sentence
     assert found.agrees(3e-4), found.sentence

@@ -40,6 +40,7 @@ PINNED: dict[str, tuple[str, float, float]] = {
     "acceleration_held.py": ("top", 1.0, 1e-4),  # the acceleration that was held
     "design_of_two_dampers.py": ("as_built", 6.2376e-6, 5e-3),
     "cycle_of_a_damper.py": ("energy", 1516.8, 1e-3),  # an independent script of this project
+    "friction_over_the_load.py": ("largest_load", 65.2427, 1e-6),  # balance of forces with the coefficient of that load
     "mistuned_disks.py": ("amplification", 1.17286, 1e-3),
     "band_of_a_performance_curve.py": ("widest", 1.1262, 2e-3),
     "which_parameter_matters.py": ("amplitude_at_the_middle", 4.6192e-5, 2e-3),

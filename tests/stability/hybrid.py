@@ -81,7 +81,9 @@ class Hybrid:
                         (lambda t, x, s=s, c=c, side=side: side * (y[c] + s.kt * (s.u @ x[:n])) - s.limit(x[:n]), c, side)
                     )
             elif mode != OPEN:
-                found.append((lambda t, x, s=s, side=mode: side * (side * s.limit_rate(x[:n], x[n:]) - s.kt * (s.u @ x[n:])), c, STICK))
+                found.append(
+                    (lambda t, x, s=s, side=mode: side * (side * s.limit_rate(x[:n], x[n:]) - s.kt * (s.u @ x[n:])), c, STICK)
+                )
         return found
 
     def intercept(self, c, x, mode, y):

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.dahl import beyond_limit, dahl_travel
-from stickslip.model.contact.friction import LoadDependentFriction
+from stickslip.model.contact.friction import Friction, LoadDependentFriction, line_of
 from stickslip.model.contact.law import Elements
 from stickslip.model.contact.protocol import ContactData, StepForces, StepMotion, step_signature
 from stickslip.model.contact.single_load import Yielding, own
@@ -36,7 +36,7 @@ class LuGre(Yielding):
     """
 
     kt: float
-    mu: float
+    mu: Friction
     mu_static: float = own("friction coefficient at zero speed, at least `mu`", least=0.0)
     stribeck: float = own("speed at which friction falls from mu_static towards mu", "m/s", above=0.0)
     damping: float = own("damping of the bristles, per normal load", "s/m", least=0.0, default=0.0)
@@ -56,7 +56,9 @@ class LuGre(Yielding):
     def __post_init__(self) -> None:
         positive("kt", self.kt)
         if isinstance(self.mu, LoadDependentFriction):
-            raise fault("mu of a lugre contact", "must be a number", self.mu, "Its friction depends on the speed, not on the load.")
+            raise fault(
+                "mu of a lugre contact", "must be a number", self.mu, "Its friction depends on the speed, not on the load."
+            )
         positive("mu", self.mu)
         self.check_load()
         if self.mu_static < self.mu:
@@ -67,7 +69,7 @@ class LuGre(Yielding):
         return (step,)
 
     def elements(self, tangential: int, normal: bool) -> Elements:
-        numbers = (self.mu, self.mu_static, self.stribeck, self.damping, self.viscosity)
+        numbers = (line_of(self.mu).slope, self.mu_static, self.stribeck, self.damping, self.viscosity)
         return self.under_load((self.kt,) * tangential, normal, numbers)
 
     def parameter_scales(self, force: float, width: float) -> Array:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.model.contact.friction import Friction, LoadDependentFriction, checked_friction, limit_at, line_of, share_of
+from stickslip.model.contact.friction import Friction, checked_friction, limit_at, line_of, share_of
 from stickslip.model.contact.law import Elements, FrictionElements, Law, NormalElements
-from stickslip.support.checks import InputError, fault, finite, vector
+from stickslip.support.checks import Array, InputError, fault, finite, vector
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,9 @@ class MicroslipArray(Law):
         limits = np.array([limit_at(each, load) for each, load in zip(mu, loads, strict=True)])
         lines = [line_of(each) for each in mu]
         slopes = np.array([line.slope for line in lines])
-        bends = tuple(np.stack(rows, axis=1) for rows in zip(*((line.slope * line.loads, line.changes) for line in lines), strict=True))
+        bends = tuple(
+            np.stack(rows, axis=1) for rows in zip(*((line.slope * line.loads, line.changes) for line in lines), strict=True)
+        )
         friction = FrictionElements(np.asarray(self.kt, float), slopes, limits, first, last, *(bends if normal else ()))
         springs = None
         if self.kn is not None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,7 +28,7 @@ from stickslip.support.checks import Array, Index, counted, fault, nearest, not_
 LAWS = ("macroslip", "iwan", "microslip", "dahl")
 """The laws that lines of contact may follow in a study; those of an identification among them."""
 
-PLAIN: dict[str, Callable[[float, float, float], Law]] = {"iwan": Iwan, "dahl": Dahl}
+PLAIN: dict[str, Callable[[float, Friction, float], Law]] = {"iwan": Iwan, "dahl": Dahl}
 """Those that kt, mu and kn define."""
 
 Frictions = ArrayLike | LoadDependentFriction | Sequence[Friction]
@@ -247,7 +248,7 @@ def _frictions(mu: Frictions, count: int) -> list[Friction]:
         if len(mu) != count:
             raise fault("mu", f"must have {counted(count, 'entry', 'entries')}", len(mu))
         return list(mu)
-    return list(map(float, vector("mu", mu, count)))
+    return list(map(float, vector("mu", cast(ArrayLike, mu), count)))
 
 
 def _damper(damper: Damper) -> Damper:

@@ -2,8 +2,8 @@
 
 Bodies that nothing but contacts holds are at rest where their load p and the forces of the contacts add up to nothing in every
 motion φ that no stiffness resists, φᵀ Σ B_cᵀ f_c = φᵀ p, with normal forces N_e ≥ 0 and friction |T| ≤ Σ (μ Σ N_e + L0) in each
-direction, and within each of the lines that bound a limit which bends with the load: one linear program in the N_e and T of all contacts, whatever their stiffness. Without a solution of it there is no
-state of rest, and no steady vibration either.
+direction: one linear program in the N_e and T of all contacts, whatever their stiffness. Without a solution of it there is no
+state of rest, and no steady vibration either. Of a limit that bends with the load stand the lines that bound it.
 """
 
 from __future__ import annotations

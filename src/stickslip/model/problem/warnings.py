@@ -115,7 +115,8 @@ def _friction_over_load(problem: Problem) -> str:
     mu, load = given[beyond[0]], float(loads[beyond[0]])
     return (
         f"Normal loads at rest beyond those for which mu is given ({_named(beyond)}): {load:.4g} N at {beyond[0]}, whose mu is "
-        f"given from {mu.over[0]:.4g} to {mu.over[-1]:.4g} N. Beyond them mu is constant, there {float(mu.coefficient(load)):.4g}."
+        f"given from {mu.over[0]:.4g} to {mu.over[-1]:.4g} N. Beyond them mu is constant, there "
+        f"{float(mu.coefficient(load)):.4g}."
     )
 
 

@@ -258,8 +258,8 @@ def element_limits(
     slope: Array,
     landing: Array,
 ) -> None:
-    """Limit L of friction element e at every sample, its slope dL/dz, and `landing_shares` for the normal motion z: it lands where
-    μ Σ N + L0 does, which is straight in z also where the limit bends within the step."""
+    """Limit L of friction element e at every sample, its slope dL/dz, and `landing_shares` for the normal motion z: it lands
+    where μ Σ N + L0 does, which is straight in z also where the limit bends within the step."""
     mu, constant = table.friction[e], table.constant_limit[e]
     for n in range(limit.size):
         limit[n], slope[n] = constant, 0.0

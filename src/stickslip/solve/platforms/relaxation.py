@@ -80,8 +80,8 @@ def elements_of(rig: BetweenPlatforms) -> Elements:
         if springs is None or not paired or friction.stiffness.size != springs.stiffness.size:
             raise fault(f"The law of {point.name}", "must pair each slider with a normal spring", type(law).__name__)
         if friction.bend.size:
-            remedy = "Identify mu over the load from loops of single contacts: `contact_law` with `friction_over`."
-            raise fault(f"mu of {point.name}", "must be a number, for one constant coefficient is identified", law.mu, remedy)
+            rule, given = "must be a number, for one constant coefficient is identified", "a table over the normal load"
+            raise fault(f"mu of {point.name}", rule, given, "Measure loops of single contacts at several loads: `contact_law`.")
         columns = (springs.stiffness, springs.constant, friction.stiffness, friction.friction)
         rows += [(index, *values) for values in zip(*columns, strict=True)]
     values, points = np.array(rows, dtype=float), rig.points

@@ -272,9 +272,9 @@ def _changed(table: ContactTable, path: Path, k: int) -> bool:
                 if (stiffness * before + constant > 0.0) != (stiffness * after + constant > 0.0):
                     return True
             for e in range(*_elements_of(table, c)):
-                if table.bend_first[e] < table.bend_first[e + 1]:
-                    if slip_limit(table, e, before)[1] != slip_limit(table, e, after)[1]:
-                        return True
+                bends = table.bend_first[e] < table.bend_first[e + 1]
+                if bends and slip_limit(table, e, before)[1] != slip_limit(table, e, after)[1]:
+                    return True
     return False
 
 

@@ -47,7 +47,9 @@ class DamperTable(Table):
     pull: Annotated[Positive, FORCE, Field(description="centrifugal force")]
     kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, of each line or by line")]
     kn: Annotated[Positives, STIFFNESS, Field(description="normal stiffness, of each line or by line")]
-    mu: Annotated[Frictions, Field(description="friction coefficient, of each line or by line; a table: over the load of one line")]
+    mu: Annotated[
+        Frictions, Field(description="friction coefficient, of each line or by line; a table: over the load of one line")
+    ]
     law: Annotated[LawKey, Field(description="of all contact lines")] = "macroslip"
     gaps: Annotated[
         NotNegative, Field(description="of microslip: g; the gaps of five elements reach 2 g N/kn, N the pull over the lines")
