@@ -30,6 +30,10 @@ def contact_law(
     lag: Annotated[
         float | None, typer.Option(help="Share of a period by which the force is recorded later than the displacement.")
     ] = None,
+    friction_over: Annotated[
+        list[float] | None,
+        typer.Option(metavar="LOAD", help="N; can be repeated: normal loads at which the friction coefficient is found."),
+    ] = None,
     column: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME=COLUMN", help="Title or number of a column: displacement, force, normal, time."),
@@ -47,7 +51,8 @@ def contact_law(
     existing("FILES", files)
     named = {"columns": pairs("--column", column or ()), "column_units": pairs("--unit", unit or ())}
     stiffness = None if rig_stiffness is None else 1e6 * rig_stiffness
-    text = study_text(files, {"normal_load": normal_load, "rig_stiffness": stiffness, "laws": law or None, "lag": lag}, named)
+    given = {"normal_load": normal_load, "rig_stiffness": stiffness, "laws": law or None, "lag": lag}
+    text = study_text(files, given | {"friction_over": friction_over or None}, named)
     job = study.job(text, Path(), "contact law")
     folder = free_folder(out or Path("results") / files[0].stem, [""], resume, overwrite)
     carry_out(Run({"": job}, folder, resume, 1), figures)

@@ -21,7 +21,7 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """Parameters of all laws, and those of the chosen law cycle by cycle."""
+    """Parameters of all laws, those of the chosen law cycle by cycle, and friction over the load."""
     import pandas as pd
 
     laws = pd.DataFrame({"law": dataset["law"].values})
@@ -47,7 +47,21 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             "energy fitted in mJ": 1e3 * dataset["energy_fitted"].values,
         }
     )
-    return {"laws": laws, "cycles": cycles}
+    return {"laws": laws, "cycles": cycles} | _over_load(dataset)
+
+
+def _over_load(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
+    """Friction over the normal load, where it was asked for."""
+    import pandas as pd
+
+    if "friction" not in dataset:
+        return {}
+    bounds = {f"mu, {end} (95 %)": dataset["friction_interval"].sel(bound=end).values for end in ("low", "high")}
+    return {
+        "friction": pd.DataFrame(
+            {"normal load in N": dataset["friction_load"].values, "mu": dataset["friction"].values, **bounds}
+        )
+    }
 
 
 def figures(dataset: xr.Dataset) -> Figures:

@@ -52,6 +52,11 @@ class ContactLawTable(Table):
         Number,
         Field(ge=-0.05, le=0.05, description="share of a period by which the force is recorded later than the displacement"),
     ] = 0.0
+    friction_over: Annotated[
+        Annotated[list[Positive], Field(min_length=2)] | None,
+        FORCE,
+        Field(description="normal loads at which the friction coefficient is found, ascending; one coefficient unless given"),
+    ] = None
     columns: Annotated[
         dict[ColumnName, Column], Field(description="titles or numbers (from 1) of columns that are not understood")
     ] = Field(default_factory=dict)
@@ -113,6 +118,7 @@ class ContactLawPlan(Plan):
             columns={str(key): value for key, value in table.columns.items()},
             units={str(key): value for key, value in table.column_units.items()},
             lag=table.lag,
+            friction_over=si["friction_over"],
         )
 
     @property

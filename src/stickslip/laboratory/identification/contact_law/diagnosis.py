@@ -86,7 +86,11 @@ def warnings_about(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> li
             found.append(f"{name} is hardly known: its 95 % interval is {0.5 * (high - low) / value:.0%} wide to either side.")
     found += _over_loads(work, dataset["cycle_kt"].values)
     if len(work.single) > 2:
+        loads = [loop.load for loop in work.single]
+        apart = max(loads) > LOADS_APART * min(loads)
         for name, values in (("mu", dataset["cycle_mu"].values), ("kt", dataset["cycle_kt"].values)):
+            if name == "mu" and work.friction_over is not None:
+                continue
             part = max(len(values) // 10, 1)
             first, last = float(np.mean(values[:part])), float(np.mean(values[-part:]))
             if abs(last - first) > CHANGE * first:
@@ -94,6 +98,7 @@ def warnings_about(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> li
                 found.append(
                     f"{name} changes from {factor * first:.4g} ({_which(work.numbers[:part])}) to {factor * last:.4g}{unit} "
                     f"({_which(work.numbers[-part:])}): one value for all is a mean."
+                    + (" The loads differ: friction_over finds mu over the load." if name == "mu" and apart else "")
                 )
     if work.compared is not work.loops:
         found.append("Friction changes between loops: laws are compared with the load of each loop scaled to its plateau.")

@@ -10,8 +10,9 @@ import numpy as np
 
 from stickslip.laboratory.identification.contact_law.intervals import interval
 from stickslip.laboratory.identification.contact_law.model import ContactLoop, force_of, work_along
+from stickslip.model.contact.friction import LoadDependentFriction
 from stickslip.results.result import Result
-from stickslip.support.checks import Array, counted
+from stickslip.support.checks import Array, counted, fault
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,6 +90,13 @@ class ContactLaw(Result):
         """Friction coefficient of the chosen law."""
         return self.fits[self.best].mu
 
+    @property
+    def friction(self) -> LoadDependentFriction:
+        """Coefficient over the normal load, of the chosen law; needs `friction_over`."""
+        if "friction" not in self.dataset:
+            raise fault("friction over the load", "must have been asked for", "without friction_over")
+        return LoadDependentFriction(*(tuple(self.dataset[name].values.tolist()) for name in ("friction_load", "friction")))
+
 
 def contact_law_dataset(
     work: ContactLawWork, fits: Mapping[str, LawFit], best: str, cycles: tuple[Array, Array], least_mu: float | None
@@ -150,6 +158,20 @@ def contact_law_dataset(
     return xr.Dataset(variables, coords, about | ({} if least_mu is None else {"least_mu": least_mu}))
 
 
+def with_friction(dataset: xr.Dataset, friction: Array, exponent: Array) -> xr.Dataset:
+    """The dataset with coefficients over the load: load, value and relative error (3, loads); exponent and its error (2,)."""
+    load, mu, errors = friction
+    bounds = np.array([interval(value, error) for value, error in zip(mu, errors, strict=True)])
+    words = "friction coefficient over the normal load"
+    exponents = [exponent[0] + side * 1.96 * exponent[1] for side in (-1.0, 1.0)]
+    return dataset.assign(
+        friction=("friction_load", mu, {"units": "1", "long_name": words}),
+        friction_interval=(("friction_load", "bound"), bounds, {"units": "1", "long_name": f"95 % interval of the {words}"}),
+        exponent=((), exponent[0], {"units": "1", "long_name": "exponent of the power of the load that friction follows best"}),
+        exponent_interval=("bound", exponents, {"units": "1", "long_name": "95 % interval of the exponent"}),
+    ).assign_coords(friction_load=("friction_load", load, {"units": "N", "long_name": "normal load"}))
+
+
 def sentences(dataset: xr.Dataset) -> list[str]:
     """The answer in a few lines: parameters, energy, cycles, other laws, what was removed, warnings."""
     best = str(dataset.attrs["best"])
@@ -169,6 +191,13 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         f"misfit {_misfits(own)}; energy per cycle {energies}",
         str(dataset.attrs["summary"]),
     ]
+    if "friction" in dataset:
+        pairs = zip(dataset["friction"].values, dataset["friction_load"].values, strict=True)
+        low, high = dataset["exponent_interval"].values
+        listed = ", ".join(f"{value:.4g} at {load:.4g} N" for value, load in pairs)
+        lines.append(
+            f"mu over the normal load: {listed}; about as N to the {float(dataset['exponent']):.3g}, 95 % {low:.3g} to {high:.3g}"
+        )
     others = [law for law in dataset["law"].values if law != best]
     if others:
         listed = (f"{law} {_misfits(dataset.sel(law=law))}" for law in others)

@@ -14,14 +14,15 @@ import numpy as np
 from stickslip.analyses.settings import takes
 from stickslip.laboratory.identification.contact_law.diagnosis import least_friction, warnings_about
 from stickslip.laboratory.identification.contact_law.fit import LONGEST, fitted, judged
+from stickslip.laboratory.identification.contact_law.friction import friction_over_load, under_friction
 from stickslip.laboratory.identification.contact_law.intervals import LoopErrors, standard_errors
 from stickslip.laboratory.identification.contact_law.model import FITTED, LAWS, ContactLoop, advanced, force_of, smoothed
-from stickslip.laboratory.identification.contact_law.result import ContactLaw, LawFit, contact_law_dataset
+from stickslip.laboratory.identification.contact_law.result import ContactLaw, LawFit, contact_law_dataset, with_friction
 from stickslip.laboratory.measurement.contact_cycles import ContactCycles, contact_cycles, smoothed_motion
 from stickslip.laboratory.measurement.contact_record import ContactRecord, read_contact_records
 from stickslip.laboratory.measurement.cycles import synthesis
 from stickslip.runs.work import Arrays
-from stickslip.support.checks import Array, Index, InputError, counted, fault, finite, nearest, positive
+from stickslip.support.checks import Array, Index, InputError, counted, fault, finite, nearest, positive, vector
 
 CLOSE = 1.1
 """A law with fewer parameters is kept while its held-out error is below this times the smallest."""
@@ -69,6 +70,7 @@ class ContactLawWork:
     removed: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     summary: str = ""
+    friction_over: tuple[float, ...] | None = None
     words: Sequence[str] = ("contact law",)
 
     @property
@@ -77,7 +79,8 @@ class ContactLawWork:
         data = b"".join(
             np.asarray(part).tobytes() for loop in self.single for part in (loop.displacement, loop.force, loop.normal)
         )
-        return (f"contact law {sha256(data + repr((self.laws, self.rig_stiffness, self.errors)).encode()).hexdigest()[:12]}",)
+        settings = (self.laws, self.rig_stiffness, self.errors, *([] if self.friction_over is None else [self.friction_over]))
+        return (f"contact law {sha256(data + repr(settings).encode()).hexdigest()[:12]}",)
 
     @property
     def load(self) -> float:
@@ -97,6 +100,11 @@ class ContactLawWork:
             return self
         said = f"The force is taken {lag:.2%} of a period earlier than recorded."
         return self.changed(lambda loop: replace(loop, force=advanced(np.asarray(loop.force), lag)), said)
+
+    def with_friction(self, load: Array, friction: Array) -> ContactLawWork:
+        """A copy whose loops have the loads under which the coefficient of the mean load gives the same friction."""
+        mean = float(np.interp(self.load, load, load * friction)) / self.load
+        return replace(self, loops=tuple(under_friction(loop, load, friction / mean) for loop in self.loops))
 
     def corrected(self) -> ContactLawWork:
         """A copy whose displacements are those of the contact alone, u − F/k_rig, without what the rig yields."""
@@ -139,10 +147,16 @@ class ContactLawWork:
 
     def solve(self, case: int, report: Callable[[float], object]) -> Arrays:
         """Of all laws: parameters and errors (laws, 3), misfit and held-out error (laws, 2); parameters and errors of the chosen
-        law cycle by cycle (cycles, 3)."""
+        law cycle by cycle (cycles, 3). With `friction_over` laws are compared at the coefficients of a first fit, their mu being
+        that of the mean load; then come load, coefficient, error (3, loads), exponent and its error (2,) by the chosen law."""
+        loops, compared = self.loops, self.compared
+        if self.friction_over is not None:
+            first = friction_over_load(self.loops, self.laws[0], np.array(self.friction_over), self.errors)
+            work = self.with_friction(first.load, first.friction)
+            loops, compared = work.loops, work.compared
         theta, errors, misfits = (np.full((len(self.laws), count), np.nan) for count in (3, 3, 2))
         for place, law in enumerate(self.laws):
-            found, error, *misfits[place] = judged(self.loops, law, self.compared)
+            found, error, *misfits[place] = judged(loops, law, compared)
             theta[place, : found.size], errors[place, : error.size] = found, error
             report(0.8 * (place + 1) / len(self.laws))
         best = self._best(misfits[:, 1])
@@ -152,7 +166,11 @@ class ContactLawWork:
             one = fitted((loop,), best, start)
             own[place, : start.size], own_errors[place, : start.size] = one.x, standard_errors(one, (loop,), best)
             report(0.8 + 0.2 * (place + 1) / len(self.single))
-        return {"theta": theta, "errors": errors, "misfits": misfits, "cycle_theta": own, "cycle_errors": own_errors}
+        arrays = {"theta": theta, "errors": errors, "misfits": misfits, "cycle_theta": own, "cycle_errors": own_errors}
+        if self.friction_over is not None:
+            load, friction, error, *power = friction_over_load(self.loops, best, np.array(self.friction_over), self.errors)
+            arrays |= {"friction": np.stack([load, friction, error]), "exponent": np.array(power)}
+        return arrays
 
     def _best(self, held_out: Array) -> str:
         """The simplest law that loops held out do not contradict."""
@@ -172,9 +190,12 @@ class ContactLawWork:
                 law, kt, mu, (*map(float, theta[2:]),), (*map(float, whole),), *map(float, found["misfits"][place])
             )
         best = self._best(found["misfits"][:, 1])
-        least = least_friction(self, fits[best].mu)
-        dataset = contact_law_dataset(self, fits, best, (found["cycle_theta"], found["cycle_errors"]), least)
-        said = (*self.notes, *warnings_about(self, fits[best], dataset))
+        work = self if self.friction_over is None else self.with_friction(*found["friction"][:2])
+        least = least_friction(work, fits[best].mu)
+        dataset = contact_law_dataset(work, fits, best, (found["cycle_theta"], found["cycle_errors"]), least)
+        if self.friction_over is not None:
+            dataset = with_friction(dataset, found["friction"], found["exponent"])
+        said = (*self.notes, *warnings_about(work, fits[best], dataset))
         return ContactLaw(best, fits, self.loops, self.removed, said, dataset.assign_attrs(warnings="\n".join(said)))
 
 
@@ -189,6 +210,7 @@ def contact_law_work(
     columns: Mapping[str, str | int] | None = None,
     units: Mapping[str, str] | None = None,
     lag: float = 0.0,
+    friction_over: Sequence[float] | None = None,
 ) -> ContactLawWork:
     """The work for the arguments of `contact_law`, checked."""
     laws = (laws,) if isinstance(laws, str) else tuple(laws)
@@ -220,6 +242,7 @@ def contact_law_work(
         removed=removed,
         notes=notes,
         summary=summary,
+        friction_over=None if friction_over is None else _loads(friction_over),
     )
     if len(work.loops) < 2 and len(laws) > 1:
         remedy = "Measure several cycles or amplitudes, or name one law: laws=['jenkins'] (--law jenkins)."
@@ -243,9 +266,21 @@ def contact_law(work: ContactLawWork) -> ContactLaw:
     rig_stiffness: N/m, of what lies between the displacement sensor and the contact, in series with it. The displacement of the
     contact is then u − F/rig_stiffness, so that 1/kt = 1/kt_measured − 1/rig_stiffness. errors: what loops cannot show, for the
     intervals. lag: share of a period by which the force is recorded later than the displacement; it is taken away first.
+    friction_over: normal loads [N] at which the coefficient is found, from loops at several loads or under a load that varies;
+    between them the slip limit is straight. `ContactLaw.friction` is then what `mu` of a law may be, and the dataset has
+    `friction` with its intervals over `friction_load` and the exponent of the power of the load that it follows best; mu of each
+    law is then the coefficient at the mean load.
     Raises `InputError` for wrong input and for a rig softer than rig and contact together.
     """
     return work.contact_law()
+
+
+def _loads(friction_over: Sequence[float]) -> tuple[float, ...]:
+    """At least two loads in ascending order."""
+    loads = vector("friction_over", friction_over)
+    if loads.size < 2 or np.any(np.diff(loads) <= 0.0) or loads[0] <= 0.0:
+        raise fault("friction_over", "must be two or more positive loads in ascending order", loads.tolist())
+    return tuple(map(float, loads))
 
 
 def _cycles(
