@@ -99,9 +99,16 @@ def friction_over_load(loops: Sequence[ContactLoop], law: str, over: Array, erro
             f"{limits[k]:.4g} N at {over[k]:g} N and {limits[k + 1]:.4g} N at {over[k + 1]:g} N",
             "Give fewer loads in friction_over, further apart.",
         )
-    x = np.log(over)
-    about, weights = x - np.average(x, weights=scatter**-2.0), scatter**-2.0
-    exponent = float(np.sum(weights * about * found.x[mu]) / np.sum(weights * about**2))
+    exponent = _power(np.log(over), found.x[mu], scatter)
     zero = errors.normal_zero / over
     whole = np.sqrt(scatter**2 + errors.force_gain**2 + errors.normal_gain**2 + zero**2)
-    return FrictionOverLoad(over, friction, whole, exponent, float(np.sqrt(1.0 / np.sum(weights * about**2))))
+    return FrictionOverLoad(over, friction, whole, *exponent)
+
+
+def _power(x: Array, y: Array, scatter: Array) -> tuple[float, float]:
+    """Slope of y over x (k,) and its standard error, by the scatter of y, by what the line misses where it is more."""
+    weights = scatter**-2.0
+    about = x - np.average(x, weights=weights)
+    slope = float(np.sum(weights * about * y) / np.sum(weights * about**2))
+    missed = np.sum(weights * (y - np.average(y, weights=weights) - slope * about) ** 2) / max(x.size - 2, 1)
+    return slope, float(np.sqrt(max(missed, 1.0) / np.sum(weights * about**2)))

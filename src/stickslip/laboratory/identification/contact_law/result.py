@@ -194,9 +194,10 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     if "friction" in dataset:
         pairs = zip(dataset["friction"].values, dataset["friction_load"].values, strict=True)
         low, high = dataset["exponent_interval"].values
-        listed = ", ".join(f"{value:.4g} at {load:.4g} N" for value, load in pairs)
+        coefficients = ", ".join(f"{value:.4g} at {load:.4g} N" for value, load in pairs)
         lines.append(
-            f"mu over the normal load: {listed}; about as N to the {float(dataset['exponent']):.3g}, 95 % {low:.3g} to {high:.3g}"
+            f"mu over the normal load: {coefficients}; about as N to the {float(dataset['exponent']):.3g}, "
+            f"95 % {low:.3g} to {high:.3g}"
         )
     others = [law for law in dataset["law"].values if law != best]
     if others:
