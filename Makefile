@@ -30,6 +30,8 @@ TESTING := test test-all test-times test-rounding ci nightly mutants
 $(TESTING) demo robustness: export OPENBLAS_NUM_THREADS = 1
 $(TESTING): export OMP_NUM_THREADS = 1
 $(TESTING): export MKL_NUM_THREADS = 1
+# Compiled modules are kept, whatever the environment says: else each process of a run compiles all of them again.
+$(TESTING): export PYTHONDONTWRITEBYTECODE =
 
 # The lower bounds of pyproject.toml in an environment of their own, and what touches every dependency. Newer dependencies of
 # these old packages warn; that is theirs, so warnings are no errors here.

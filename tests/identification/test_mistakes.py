@@ -1,6 +1,7 @@
 """Mistakes in measured responses are named: each is put into curves whose truth is known."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,8 +11,12 @@ import stickslip as ss
 from stickslip.laboratory.identification.response.diagnosis import SUSPICION
 from stickslip.laboratory.identification.response.mistakes import notes_on_mistakes
 
-SOUND = [measured(force, 3, frequencies=np.linspace(0.14, 0.24, 15)) for force in (0.3, 1.0, 2.0)]
 SETTINGS = {"tries": 1, "evaluations": 25, "samples": 64, "harmonics": 3}
+
+
+@cache
+def sound():
+    return [measured(force, 3, frequencies=np.linspace(0.14, 0.24, 15)) for force in (0.3, 1.0, 2.0)]
 
 
 def scaled(amplitude=1.0, force=1.0):
@@ -59,7 +64,7 @@ def hints(found):
 )
 def test_a_mistake_is_named(name):
     change, words = MISTAKES[name]
-    found = ss.identify_response(one_mass, FREE, [change(test) for test in SOUND], **SETTINGS)
+    found = ss.identify_response(one_mass, FREE, [change(test) for test in sound()], **SETTINGS)
     said = hints(found)
     assert any(words in note for note in said), found.notes
     assert len(said) == 1
@@ -71,9 +76,9 @@ def test_a_mistake_is_named(name):
 @pytest.mark.slow
 def test_a_sound_fit_and_a_wrong_model_are_no_mistakes():
     """Right curves; and a model without friction, which misses them by more than a tenth."""
-    assert hints(ss.identify_response(one_mass, FREE, SOUND, **SETTINGS)) == []
+    assert hints(ss.identify_response(one_mass, FREE, sound(), **SETTINGS)) == []
     stuck = ss.identify_response(
-        lambda kt, damping: one_mass(kt, 100.0, damping), {k: FREE[k] for k in ("kt", "damping")}, SOUND, **SETTINGS
+        lambda kt, damping: one_mass(kt, 100.0, damping), {k: FREE[k] for k in ("kt", "damping")}, sound(), **SETTINGS
     )
     assert float(stuck.dataset["misfit"].max()) > 0.1
     assert hints(stuck) == []
@@ -81,7 +86,7 @@ def test_a_sound_fit_and_a_wrong_model_are_no_mistakes():
 
 
 def test_one_wrong_test_is_named_alone():
-    tests = [SOUND[0], MISTAKES["sign"][0](SOUND[1]), SOUND[2]]
+    tests = [sound()[0], MISTAKES["sign"][0](sound()[1]), sound()[2]]
     (said,) = hints(ss.identify_response(one_mass, FREE, tests, **SETTINGS))
     assert said.startswith("1: the measured phases have the opposite sign")
 
@@ -91,8 +96,8 @@ def test_one_curve_that_fits_with_exchanged_columns_is_chance():
     solution = {
         "plain_gain": np.ones(3),
         "plain_misfit": np.full(3, 0.3),
-        "plain_phase": np.concatenate([np.asarray(test.phase) for test in SOUND]),
+        "plain_phase": np.concatenate([np.asarray(test.phase) for test in sound()]),
     }
     for exchanged, count in (([0.05, 0.3, 0.3], 0), ([0.05, 0.05, 0.05], 1)):
-        said = notes_on_mistakes(SOUND, np.full(3, 0.3), solution | {"swapped_misfit": np.array(exchanged)})
+        said = notes_on_mistakes(sound(), np.full(3, 0.3), solution | {"swapped_misfit": np.array(exchanged)})
         assert len([note for note in said if "swapped" in note]) == count
