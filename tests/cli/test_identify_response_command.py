@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 import stickslip as ss
 from stickslip import study
 from stickslip.cli import app
+from stickslip.show.report.page import page
 from stickslip.show.report.response_identification import tables
 from stickslip.support import console
 
@@ -75,6 +76,9 @@ def test_a_rig_and_curves_become_parameters_and_a_report(curves, tmp_path, monke
     assert overview.index('id="table-0-parameters"') < overview.index('id="chart-0')
     assert "table-0-parameters" not in rest
     assert "kt = " not in overview
+    warned = ss.open_results(folder / "results.nc").assign_attrs(notes="kt is not found: its 95 % interval is 0.1 to 3.")
+    overview = page({"one": warned})
+    assert overview.index('<p class="warning">kt is not found') < overview.index('id="chart-0')
     assert list(ss.open_results(folder / "results.nc")["test"].values) == ["level_0.3", "level_1", "level_2"]
     again = command("identify-response", "single_mass", *curves, "--quantity", "displacement", *free)
     assert again.exit_code == console.WRONG_INPUT

@@ -26,20 +26,25 @@ Datasets = Mapping[str, "xr.Dataset"]
 ROUNDING = 1e-11
 """Numbers below this share of the largest one of their unit in a table are rounding."""
 
-SYMBOL = re.compile(r"\w+ (=|≥|×) ")
+PREFIX = re.compile(r"^(note|Warning): ")
+"""Before a warning on the console."""
+
+SYMBOL = re.compile(r"\w+ (=|≥|×|is not found)")
 """A line that begins with a symbol."""
 
 
 def overview(datasets: Datasets, charts: Charts) -> str:
-    """What came out: the answer in a sentence or a table, the first figure, everything else in sentences.
+    """What came out: the answer in a sentence or a table, warnings, the first figure, everything else in sentences.
 
     A table stands for the sentences that begin with what its first column holds.
     """
     parts = []
     for place, (label, dataset) in enumerate(datasets.items()):
         shown = presentation_of(dataset)
-        sentences = [sentence.strip() for sentence in shown.sentences(dataset)]
-        answer = ""
+        said = [PREFIX.sub("", sentence.strip()) for sentence in shown.sentences(dataset)]
+        warned = {line for key in ("warnings", "notes") for line in str(dataset.attrs.get(key, "")).splitlines()}
+        warnings = "".join(f'<p class="warning">{text(_sentence(sentence))}</p>' for sentence in said if sentence in warned)
+        sentences, answer = [sentence for sentence in said if sentence not in warned], ""
         if shown.answer:
             frame = shown.tables(dataset)[shown.answer]
             answer = _table(place, shown.answer, frame, stacked=True)
@@ -51,7 +56,8 @@ def overview(datasets: Datasets, charts: Charts) -> str:
         note = "" if seconds is None else f'<p class="note">{text(f"{float(seconds):.3g} s of processor time")}.</p>'
         figure = "".join(_figure(charts, place, name, draw, dataset) for name, draw in [*shown.figures(dataset).items()][:1])
         parts.append(
-            f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{answer}{figure}<ul>{lines}</ul>{note}'
+            f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{answer}{warnings}{figure}'
+            f"<ul>{lines}</ul>{note}"
         )
     return section("overview", "Overview", *parts)
 
