@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from each import each
 
 import stickslip as ss
 from stickslip.cli import main
@@ -264,3 +265,36 @@ def test_engine_orders_of_other_models_are_refused(tmp_path):
     text = '[study]\nanalysis = "forced_response"\n[structure]\nmatrices = { M = [[1.0]], K = [[1.0]] }\ndofs = ["1.x"]\n'
     with pytest.raises(InputError, match=re.escape("[excitation] must go with a bladed disk")):
         job(f'{text}[excitation]\nengine_order = 2\n[sweep]\nfrequency = [0.1, 0.3]\noutputs = ["1.x"]\n', tmp_path, "x")
+
+
+POPULATION = [('"forced_response"', '"mistuned_population"'), ("[sweep]", "[mistuned_population]\n[sweep]")]
+FATIGUE = "[fatigue]\nfatigue_strength = 1.0\nultimate_strength = 2.0\n[sweep]"
+SPEEDS = [
+    ("sectors = 12", "sectors = 12\nspeed = 9000.0"),
+    ('"forced_response"', '"speed_sweep"'),
+    ("[excitation]\nengine_order = 3", ""),
+    ("[sweep]", "[speed_sweep]\nspeed = [1.0, 2.0]\nengine_orders = [3]\nreference_speed = 8000.0\n[sweep]"),
+]
+
+
+@each(
+    ("pairs", "message"),
+    [
+        ([("[sweep]", FATIGUE)], "[fatigue] must go with places of stress"),
+        ([("outputs", "#")], "[sweep]: outputs must be given"),
+        ([*POPULATION, ("harmonics = 3", 'harmonics = "auto"')], "[sweep]: mistuning must have a number of harmonics"),
+        (POPULATION, "[sweep]: mistuning must have one force level"),
+        ([("harmonics = 3", "harmonics = 200")], "[sweep]: samples must"),
+        (SPEEDS, "reference_speed must be the speed of the sector's model, 9000 rev/min, but is 8000.0."),
+        (
+            [SPEEDS[1], SPEEDS[2], ("[sweep]", SPEEDS[3][1]), ("modes = 12", 'stress = { foot = "BORE" }')],
+            "stress must go with analysis",
+        ),
+    ],
+)
+def test_what_the_text_says_wrongly_is_refused_before_the_sector_is_reduced(pairs, message, folder, monkeypatch):
+    """The reduction of a large sector takes minutes."""
+    monkeypatch.setattr("stickslip.study.structure.disks_of", None)  # cannot be called
+    with pytest.raises(InputError) as refused:
+        changed(folder, *pairs)
+    assert message in str(refused.value)

@@ -105,7 +105,7 @@ class Kind:
     on_problem: whether the file states a problem with a sweep; an analysis without one has only its own tables.
     repeats: whether the frequencies of `at` may come back to where they were, upwards and downwards.
     band: of the excitation, from the tables of its own, where these say where to compute and [sweep] only how finely.
-    without: keys of [sweep] that have no effect on it.
+    without: keys of [sweep] that have no effect on it; check_of_sweep: what it asks of [sweep] beyond the table's own rules.
     """
 
     plan: Callable[[Asked], Plan]
@@ -116,3 +116,4 @@ class Kind:
     repeats: bool = False
     band: Callable[[Mapping[str, Table]], Band | None] | None = None
     without: tuple[str, ...] = ()
+    check_of_sweep: Callable[[Any], object] | None = None

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 Pair = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
 
 
+NO_STRESS = "[fatigue] must go with places of stress, but there are none. Name them in [structure] stress."
+
+
 class FatigueTable(Table):
     """The fatigue limit of the material at the places of stress, and mean stresses that the study does not hold."""
 
@@ -62,7 +65,7 @@ def fatigue_of(
     if not isinstance(table, FatigueTable):
         return None
     if recovery is None:
-        raise InputError("[fatigue] must go with places of stress, but there are none. Name them in [structure] stress.")
+        raise InputError(NO_STRESS)
     given = in_si(table, asked.units)
     mean = {name: asked.units.factor(PRESSURE) * size for name, size in (table.mean or {}).items()}
     for name in mean:

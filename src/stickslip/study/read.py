@@ -10,6 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from stickslip.analyses.arguments import Frequencies
 from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.contact.point import GROUND, Contact
 from stickslip.model.disks.tuned import TunedDisk
@@ -23,8 +24,10 @@ from stickslip.model.structure.matrices import Structure
 from stickslip.solve.balance.orders import harmonics_for
 from stickslip.study import build
 from stickslip.study.aerodynamics import AerodynamicsTable, with_aerodynamics
+from stickslip.study.analyses.speed_sweep import SpeedSweepTable, refuse_other_speed
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
+from stickslip.study.fatigue import NO_STRESS
 from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.fields import Table
 from stickslip.study.kinds import KEYS, KINDS, StudyTable, owners
@@ -158,9 +161,10 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
         found.attempt(f"[{key}]", kind.checks.get(key, sound), table)
     sweep, stated = None, None
     if kind.on_problem:
+        where = frequencies_of(tables, kind, found)
         with one_blas_thread():
             stated = problem_of(tables, document, folder, found, (progress, notes))
-            sweep = sweep_of(tables, stated[0] if stated else None, kind, found)
+            sweep = sweep_of(tables, where, stated[0] if stated else None, found)
     if sweep and stated and stated[1] and tables.excitation is not None:
         notes += other_speed(sweep, next(iter(stated[1])), build.lowest_order(tables.excitation))
     if sweep and "speed_sweep" not in tables.own:  # its static loads are those of each speed
@@ -193,8 +197,8 @@ def kind_of(document: Mapping[str, Any]) -> Kind:
     return KINDS.get(name, DEFAULT) if isinstance(name, str) else DEFAULT
 
 
-def sweep_of(tables: Tables, problem: Problem | None, kind: Kind, found: Found) -> ForcedResponseSettings | None:
-    """The problem, and where and how finely to compute it."""
+def frequencies_of(tables: Tables, kind: Kind, found: Found) -> Frequencies | None:
+    """Where to compute, with what the table [sweep] says wrongly whatever the problem is."""
     table = tables.sweep
     if table is None:
         return None
@@ -203,15 +207,23 @@ def sweep_of(tables: Tables, problem: Problem | None, kind: Kind, found: Found) 
         where = found.attempt("[sweep]", build.frequencies, table, tables.units, kind.repeats)
     elif not found.messages:
         where = kind.band(tables.own)
-    settings, before = values_of(ForcedResponseSettings, table), len(found.messages)
+    settings = values_of(ForcedResponseSettings, table)
     found.attempt("[sweep]", check_of(ForcedResponseSettings), table)
-    if problem is not None and settings["harmonics"] != "auto" and len(found.messages) == before:
-        found.attempt("[sweep]", harmonics_for, problem, settings["harmonics"])
     found.attempt("[sweep]", build.enough_samples, settings["harmonics"], settings["samples"])
     found.attempt("[sweep]", without_effect, table, kind)
-    if problem is None or where is None or found.messages:
+    if kind.check_of_sweep is not None:
+        found.attempt("[sweep]", kind.check_of_sweep, table)
+    return where
+
+
+def sweep_of(tables: Tables, where: Frequencies | None, problem: Problem | None, found: Found) -> ForcedResponseSettings | None:
+    """The problem, and where and how finely to compute it."""
+    if tables.sweep is None or problem is None or where is None:
         return None
-    return ForcedResponseSettings(problem, where, **settings)
+    settings = values_of(ForcedResponseSettings, tables.sweep)
+    if settings["harmonics"] != "auto":
+        found.attempt("[sweep]", harmonics_for, problem, settings["harmonics"])
+    return None if found.messages else ForcedResponseSettings(problem, where, **settings)
 
 
 def without_effect(table: Table, kind: Kind) -> None:
@@ -382,7 +394,12 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     if asks_for_stress and tables.study is not None and tables.study.analysis not in WITH_STRESS:
         rule = f"must go with analysis = {' or '.join(WITH_STRESS)}, but the analysis is {tables.study.analysis!r}"
         found.messages.append(f"[structure]: stress {rule}. Leave it out.")
+    if "fatigue" in tables.own and not asks_for_stress and "stress" not in tables.own:
+        found.messages.append(NO_STRESS)
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
+    if _is_disk(tables):
+        _check_outputs(tables, found)
+        found.stop()  # the reduction of a sector may take minutes
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
     structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages)
     bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found)
@@ -394,8 +411,8 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     found.messages += names.faults(document) if parts and not known else []
     contacts = contacts_of(tables, names, parts, found, messages[1])
     forces, dashpots = (*forces_of(tables, names, parts, found), *pulls), dashpots_of(tables, names, found)
-    if tables.sweep and tables.sweep.outputs is None:
-        found.messages.append("[sweep]: outputs must be given, but is missing. Name degrees of freedom to report.")
+    if not _is_disk(tables):
+        _check_outputs(tables, found)
     outputs = build.outputs(tables.sweep, names) if tables.sweep else ()
     if parts is None or found.messages:
         return None
@@ -406,6 +423,16 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     problem = found.attempt("The study", make, parts.structure, contacts, forces, outputs, title)
     problem = acted_upon(problem, tables, found)
     return None if problem is None else (problem, parts.disks)
+
+
+def _is_disk(tables: Tables) -> bool:
+    """Whether a model is a sector of a disk."""
+    return any(table is not None and table.sector is not None for table in tables.structures)
+
+
+def _check_outputs(tables: Tables, found: Found) -> None:
+    if tables.sweep and tables.sweep.outputs is None:
+        found.messages.append("[sweep]: outputs must be given, but is missing. Name degrees of freedom to report.")
 
 
 def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> None:
@@ -429,6 +456,9 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
         found.messages.append("[excitation] must be given for a bladed disk, but is missing. Write engine_order = EO.")
     if sweeps_speed and "excitation" in document:
         found.messages.append("[excitation] must stay away from a speed sweep, whose engine_orders stand in [speed_sweep].")
+    speeds = tables.own.get("speed_sweep")
+    if isinstance(speeds, SpeedSweepTable):
+        found.attempt("", refuse_other_speed, speeds, sector.speed)
     for key in ("dashpot", "base"):
         if key in document:
             found.messages.append(f"{key} must go with another model than a sector of a bladed disk. Leave it out.")

@@ -18,7 +18,7 @@ from stickslip.model.structure.assembly import assemble
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rotation_axis import Z_AXIS, RotationAxis
-from stickslip.support.checks import Array, InputError, between, fault, square
+from stickslip.support.checks import Array, InputError, between, fault, is_definite, square
 
 Waves = NDArray[np.complex128]
 """A matrix for each nodal diameter 0..N//2, (N//2 + 1, m, m)."""
@@ -98,8 +98,9 @@ def cyclic(
     sectors = between("sectors", sectors, 2, MOST_SECTORS)
     M, K = (_hermitian(what, waves, sectors, len(dofs)) for what, waves in (("M", masses), ("K", stiffnesses)))
     C = None if dampings is None else _hermitian("C", dampings, sectors, len(dofs))
-    lowest = min(float(np.linalg.eigvalsh(mass)[0]) for mass in M)
-    if lowest < -1e-9 * float(np.abs(M).max()) * len(dofs):
+    rounding = 1e-9 * float(np.abs(M).max()) * len(dofs)
+    if not all(is_definite(mass, rounding) for mass in M):
+        lowest = min(float(np.linalg.eigvalsh(mass)[0]) for mass in M)
         raise fault("M", "must have no negative eigenvalue at any nodal diameter", lowest)
     return CyclicStructure(M[0].real, K[0].real, tuple(dofs), None if C is None else C[0].real, damping, sectors, M, K, C, axis)
 

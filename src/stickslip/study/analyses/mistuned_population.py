@@ -21,7 +21,7 @@ from stickslip.study.analysis import Asked, Kind, Plan, summary_of
 from stickslip.study.fatigue import FatigueTable, fatigue_of
 from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
 from stickslip.study.stress import recovery_of
-from stickslip.support.checks import InputError, counted
+from stickslip.support.checks import Faults, InputError, counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,6 +70,17 @@ class MistuningTable(Table):
         return Scatter(**kept, missing=self.missing_probability, sampling=self.sampling)
 
 
+def checked_sweep(table: Any) -> None:
+    """What [sweep] must say for a population."""
+    faults = []
+    if len(table.force_levels) != 1:
+        faults.append("mistuning must have one force level, but has several. Write a study for each.")
+    if table.harmonics == "auto":
+        faults.append('mistuning must have a number of harmonics, but has "auto".')
+    if faults:
+        raise Faults(faults)
+
+
 @dataclass(frozen=True, eq=False)
 class MistuningPlan(Plan):
     """One mistuned disk, or a population."""
@@ -87,10 +98,7 @@ class MistuningPlan(Plan):
             raise InputError(
                 '[structure]: mistuning must have a tuned disk, such as rig = "lumped_blisk", but has another problem.'
             )
-        if len(sweep.levels) != 1:
-            raise InputError("[sweep]: mistuning must have one force level, but has several. Write a study for each.")
-        if sweep.harmonics == "auto":
-            raise InputError('[sweep]: mistuning must have a number of harmonics, but has "auto".')
+        assert sweep.harmonics != "auto", "refused when the study was read"
         given = {name: getattr(table, name) for name in ("count", "seed", "peak_tolerance", "run_in")}
         work = PopulationWork(
             disk,
@@ -128,5 +136,6 @@ KINDS = {
         {"mistuned_population": MistuningTable, "fatigue": FatigueTable},
         required=("mistuned_population",),
         without=("tolerance", "peak_tolerance"),
+        check_of_sweep=checked_sweep,
     )
 }

@@ -111,11 +111,7 @@ def _stiffness_at_rest(table: SpeedSweepTable, problem: Problem, asked: Asked) -
     """K at rest in SI, (n, n)."""
     given = table.stiffness_at_rest
     if asked.disks:
-        if given is not None:
-            raise InputError(
-                "[speed_sweep]: stiffness_at_rest must stay away from a sector. Write at_speeds in [structure.sector]."
-            )
-        return _disk_at_rest(table, asked.disks)
+        return _disk_at_rest(asked.disks)
     if given is None:
         return None
     if isinstance(problem, TunedDisk):
@@ -135,14 +131,19 @@ def _stiffness_at_rest(table: SpeedSweepTable, problem: Problem, asked: Asked) -
     return np.asarray(K * asked.units.factor(STIFFNESS))
 
 
-def _disk_at_rest(table: SpeedSweepTable, disks: Mapping[float, CyclicStructure]) -> Array | None:
+def refuse_other_speed(table: SpeedSweepTable, speed: float | None) -> None:
+    """What the table must not say beside a sector whose K was written at `speed` in rev/min, None where it is not given."""
+    if table.stiffness_at_rest is not None:
+        raise InputError("[speed_sweep]: stiffness_at_rest must stay away from a sector. Write at_speeds in [structure.sector].")
+    if speed is not None and abs(speed - table.reference_speed) > SAME_SPEED * table.reference_speed:
+        rule = f"must be the speed of the sector's model, {speed:g} rev/min"
+        raise fault("[speed_sweep]: reference_speed", rule, table.reference_speed)
+
+
+def _disk_at_rest(disks: Mapping[float, CyclicStructure]) -> Array | None:
     """K(Ω) = K_r + (Ω² − Ω_r²) K₁ of every nodal diameter at rest, K_r that at the reference speed, K₁ by least squares."""
     own, *others = disks
     K = {speed: np.asarray(disk.stiffnesses) for speed, disk in disks.items()}
-    if abs(own - table.reference_speed) > SAME_SPEED * table.reference_speed:
-        raise fault(
-            "[speed_sweep]: reference_speed", f"must be the speed of the sector's model, {own:g} rev/min", table.reference_speed
-        )
     if not others:
         return None
     steps = np.array([speed**2 - own**2 for speed in others])
