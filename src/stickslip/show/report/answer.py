@@ -70,10 +70,10 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
 def _warning(words: str) -> str:
     """A warning by its sentence with the largest error, else by its first one, with the others behind it."""
     of, colon, rest = words.partition(": ")
-    of, colon, rest = (of, colon, rest) if colon and len(of) < LEVEL else ("", "", words)
+    of, colon, rest = (of, colon, rest) if colon and len(of) < LEVEL else ("", "", words[:1].upper() + words[1:])
     sentences = re.split(r"(?<=\.) (?=[A-Z])", rest)
     if len(sentences) == 1:
-        return f'<p class="warning">{text(words)}</p>'
+        return f'<p class="warning">{text(of + colon + rest)}</p>'
     largest = max(range(len(sentences)), key=lambda k: max(map(float, PERCENT.findall(sentences[k])), default=0.0))
     first = sentences.pop(largest)
     return f'<details class="warning"><summary>{text(of + colon + first)}</summary>{text(" ".join(sentences))}</details>'

@@ -177,7 +177,7 @@ def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets)
     first += "It may be smaller than the amplitude: a third harmonic can flatten the crests."
     said = largest.capitalize() if measure.kind == "max_abs" else first
     note = f'<p class="note">{said}</p>'
-    return table(f"peaks{place}", caption, heads, rows) + note + _largest(measure, place, datasets, every)
+    return table(f"peaks{place}", caption, heads, rows, stacked=True) + note + _largest(measure, place, datasets, every)
 
 
 def _largest(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
@@ -193,7 +193,7 @@ def _largest(measure: Measure, place: str, datasets: Datasets, every: Datasets) 
     heads = [*_result_head(every), "Force level", "Output", f"Largest in {unit.name}", "at Hz"]
     mean = "the mean and " if measure.order == 0 else ""
     caption = f"Largest {measure.quantity.name} in time along the curve, with {mean}all harmonics, at a peak of its own."
-    return table(f"largest{place}", caption, heads, rows) if rows else ""
+    return table(f"largest{place}", caption, heads, rows, stacked=True) if rows else ""
 
 
 def loops(datasets: Datasets, charts: Charts) -> str:
