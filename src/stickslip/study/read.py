@@ -37,7 +37,7 @@ from stickslip.study.parts import Messages, Parts, bodies_of, body_note, structu
 from stickslip.study.plausibility import check_static_loads, other_speed, plausibility_warnings
 from stickslip.study.renamed import with_new_names
 from stickslip.study.settings_table import check_of, values_of
-from stickslip.study.surfaces import contacts_on, force_on, surfaces_in
+from stickslip.study.surfaces import contacts_on, force_on, surfaces_in, turning_notes
 from stickslip.study.tables import (
     BaseTable,
     BodyTable,
@@ -413,6 +413,7 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     forces, dashpots = (*forces_of(tables, names, parts, found), *pulls), dashpots_of(tables, names, found)
     if not _is_disk(tables):
         _check_outputs(tables, found)
+    messages[1].extend(turning_notes(contacts, bodies))
     outputs = build.outputs(tables.sweep, names) if tables.sweep else ()
     if parts is None or found.messages:
         return None

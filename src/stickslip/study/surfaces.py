@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy import linalg
 
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import GROUND, Contact
@@ -34,6 +35,9 @@ FAR, SMALLEST = 10.0, 1e-4
 APART, INCLINED = 0.25, 10.0
 """Distance of the face of a body from a surface, over the size of the surface, and angle between them, degrees, from where on it
 is likely not the face that was meant."""
+STIFF, SOFT, HELD = 0.98, 0.85, 1e-9
+"""Share of the stiffness against a motion of a body that patches keep, up to which it is noted and up to which it is warned of;
+stiffness, relative to the largest, below which contacts do not hold a motion at all."""
 CHECK_FIT = "Check the position of the body, its axes, dimensions and angles."
 """How a warning of these ends."""
 CHECK_UNITS = "check units"
@@ -153,6 +157,44 @@ def _misfit(name: str, surface: NodeSurface, against: str, parts: Parts, system:
         f"Warning: {name}: the nearest face of {against} is {metre * away:.3g} {length} away from the middle of the surface and "
         f"inclined to it by {inclined:.0f} degrees. {CHECK_FIT}"
     ]
+
+
+def turning_notes(contacts: Sequence[Contact], bodies: Iterable[str]) -> list[str]:
+    """For each body that turns more easily on patches than on all nodes how much so: a patch moves as the mean of its nodes and
+    does not resist rotation about itself."""
+    notes = []
+    for body in bodies:
+        own = [contact for contact in contacts if any(dof.startswith(f"{body}/") for each in contact.directions for dof in each)]
+        share = turning_share(own, body) if any(contact.nodes for contact in own) else 1.0
+        if share > STIFF:
+            continue
+        note = f"The contact points hold {body} in the softest direction with {100.0 * share:.0f} % of the stiffness of all nodes"
+        remedy = ". Where the body turns, peaks may be far off: take more `points`, or leave `points` out."
+        notes.append(f"Warning: {note}{remedy}" if share < SOFT else note)
+    return notes
+
+
+def turning_share(contacts: Sequence[Contact], body: str) -> float:
+    """The least ratio of the stiffness of contacts on patches to that at all their nodes, over all motions of a rigid body, when
+    all contacts stick and what they touch is still: the lowest λ of K_patches v = λ K_nodes v."""
+    dofs = sorted({dof for contact in contacts for each in contact.directions for dof in each if dof.startswith(f"{body}/")})
+
+    def stiffness(given: Iterable[Contact]) -> Array:
+        total = np.zeros((len(dofs), len(dofs)))
+        for contact in given:
+            elements = contact.elements
+            sizes = [float(friction.stiffness.sum()) for friction in elements.friction]
+            sizes += [] if elements.normal is None else [float(elements.normal.stiffness.sum())]
+            for direction, size in zip(contact.directions, sizes, strict=True):
+                row = np.array([direction.get(dof, 0.0) for dof in dofs])
+                total += size * np.outer(row, row)
+        return total
+
+    patches, nodes = stiffness(contacts), stiffness(each for contact in contacts for each in contact.at_nodes)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(nodes), np.finfo(float).tiny))
+    squares, axes = linalg.eigh(scale[:, None] * nodes * scale)
+    held = axes[:, squares > HELD] / np.sqrt(squares[squares > HELD])
+    return float(linalg.eigvalsh(held.T @ (scale[:, None] * patches * scale) @ held)[0]) if held.size else 1.0
 
 
 def _note(
