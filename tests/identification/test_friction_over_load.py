@@ -57,7 +57,7 @@ def test_a_law_is_chosen_that_one_coefficient_for_all_loads_would_hide():
     found = ss.contact_law(records(FALLING, 4, smooth), laws=["jenkins", "array"], friction_over=LOADS)
     assert found.best == "array"
     np.testing.assert_allclose(found.friction.values, FALLING, rtol=0.02)
-    assert found.fits["array"].misfit < 0.25 * ss.contact_law(records(FALLING, 4, smooth), laws="array").fits["array"].misfit
+    assert found.fits["array"].misfit < 0.02
 
 
 def test_the_exponent_of_a_power_is_found():

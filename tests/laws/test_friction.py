@@ -5,6 +5,8 @@ import pytest
 
 import stickslip as ss
 from stickslip.model.contact.friction import line_of
+from stickslip.model.contact.table import contact_table
+from stickslip.solve.platforms.cycle import slip_limits
 from stickslip.support.checks import InputError
 
 LOADS, VALUES = np.array([10.0, 40.0, 200.0]), np.array([0.6, 0.45, 0.3])
@@ -58,6 +60,13 @@ def test_an_iwan_law_slips_as_a_whole_at_the_limit():
     law = ss.Iwan(1e6, MU, kn=2e6, preload=80.0)
     assert law.virgin_curve(1e-3) == pytest.approx(float(MU.limit(80.0)), rel=2e-3)
     assert law.virgin_curve(1e-3) == pytest.approx(ss.Iwan(1e6, MU, normal_load=80.0).virgin_curve(1e-3), rel=1e-12)
+
+
+def test_limits_of_a_whole_table_are_those_of_its_laws():
+    laws = [ss.Macroslip(1e6, 0.3, kn=2e6), ss.Macroslip(1e6, MU, kn=2e6), ss.Macroslip(1e6, 2.0 * MU, kn=2e6)]
+    contacts = [ss.Contact(f"{k}", law, ({"1.x": 1.0},), {"1.y": 1.0}) for k, law in enumerate(laws)]
+    found = slip_limits(contact_table(contacts), np.array([50.0, 120.0, 300.0]))
+    np.testing.assert_allclose(found, [15.0, MU.limit(120.0), 2.0 * MU.limit(300.0)], rtol=1e-12)
 
 
 def test_a_factor_multiplies_every_coefficient():

@@ -94,6 +94,10 @@ def test_what_is_no_decay_is_refused(tmp_path):
         ((TIME[:20], signal[:20]), {}, "must hold 32 samples"),
         ((TIME**2, signal), {}, "must be even"),
         ((TIME, signal), {"band": (100.0, 50.0)}, "band must be"),
+        ((TIME, signal), {"band": "all"}, "band must hold numbers"),
+        ((TIME, signal), {"band": (1.0, 2.0, 3.0)}, "band must have 2 entries"),
+        ((TIME, np.where(TIME > TIME[40], np.nan, signal)), {}, "signal must be finite, but is 'nan at entry 42'"),
+        ((TIME, signal[::-1].copy()), {}, "must have a decay after it"),
         ((TIME, signal), {"cycles": 0.1}, "cycles must be"),
         ((TIME[::20], signal[::20]), {}, "must be 8 at least"),
         ((TIME, rng.normal(size=TIME.size)), {"band": (50.0, 70.0)}, "must show two windows"),
@@ -106,5 +110,9 @@ def test_what_is_no_decay_is_refused(tmp_path):
     with pytest.raises(InputError, match="must be stated by title or unit"):
         ss.read_decay(tmp_path / "two.csv")
     assert ss.read_decay(tmp_path / "two.csv", quantity="displacement").dataset.attrs["title"] == "two"
+    with pytest.raises(InputError, match="A setting must be one of band, cycles, name, but is 'bands'"):
+        ss.read_decay(tmp_path / "two.csv", quantity="displacement", bands=(1.0, 2.0))
+    with pytest.raises(InputError, match="path must be the name of a file"):
+        ss.read_decay(3)
     with pytest.raises(InputError, match="columns must be one of"):
         ss.read_decay(tmp_path / "two.csv", columns={"x": 1})

@@ -45,7 +45,7 @@ def test_a_wedge_that_slips_at_rest_carries_what_the_coefficient_of_its_load_let
     wedge = wedge_between()
     problem = replace(
         wedge.with_contacts(lambda c: replace(c, law=replace(c.law, mu=mu, preload=0.0), balanced=False)),
-        forces=(*wedge.forces, ss.Force("body.y", static=-pull)),
+        forces=(*wedge.forces, ss.Force("body.y", static=pull)),
     )
     load = brentq(lambda N: np.sqrt(2.0) * (N + float(mu.limit(N))) - pull, 0.1, pull)
-    np.testing.assert_allclose(list(normal_loads_at_rest(problem).values()), load, rtol=1e-9)
+    np.testing.assert_allclose(list(normal_loads_at_rest(problem).values()), [load, load], rtol=1e-9)

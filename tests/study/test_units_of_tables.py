@@ -113,3 +113,36 @@ def test_motions_of_a_base_and_held_ones_have_the_same_units(tmp_path, quantity,
 
 def job_of(analysis, table, folder):
     return study.job(IN_MILLISECONDS.format(analysis=analysis, table=table), folder, "a")
+
+
+def test_rotations_of_a_decay_are_in_radians_whatever_the_length(tmp_path):
+    text = """
+[study]
+analysis = "free_decay"
+
+[units]
+length = "mm"
+
+[structure]
+dofs = ["tip.y", "tip.rz"]
+matrices = { M = [[0.4, 0.0], [0.0, 1e-3]], K = [[500.0, 0.0], [0.0, 1e6]] }
+
+[damping]
+modal = 0.01
+
+[[force]]
+direction = "tip.y"
+amplitude = 1.0
+
+[sweep]
+frequency = [150.0, 260.0]
+outputs = ["tip.y"]
+
+[free_decay]
+duration = 0.1
+displacement = { "tip.y" = 2.0, "tip.rz" = 0.01 }
+velocity = { "tip.y" = 500.0, "tip.rz" = 3.0 }
+"""
+    decay = study.job(text, tmp_path, "study").plan.works[""]
+    assert decay.displacement == {"tip.y": pytest.approx(2e-3), "tip.rz": 0.01}
+    assert decay.velocity == {"tip.y": pytest.approx(0.5), "tip.rz": 3.0}

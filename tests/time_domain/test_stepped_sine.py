@@ -61,6 +61,9 @@ def test_wrong_input_is_refused():
         ({"frequencies": []}, "frequenc"),
         ({"frequencies": [15.0], "dwell": 1}, "dwell must be"),
         ({"frequencies": [15.0], "force": -1.0}, "force level must be positive"),
+        ({"frequencies": ss.hertz(10.0, 20.0)}, "frequencies must be a list of frequencies in Hz, in the order of the test"),
+        ({"frequencies": [15.0], "steps_per_period": "many"}, "steps_per_period must be a whole number"),
+        ({"frequencies": [15.0], "method": "newmark"}, "method must be a GeneralisedAlpha or a Newmark"),
         ({"frequencies": [15.0], "start": "rest"}, "start must be a TimeStart"),
     ):
         with pytest.raises(ss.InputError, match=message):

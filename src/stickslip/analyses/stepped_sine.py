@@ -19,7 +19,7 @@ from stickslip.solve.time.march import March, MarchOutcome, TimeCycle, march
 from stickslip.solve.time.methods import DEFAULT_METHOD, Method
 from stickslip.solve.time.start import TimeStart, from_rest
 from stickslip.support.checks import Array, InputError, between, fault, of_kind, positive
-from stickslip.support.units import listed
+from stickslip.support.units import Band, followed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +49,8 @@ def stepped_sine(
     steps_per_period: int = 1000,
     method: Method = DEFAULT_METHOD,
 ) -> SteppedSine:
-    """Integrate M q̈ + C q̇ + K q + Bᵀ f(B q) = p(t) over `dwell` periods at each of the frequencies, Hz, in their order.
+    """Integrate M q̈ + C q̇ + K q + Bᵀ f(B q) = p(t) over `dwell` periods at each of the frequencies, Hz, in their order,
+    which may go up and down.
 
     The force has the same phase at the beginning of each dwell as at the end of the one before; motion, velocity and sliders go
     on. start: the state at t = 0, from rest with the sliders at their start rules unless given, for example the `end` of another
@@ -57,7 +58,10 @@ def stepped_sine(
     leaves 2e-3 of a transient. Raises `InputError` where a step has no solution or the motion grows without bound.
     """
     of_kind("problem", problem, Problem)
-    wanted, (level,) = listed(frequencies), force_levels([force])
+    if isinstance(frequencies, Band):
+        remedy = f"Such as numpy.linspace({frequencies.start:g}, {frequencies.stop:g}, 20)."
+        raise fault("frequencies", "must be a list of frequencies in Hz, in the order of the test", frequencies, remedy)
+    wanted, (level,) = followed(frequencies), force_levels([force])
     settings = March(steps_per_period, method, NEVER, between("dwell", dwell, 2))
     state = from_rest(problem) if start is None else of_kind("start", start, TimeStart)
     sizes = [values.shape for values in vars(from_rest(problem)).values()]

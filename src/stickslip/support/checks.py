@@ -102,6 +102,10 @@ def not_negative(what: str, value: float) -> float:
     return number
 
 
+SHOWN = 20
+"""Entries of an array that a message lists."""
+
+
 def numbers(what: str, value: ArrayLike) -> Array:
     """`value` as an array of floats; refused when it holds something else."""
     try:
@@ -123,9 +127,11 @@ def vector(what: str, value: ArrayLike, size: int | None = None) -> Array:
     if array.ndim == 0:
         array = np.full(1 if size is None else size, float(array))
     if array.ndim != 1 or (size is not None and array.size != size):
-        raise fault(what, f"must have {'one axis' if size is None else counted(size, 'entry', 'entries')}", array.tolist())
+        given = array.tolist() if array.size <= SHOWN else f"of shape {array.shape}"
+        raise fault(what, f"must have {'one axis' if size is None else counted(size, 'entry', 'entries')}", given)
     if not np.all(np.isfinite(array)):
-        raise fault(what, "must be finite", array.tolist())
+        first = int(np.argmin(np.isfinite(array)))
+        raise fault(what, "must be finite", array.tolist() if array.size <= SHOWN else f"{array[first]} at entry {first + 1}")
     if np.any(np.abs(array) > LARGEST):
         raise fault(what, f"must not be larger than {LARGEST:g} in size", array.tolist(), "Check its unit.")
     return array

@@ -24,6 +24,7 @@ from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.results.schema import stamped
 from stickslip.support.checks import Array, InputError, among, existing, fault, of_kind, positive, vector
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,7 +88,7 @@ def measured_decay(
     signal: ArrayLike,
     quantity: str = "displacement",
     *,
-    band: tuple[float, float] | None = None,
+    band: tuple[float, float] | Band | None = None,
     cycles: float = 2.0,
     name: str = "",
 ) -> MeasuredDecay:
@@ -103,12 +104,13 @@ def measured_decay(
     among("quantity", quantity, MOTIONS)
     t = vector("time", time)
     x, step = vector("signal", signal, t.size), _step(t)
-    low, high = (0.0, 0.5 / step) if band is None else band
-    if not 0.0 <= low < high:
-        raise fault("band", "must be (low, high) in Hz with low below high", band)
+    low, high = (0.0, 0.5 / step) if band is None else _ends(band)
     if not 0.5 <= positive("cycles", cycles) <= 100.0:
         raise fault("cycles", "must be from 0.5 to 100", cycles)
     first = int(np.argmax(np.abs(x - x.mean())))
+    if t.size - first < 4 * FEWEST:
+        where, remedy = f"{t.size - first} samples from its end on", "Is it a free decay, in the order of time?"
+        raise fault(f"The largest sample of the {quantity}", "must have a decay after it", where, remedy)
     omega = 2.0 * np.pi * _dominant(x[first:] - x[first:].mean(), step, (low, high))
     if 2.0 * np.pi / (omega * step) < FEWEST:
         raise fault("The samples of a cycle", f"must be {FEWEST} at least", 2.0 * np.pi / (omega * step), "Sample faster.")
@@ -133,7 +135,12 @@ def read_decay(
     unit} where the file states none: s, and m, m/s or m/s² of the quantity, are assumed. quantity: as title or unit say unless
     given. Further arguments are those of `measured_decay`.
     """
-    path, columns, units = Path(path), dict(columns or {}), dict(units or {})
+    if not isinstance(path, str | Path):
+        raise fault("path", "must be the name of a file", path)
+    path = Path(path)
+    columns, units = (dict(of_kind(what, given or {}, Mapping)) for what, given in (("columns", columns), ("units", units)))  # type: ignore[type-abstract]
+    for name in settings:
+        among("A setting", name, ("band", "cycles", "name"))
     existing("path", [path])
     for what, given in (("columns", columns), ("units", units)):
         for key in given:
@@ -155,6 +162,14 @@ def read_decay(
         raise fault(f"The unit of time in {path.name}", "must be one of s, ms, us, min", text)
     t, x = UNITS[text][1] * table.numbers[:, at["time"]], factor * table.numbers[:, at["signal"]]
     return measured_decay(t, x, quantity, **{"name": path.stem, **settings})
+
+
+def _ends(band: tuple[float, float] | Band) -> tuple[float, float]:
+    """The ends of a band, Hz."""
+    low, high = (band.low, band.high) if isinstance(band, Band) else vector("band", band, 2)
+    if not 0.0 <= low < high:
+        raise fault("band", "must be (low, high) in Hz with low below high", band)
+    return float(low), float(high)
 
 
 def _column(table: NumberTable, key: str, which: str | int | None) -> int:

@@ -18,7 +18,7 @@ from stickslip.solve.time.methods import DEFAULT_METHOD, Method
 from stickslip.solve.time.model import StepMatrices, TimeModel, time_model
 from stickslip.solve.time.period import History, Loads, PeriodWork, State, march_period, settle
 from stickslip.solve.time.start import TimeStart
-from stickslip.support.checks import Array, fault, positive
+from stickslip.support.checks import Array, fault, positive, whole
 from stickslip.support.machine import one_blas_thread
 
 LOAD_STEPS = 4
@@ -60,11 +60,12 @@ class March:
     periods: int = 1000
 
     def __post_init__(self) -> None:
-        if int(self.steps_per_period) != self.steps_per_period or self.steps_per_period < 8:
-            raise fault("steps_per_period", "must be a whole number of at least 8", self.steps_per_period, "Take thousands.")
-        if int(self.periods) != self.periods or self.periods < 2:
-            raise fault("periods", "must be a whole number of at least 2", self.periods)
+        for name, least, remedy in (("steps_per_period", 8, "Take thousands."), ("periods", 2, "")):
+            if whole(name, getattr(self, name), remedy) < least:
+                raise fault(name, f"must be a whole number of at least {least}", getattr(self, name), remedy)
         positive("tolerance", self.tolerance)
+        if not isinstance(self.method, Method):
+            raise fault("method", "must be a GeneralisedAlpha or a Newmark", self.method)
 
 
 @dataclass(frozen=True, eq=False)

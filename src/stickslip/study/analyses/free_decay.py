@@ -11,6 +11,7 @@ from pydantic import Field
 
 from stickslip.analyses.free_decay import MOST_STEPS, FreeDecayWork, beside_modes
 from stickslip.analyses.modes.work import NonlinearModesWork
+from stickslip.model.readers.model import ROTATIONS
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
@@ -34,7 +35,8 @@ class FreeDecayTable(Table):
 
     duration: Annotated[Positive, TIME, Field(description="of the decay")]
     displacement: Annotated[
-        dict[str, Number], Field(description="at the release, length by degree of freedom, { tip = 1e-3 }; all others are 0")
+        dict[str, Number],
+        Field(description="at the release, length or rad by degree of freedom, { tip = 1e-3 }; all others are 0"),
     ] = Field(default_factory=dict)
     velocity: Annotated[
         dict[str, Number], Field(description="after an impact, length/time by degree of freedom; all others are 0")
@@ -53,6 +55,8 @@ def checked(table: FreeDecayTable) -> None:
     if moved == (table.frequency is not None):
         what = "both" if moved else "neither"
         raise fault("displacement or velocity", "must be given, or frequency of a steady motion", what)
+    if table.frequency is None and table.force != 1.0:
+        raise fault("force", "must go with frequency, the steady motion before the decay", table.force)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +75,11 @@ class FreeDecayPlan(Plan):
         for key, dimension in (("displacement", LENGTH), ("velocity", VELOCITY)):
             given: dict[str, float] = getattr(table, key)
             if given:
-                moved[key] = {dof: value * units.factor(dimension) for dof, value in given.items()}
+                turned = replace(dimension, length=0)  # rotations are in rad whatever the length
+                moved[key] = {
+                    dof: value * units.factor(turned if dof.rpartition(".")[2] in ROTATIONS else dimension)
+                    for dof, value in given.items()
+                }
         if table.frequency is not None:
             moved |= {"frequency": table.frequency * units.factor(FREQUENCY), "force": table.force}
         work = FreeDecayWork(problem, table.duration * units.factor(TIME), **moved, steps=table.steps)
