@@ -96,7 +96,7 @@ def test_what_is_no_decay_is_refused(tmp_path):
         ((TIME, signal), {"band": (100.0, 50.0)}, "band must be"),
         ((TIME, signal), {"band": "all"}, "band must hold numbers"),
         ((TIME, signal), {"band": (1.0, 2.0, 3.0)}, "band must have 2 entries"),
-        ((TIME, np.where(TIME > TIME[40], np.nan, signal)), {}, "signal must be finite, but is 'nan at entry 42'"),
+        ((TIME, np.where(TIME[40] < TIME, np.nan, signal)), {}, "signal must be finite, but is 'nan at entry 42'"),
         ((TIME, signal[::-1].copy()), {}, "must have a decay after it"),
         ((TIME, signal), {"cycles": 0.1}, "cycles must be"),
         ((TIME[::20], signal[::20]), {}, "must be 8 at least"),
