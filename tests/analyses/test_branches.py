@@ -169,6 +169,7 @@ def test_the_period_doubles_where_a_multiplier_is_minus_one(one_sided):
     assert one_sided.branch_points().empty
 
 
+@pytest.mark.slow
 def test_a_motion_of_twice_the_period_is_there_in_time(one_sided):
     doubled = one_sided.branch(periods=2).with_stability()
     dataset = doubled.dataset
@@ -215,6 +216,7 @@ def periodic(omega, start, stiffness):
     return marched(start)[0, :-1]
 
 
+@pytest.mark.slow
 def test_sensitivity_of_a_motion_of_twice_the_period(one_sided):
     """The amplitude is that at the frequency of the excitation, the second of the harmonics."""
     doubled = one_sided.branch(periods=2)

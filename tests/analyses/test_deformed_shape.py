@@ -143,6 +143,7 @@ def vars_of(problem):
     return {name: getattr(problem, name) for name in problem.__dataclass_fields__}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine_order", [1, 4])
 def test_the_shape_of_a_sector_is_that_of_its_unreduced_elements(engine_order):
     """Dᴴ (K − ω²M) D q = Dᴴ (F − Bᴴλ) with the cyclic constraint D and the forces of its dampers, by a sparse solver."""

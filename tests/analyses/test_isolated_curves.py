@@ -143,6 +143,7 @@ def thirds():
     return response.with_isolated(modes).with_stability()
 
 
+@pytest.mark.slow
 def test_a_third_of_the_frequency_of_the_excitation(thirds):
     """Of three motions, each one period of the excitation after the other, one is kept; SciPy stays on it."""
     dataset = thirds.dataset

@@ -34,6 +34,7 @@ def test_the_same_input_gives_the_same_bits(name):
     assert first.identical(second)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOME_NIGHTLY)
 def test_a_force_level_does_not_depend_on_the_others(name):
     problem, band, _ = CASES[name]

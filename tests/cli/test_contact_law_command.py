@@ -53,6 +53,7 @@ def test_a_record_becomes_an_answer_a_report_and_results(record, tmp_path, monke
     assert "--overwrite" in again.output
 
 
+@pytest.mark.slow
 def test_the_command_and_its_study_agree(record, tmp_path):
     options = ("--law", "jenkins", "--rig-stiffness", 100, "--column", "displacement=1", "--unit", "force=N")
     shown = command("contact-law", record, "--normal-load", 100, *options, "--out", tmp_path / "a")

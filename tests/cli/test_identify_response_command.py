@@ -200,6 +200,7 @@ def test_curves_of_one_file_are_split_by_a_column(curves, tmp_path):
         assert words in " ".join(shown.output.split())
 
 
+@pytest.mark.slow
 def test_force_levels_of_curves_of_one_file(curves, tmp_path):
     """Responses per force, whose levels the file does not have."""
     rows = []
@@ -258,6 +259,7 @@ def test_a_band_without_points_is_refused(curves, tmp_path):
     assert "in the band of [sweep], 145 to 250 Hz, must be three at least" in " ".join(shown.output.split())
 
 
+@pytest.mark.slow
 def test_settings_of_each_curve_and_a_curve_named_twice(curves, tmp_path):
     free, settings = ("--free", "kt=0.1:3", "--free", "damping"), ("--setting", "limit=1,1,1,1", "--set", "mass=1")
     known = ("--quantity", "displacement", "--out", tmp_path / "out")

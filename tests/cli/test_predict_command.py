@@ -121,6 +121,7 @@ def test_held_amplitudes_and_a_band(identified, tmp_path):
     assert list(data["level"].values) == [3.0, 50.0]
 
 
+@pytest.mark.slow
 def test_what_is_refused_comes_with_its_remedy(identified, tmp_path):
     folder, other = identified
     wrong = {

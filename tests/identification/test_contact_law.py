@@ -140,6 +140,7 @@ def test_a_force_that_lags_is_named_and_taken_away(lag):
     assert any("of a period earlier than recorded" in note for note in again.removed)
 
 
+@pytest.mark.slow
 def test_laws_of_other_shapes_are_not_taken_for_a_lag():
     for law in WEIGHTS:
         for fitted_law in ("jenkins", "iwan", "array"):

@@ -94,6 +94,7 @@ def test_inside_the_bounds_nothing_is_determined_and_outside_it_is():
     assert "3 of 3 points lie inside their bounds" in " ".join(found.notes)
 
 
+@pytest.mark.slow
 def test_what_no_start_state_explains_and_what_stays_open_is_said():
     frequencies = np.array([335.0, 345.0, 355.0, 365.0])
     one = hidden(1.0, 0, frequencies)

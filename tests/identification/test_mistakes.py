@@ -85,6 +85,7 @@ def test_a_sound_fit_and_a_wrong_model_are_no_mistakes():
     assert any("Check quantity, units, contact law" in note for note in stuck.notes)
 
 
+@pytest.mark.slow
 def test_one_wrong_test_is_named_alone():
     tests = [sound()[0], MISTAKES["sign"][0](sound()[1]), sound()[2]]
     (said,) = hints(ss.identify_response(one_mass, FREE, tests, **SETTINGS))

@@ -66,6 +66,7 @@ def test_duffing_with_one_harmonic():
     assert float(data.peak_amplitude.max()) == pytest.approx(np.sqrt(squared), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_duffing_in_time():
     """On the upper branch, H 7, against generalised-α from the same state, beside a dashpot in both."""
     response = ss.forced_response(duffing(), [0.6 / (2.0 * np.pi), 1.3 / (2.0 * np.pi)], harmonics=7)

@@ -298,6 +298,7 @@ def test_stress_of_a_travelling_wave_is_that_of_the_unreduced_sector(disk_deck, 
     assert np.abs(expected.imag).max() > 1e-3 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 def test_stress_of_a_disk_without_contacts_is_that_of_its_resonance(disk_deck):
     """A contact that always slips at a small limit changes little; the disk without any, solved at its own resonance."""
     place = {"root": int(read_model(disk_deck).sets["RIGHT"][0])}

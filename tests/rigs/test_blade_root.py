@@ -69,6 +69,7 @@ def test_vibration_with_slip_keeps_every_balance():
     assert np.all(np.abs(T) <= 0.3 * normal + 1e-9 * normal.max())
 
 
+@pytest.mark.slow
 def test_peaks_settle_with_the_number_of_contact_points():
     """Each flank as a line: the error of midpoints falls as 1/points² where all stick, and stays small where they slip."""
     stuck = np.array([blade_root(points=k).frequencies(stuck=True)[0] for k in (4, 8, 16, 64)])

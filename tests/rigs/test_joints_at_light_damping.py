@@ -101,6 +101,7 @@ def test_slipping_joints_lower_the_free_peak_by_their_friction(name: str, near: 
     assert peak.amplitude / force / height == pytest.approx(1.0 - lost(name, rig, free, frequency) / force, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_friction_that_caps_the_peak_may_put_it_above_the_stuck_frequency():
     """Shrouds at light slip: friction cuts off the stuck resonance between its flanks, on a plateau that rises to the right. The
     contact is softer than stuck there too, and the peak lies below the stuck response."""

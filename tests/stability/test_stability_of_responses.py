@@ -41,6 +41,7 @@ def test_stability_changes_at_the_folds_of_a_duffing_oscillator(duffing):
     assert dataset.stability_change.attrs["flag_meanings"].split()[1] == "fold"
 
 
+@pytest.mark.slow
 def test_changes_over_two_periods_are_at_frequencies_of_the_excitation():
     """The folds of motions of twice the period, and of a motion that repeats after one and is expanded over two."""
     structure = ss.Structure(np.eye(1), 0.3 * np.eye(1), ("1.x",), C=0.08 * np.eye(1))

@@ -64,6 +64,7 @@ def test_a_travelling_wave_is_disturbed_in_all_sectors():
     assert dataset.stability_change.values[0, 0] == 4
 
 
+@pytest.mark.slow
 def test_sliders_between_sectors_in_a_tuned_disk_and_in_the_full_one():
     """The largest multiplier of the sector's response, of that of the full disk, and of the full disk marched in time."""
     problem = sliding_ring()

@@ -158,6 +158,7 @@ def exact(stiffness):
     return np.sqrt(clamped**2 + 4 * stiffness / mass) / (2 * np.pi)
 
 
+@pytest.mark.slow
 def test_the_first_family_of_thin_strips_is_their_bending(strips):
     """9.31 Hz at nodal diameter 0, where tips move alike; 58.37 Hz is the second bending."""
     disk = strips.with_aerodynamics(ss.Aerodynamics(influence={0: 1e-3j}, frequency=9.31, direction="40.y"))

@@ -40,6 +40,7 @@ def slider(a, b, kt, load=1.0):
     return f'[[contact]]\nlaw = "macroslip"\nbetween = ["{a}", "{b}"]\nkt = {kt}\nmu = 1.0\nnormal_load = {load}\n'
 
 
+@pytest.mark.slow
 def test_chain_of_twenty_masses_with_constant_loads(tmp_path):
     """Peak at mass 10 by two other codes, each on its own points: max |x| 9.589, first harmonic 9.620."""
     dofs = [f"{i}.x" for i in range(1, 21)]

@@ -27,6 +27,7 @@ def pairs(one, other, key):
     return {place: (node, places[1][place]) for place, node in places[0].items()}
 
 
+@pytest.mark.slow
 def test_the_stuck_joint_is_that_of_the_whole_meshes_with_springs(tmp_path):
     """3 x 5 nodes 10 and 5 mm apart: quarters at corners, halves at edges of what a node in the middle has."""
     write_new("jointed_beams", tmp_path / "joint.toml")

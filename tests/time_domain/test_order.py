@@ -43,6 +43,7 @@ def test_order_on_a_stuck_structure_with_a_massless_node(method, order):
     assert errors[-1] < 1e-2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "problem", [three_masses(limit=0.4), pytest.param(rubbing_mass(), marks=pytest.mark.nightly)], ids=["friction", "lift-off"]
 )

@@ -58,6 +58,7 @@ def test_a_mode_whose_peaks_are_off_by_several_percent_has_a_warning():
     assert modes.dataset.synthesis_warning.values[0].startswith("Other modes")
 
 
+@pytest.mark.slow
 def test_peaks_of_modes_without_a_warning_are_right():
     """The three masses at mode 1, where the other modes move by less than 5 %: within 1.3 %."""
     problem, levels = three_masses(), [1.0, 2.5, 7.0]

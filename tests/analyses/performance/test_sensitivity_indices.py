@@ -41,6 +41,7 @@ def linear():
     return ss.sensitivity_indices(rig, ranges, ss.radians_per_second(0.85, 1.15), draws=32, harmonics=1, samples=32).dataset
 
 
+@pytest.mark.slow
 def test_slopes_of_a_linear_mass(linear):
     """At the frequency of a peak that is 1e-5 rad/s off its top the slopes by k and m would be −0.109 and 0.109."""
     small = 1e-4

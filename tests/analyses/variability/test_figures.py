@@ -146,6 +146,7 @@ def test_the_plane_is_right_for_a_light_damper_only(problem):
     assert error < 0.01 if problem.structure.M[4, 4] < 0.01 else error > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("quantity", "label"), [("mobility", "ω|X₁|/F in m/s per unit level"), ("acceleration", "ω²|X₁| in m/s²")]
 )

@@ -44,6 +44,7 @@ def test_bounds_say_it_too(blade):
     assert float(found.unsolved_share[0, 0]) == 1.0
 
 
+@pytest.mark.slow
 def test_a_rule_for_each_direction_holds_the_damper(blade):
     """Ratios in the plane and virgin sliders along the axis: each sample is what a problem that starts there gives."""
     where, rules = [480.0, 540.0], ("traction_ratio", "virgin")
