@@ -1,6 +1,6 @@
 # make setup    environment in .venv, from requirements.lock      make check   format, lint, types, spelling, documentation
 # make demo     the single blade with two dampers                 make ci      check, make test, the slow tests and a part of test-rounding
-# make test     what a change can break, five minutes on two cores  make lock    renew requirements.lock (needs uv)
+# make test     what a change can break, seven minutes on two cores make lock    renew requirements.lock (needs uv)
 # make test-all   the slow and the nightly tests too               make nightly   everything: test-all, all roundings, verify, robustness, mutants
 # make test-times   the tests of make test with their processor time; one that takes more than five seconds fails
 # make mutants   breaks formulas on purpose; the quick tests named in tests/mutants.toml must notice
