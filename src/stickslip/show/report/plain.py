@@ -26,6 +26,9 @@ Datasets = Mapping[str, "xr.Dataset"]
 ROUNDING = 1e-11
 """Numbers below this share of the largest one of their unit in a table are rounding."""
 
+BESIDE = 5
+"""Columns that stand beside each other on a narrow screen."""
+
 PREFIX = re.compile(r"^(note|Warning): ")
 """Before a warning on the console."""
 
@@ -47,7 +50,7 @@ def overview(datasets: Datasets, charts: Charts) -> str:
         sentences, answer = [sentence for sentence in said if sentence not in warned], ""
         if shown.answer:
             frame = shown.tables(dataset)[shown.answer]
-            answer = _table(place, shown.answer, frame, stacked=True)
+            answer = _table(place, shown.answer, frame, stacked=len(frame.columns) > BESIDE)
             rows = {f"{value:.4g}" if isinstance(value, float) else str(value).split()[0] for value in frame.iloc[:, 0]}
             sentences = [sentence for sentence in sentences if sentence.split()[0] not in rows]
         first, *rest = sentences
