@@ -190,9 +190,11 @@ def test_modes_print_the_peaks_of_their_force_levels_first():
 
 
 def test_a_symbol_at_the_start_of_a_sentence_stays_as_it_is():
-    assert [_sentence(line) for line in ("kt = 3 N/m", "mu ≥ 0.3: no contact slips", "worst-case resonance")] == [
+    said = ("kt = 3 N/m", "mu ≥ 0.3: no contact slips", "mu_R: its contact never slides", "worst-case resonance")
+    assert [_sentence(line) for line in said] == [
         "kt = 3 N/m.",
         "mu ≥ 0.3: no contact slips.",
+        "mu_R: its contact never slides.",
         "Worst-case resonance.",
     ]
 

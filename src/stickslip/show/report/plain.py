@@ -32,7 +32,7 @@ BESIDE = 5
 PREFIX = re.compile(r"^(note|Warning): ")
 """Before a warning on the console."""
 
-SYMBOL = re.compile(r"\w+ (=|≥|×|is not found)")
+SYMBOL = re.compile(r"\w+_\w+|\w+ (=|≥|×|is not found)")
 """A line that begins with a symbol."""
 
 
