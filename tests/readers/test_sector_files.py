@@ -34,7 +34,7 @@ def study(tmp_path_factory):
 
 def problem(given: SectorFiles, write, folder, study):
     folder.mkdir(exist_ok=True)
-    return job(study.replace("MODEL", write(given, folder)), folder, "wheel").sweep.problem
+    return job(study.replace("MODEL", write(given, folder)), folder, "wheel", whole_disk=True).sweep.problem
 
 
 def waves(problem):

@@ -132,6 +132,41 @@ def test_a_study_runs_to_its_report(folder, tmp_path):
     assert "engine order 3" in (tmp_path / "out" / "report.html").read_text()
 
 
+def test_a_study_reduces_the_nodal_diameters_that_its_engine_orders_can_excite(folder, study):
+    """Of twelve sectors engine order 3 excites 0, 3 and 6; several orders excite the multiples of their greatest common divisor,
+    to which N/2 is added. Mistuned disks, gas forces and `whole_disk` take all."""
+    orders = ("engine_order = 3 ", "orders = { 4 = 1.0, 8 = 0.5 } ")
+    gas = "[aerodynamics]\ndirection = 'tip.y'\nfrequency = 1000.0\ninfluence = [[0, 0.0, 1.0]]\n[excitation]"
+    population = [('"forced_response"', '"mistuned_population"'), ("force_levels = [1.0, 5.0]", "force_levels = [1.0]")]
+    population.append(("[sweep]", "[mistuned_population]\n[sweep]"))
+    held = {
+        "one": study.sweep.problem,
+        "several": changed(folder, orders).sweep.problem,
+        "gas": changed(folder, ("[excitation]", gas)).sweep.problem,
+        "population": changed(folder, *population).sweep.problem,
+        "whole": ss.read_problem(folder / "wheel.toml", whole_disk=True),
+    }
+    every = tuple(range(7))
+    expected = {"one": (0, 3, 6), "several": (0, 4, 6), "gas": every, "population": every, "whole": every}
+    assert {name: problem.disk.diameters.held for name, problem in held.items()} == expected
+    for n in (3, -3, 6):
+        np.testing.assert_array_equal(held["one"].disk.at(n).K, held["whole"].disk.at(n).K)
+    with pytest.raises(InputError, match="must hold all nodal diameters from 0 to 6, but is '0, 3, 6'"):
+        held["one"].full()
+
+
+def test_another_engine_order_reduces_what_it_does_not_share(folder, tmp_path, monkeypatch):
+    """And finds the rest where an earlier study left it, 0 and N/2 of all."""
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path))
+    done = []
+    for order in (3, 2, 3):
+        said = []
+        text = (folder / "wheel.toml").read_text().replace("engine_order = 3 ", f"engine_order = {order} ")
+        job(text, folder, "wheel", lambda share, words, said=said: said.append(words))
+        done.append([int(re.search(r"diameter (\d+)", words)[1]) for words in said if words.startswith("reducing")])
+    assert done == [[0, 3, 6], [2, 4], []]
+
+
 def test_several_engine_orders(folder):
     problem = changed(folder, ("engine_order = 3 ", "orders = { 3 = 1.0, 6 = [0.0, 0.3] } ")).sweep.problem
     assert problem.excited_orders == (3, 6)
@@ -285,6 +320,8 @@ SPEEDS = [
         ([*POPULATION, ("harmonics = 3", 'harmonics = "auto"')], "[sweep]: mistuning must have a number of harmonics"),
         (POPULATION, "[sweep]: mistuning must have one force level"),
         ([("harmonics = 3", "harmonics = 200")], "[sweep]: samples must"),
+        ([("engine_order = 3", "engine_order = 13")], "must be a whole number and lie between 0 and the number of sectors, 12"),
+        ([("engine_order = 3", "orders = { three = 1.0 }")], "[excitation]: orders, an engine order must be a whole number"),
         (SPEEDS, "reference_speed must be the speed of the sector's model, 9000 rev/min, but is 8000.0."),
         (
             [SPEEDS[1], SPEEDS[2], ("[sweep]", SPEEDS[3][1]), ("modes = 12", 'stress = { foot = "BORE" }')],

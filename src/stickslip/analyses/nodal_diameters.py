@@ -18,6 +18,8 @@ from stickslip.support.checks import between, of_kind
 if TYPE_CHECKING:
     import xarray as xr
 
+MODES = 6
+"""Of each nodal diameter, unless given."""
 STATES = ("free", "stuck")
 
 
@@ -29,14 +31,19 @@ class NodalDiameters(Result):
     problem: TunedDisk
 
 
-def nodal_diameters(disk: TunedDisk, modes: int = 6) -> NodalDiameters:
+def nodal_diameters(disk: TunedDisk, modes: int = MODES) -> NodalDiameters:
     """Natural frequencies of the first `modes` modes of every nodal diameter 0..N//2; rigid motions of free dampers left out."""
+    of_kind("disk", disk, TunedDisk).disk.diameters.require_all()
+    return NodalDiameters(_held(disk, modes), disk)
+
+
+def _held(disk: TunedDisk, modes: int) -> xr.Dataset:
+    """Those of the nodal diameters that the disk holds; NaN at the others."""
     import xarray as xr
 
-    of_kind("disk", disk, TunedDisk)
     frequencies = np.full((2, disk.sectors // 2 + 1, between("modes", modes, 1)), np.nan)
     for state in range(2):
-        for n in range(frequencies.shape[1]):
+        for n in disk.disk.diameters.held:
             found = disk.modes(n, stuck=state == 1).frequencies
             lowest = found[found > 0.0][:modes]
             frequencies[state, n, : lowest.size] = lowest
@@ -44,22 +51,23 @@ def nodal_diameters(disk: TunedDisk, modes: int = 6) -> NodalDiameters:
     coords: dict[str, Any] = {"state": list(STATES), "nodal_diameter": np.arange(frequencies.shape[1])}
     attrs: dict[str, Any] = {"sectors": disk.sectors, "engine_order": disk.engine_order, "title": disk.heading}
     attrs["excited_orders"] = list(disk.excited_orders)
-    return NodalDiameters(xr.Dataset({"disk_frequency": variable}, coords, attrs), disk)
+    return xr.Dataset({"disk_frequency": variable}, coords, attrs)
 
 
 def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     """A forced response with what the figures of its disk need; of any other problem as it is.
 
-    disk_frequency; where the rig has a surface, disk_points (node, axis) [m], disk_quads (quad, corner) and disk_shape (node,
-    axis, part), the first stuck mode at the nodal diameter of the first excited order, largest motion 1; attributes sectors,
-    engine_order (g of several), excited_orders and, where dampers are pulled at, static_normal_load F_C/(2 cos α) [N].
+    disk_frequency, NaN at nodal diameters that a reduced sector does not hold; where the rig has a surface, disk_points (node,
+    axis) [m], disk_quads (quad, corner) and disk_shape (node, axis, part), the first stuck mode at the nodal diameter of the
+    first excited order, largest motion 1; attributes sectors, engine_order (g of several), excited_orders and, where dampers
+    are pulled at, static_normal_load F_C/(2 cos α) [N].
     """
     if isinstance(problem, FullDisk | TunedDisk):
         dataset = dataset.assign_attrs(sectors=problem.sectors, engine_order=problem.engine_order)
     if not isinstance(problem, TunedDisk):
         return dataset
     dataset = dataset.assign_attrs(excited_orders=list(problem.excited_orders))
-    found = nodal_diameters(problem).dataset.rename(state="disk_state", mode="disk_mode")
+    found = _held(problem, MODES).rename(state="disk_state", mode="disk_mode")
     dataset = dataset.assign(disk_frequency=found["disk_frequency"]).assign_attrs(_static_normal_load(problem))
     if problem.aerodynamics:
         waves = damping_by_nodal_diameter(problem).dataset.rename(nodal_diameter="wave")

@@ -105,6 +105,7 @@ class Kind:
     on_problem: whether the file states a problem with a sweep; an analysis without one has only its own tables.
     repeats: whether the frequencies of `at` may come back to where they were, upwards and downwards.
     band: of the excitation, from the tables of its own, where these say where to compute and [sweep] only how finely.
+    whole_disk: whether it solves more of a disk than one sector under its engine orders.
     without: keys of [sweep] that have no effect on it; check_of_sweep: what it asks of [sweep] beyond the table's own rules.
     """
 
@@ -117,3 +118,4 @@ class Kind:
     band: Callable[[Mapping[str, Table]], Band | None] | None = None
     without: tuple[str, ...] = ()
     check_of_sweep: Callable[[Any], object] | None = None
+    whole_disk: bool = False

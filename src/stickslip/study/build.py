@@ -15,7 +15,7 @@ from stickslip.model.contact.point import Contact
 from stickslip.model.contact.start import SliderOffset
 from stickslip.model.dampers import SHAPES
 from stickslip.model.dampers.shape import Shape
-from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.disks.tuned import TunedDisk, check_engine_order
 from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem
 from stickslip.model.structure.assembly import Spring
@@ -203,17 +203,27 @@ def excited(problem: Problem, table: ExcitationTable) -> TunedDisk:
         raise fault("The structure", "must be a bladed disk", type(problem).__name__, remedy)
     if table.engine_order is not None:
         return problem.with_engine_order(table.engine_order)
-    amplitudes: dict[int, complex] = {}
-    for order, factor in (table.orders or {}).items():
+    return problem.with_engine_orders(_factors(table))
+
+
+def _factors(table: ExcitationTable) -> dict[int, complex]:
+    """{EO: factor on the forces} of several engine orders."""
+    for order in table.orders or {}:
         if not order.isdecimal():
             raise fault("orders, an engine order", "must be a whole number", order)
-        amplitudes[int(order)] = complex_amplitude(factor)
-    return problem.with_engine_orders(amplitudes)
+    return {int(order): complex_amplitude(factor) for order, factor in (table.orders or {}).items()}
+
+
+def check_orders(table: ExcitationTable, sectors: int) -> None:
+    """Refuse what a table says wrongly whatever the disk's structure is."""
+    _factors(table)
+    if table.engine_order is not None:
+        check_engine_order(table.engine_order, sectors)
 
 
 def lowest_order(table: ExcitationTable) -> int:
     """The engine order by which the frequencies of a study count: the one, or the greatest common divisor of several."""
-    return gcd(*map(int, table.orders or {})) if table.engine_order is None else table.engine_order
+    return gcd(*_factors(table)) if table.engine_order is None else table.engine_order
 
 
 def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:

@@ -54,8 +54,10 @@ def structures_of(
     units: Units,
     found: Found,
     messages: Messages,
+    engine_order: int | None,
 ) -> dict[str, Built]:
-    """The structures that could be made, by name, "" for one alone; each keeps those `surfaces` that are its own."""
+    """The structures that could be made, by name, "" for one alone; each keeps those `surfaces` that are its own, a sector the
+    nodal diameters that an engine order can excite."""
     made: dict[str, Built] = {}
     models: dict[str, Model] = {}
     progress, notes = messages
@@ -67,7 +69,7 @@ def structures_of(
         own = [surface.removeprefix(f"{name}/") for surface in surfaces if not name or surface.startswith(f"{name}/")]
         if table is not None and table.sector is not None:
             own = list(dict.fromkeys(surface.removeprefix(NEXT) for surface in own))
-        built = found.attempt(place, structure_of_table, table, damping, folder, units, progress, own, models)
+        built = found.attempt(place, structure_of_table, table, damping, folder, units, progress, own, models, engine_order)
         if built:
             made[name] = built
             notes += [f"{name}: {note}" if name else note for note in built.notes]

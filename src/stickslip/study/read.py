@@ -121,34 +121,38 @@ class Tables:
         return only if only is not None and only.rig is not None else None
 
 
-def read(path: Path, progress: Progress = quiet) -> Job:
-    """The study at `path`, checked as a whole. Raises `Faults` with every fault of the file."""
+def read(path: Path, progress: Progress = quiet, whole_disk: bool = False) -> Job:
+    """The study at `path`, checked as a whole; whole_disk: as of `job`. Raises `Faults` with every fault of the file."""
     text = text_of(path)
     try:
-        return job(text, path.parent, path.stem, progress)
+        return job(text, path.parent, path.stem, progress, whole_disk)
     except Faults as error:
         document = toml(text)
         raise Faults([with_line(message, text, document) for message in error.faults]) from None
 
 
-def read_problem(path: str | Path) -> Problem:
+def read_problem(path: str | Path, *, whole_disk: bool = False) -> Problem:
     """The problem of a study file, to go on with in Python.
 
     With the results of a run it makes a response again, to check in time, to interpolate, to recover stress from:
     `ss.ForcedResponse(ss.open_results("results/wedge/results.nc"), ss.read_problem("wedge.toml"))`.
 
+    whole_disk: reduce a sector of [structure.sector] for all nodal diameters, which `TunedDisk.full` and mistuning need, not only
+    for those that the engine orders of the study can excite.
+
     Raises `InputError` with every fault of the file, and for a study that is not of a problem (a damper alone, measured loops).
     """
-    found = read(Path(path))
+    found = read(Path(path), whole_disk=whole_disk)
     if found.sweep is None:
         raise fault("The analysis of the study", "must be of a problem, with a [sweep]", found.analysis)
     return found.sweep.problem
 
 
-def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
+def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_disk: bool = False) -> Job:
     """What a study asks for; paths in it count from `folder`, and `name` stands in for a missing title.
 
-    progress(share, text) is called while a large model is read and reduced.
+    progress(share, text) is called while a large model is read and reduced. whole_disk: reduce a sector for all nodal diameters,
+    not only those that the engine orders of the study can excite.
     """
     document, notes = with_new_names(toml(text))
     kind = kind_of(document)
@@ -163,7 +167,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     if kind.on_problem:
         where = frequencies_of(tables, kind, found)
         with one_blas_thread():
-            stated = problem_of(tables, document, folder, found, (progress, notes))
+            stated = problem_of(tables, document, folder, found, (progress, notes), whole_disk or kind.whole_disk)
             sweep = sweep_of(tables, where, stated[0] if stated else None, found)
     if sweep and stated and stated[1] and tables.excitation is not None:
         notes += other_speed(sweep, next(iter(stated[1])), build.lowest_order(tables.excitation))
@@ -259,7 +263,9 @@ def content(tables: Tables, sweep: ForcedResponseSettings | None) -> str:
     return digest.hexdigest()
 
 
-def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Stated | None:
+def problem_of(
+    tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages, whole_disk: bool
+) -> Stated | None:
     """The problem of the [structure] table: a rig, or a model."""
     dofs = dofs_in(document)
     found.messages += Names(dofs, Units()).faults(document) if dofs else []
@@ -268,7 +274,7 @@ def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     if tables.rig is not None:
         problem = from_rig(tables.rig, tables, document, found)
         return None if problem is None else (problem, {})
-    return from_model(tables, document, folder, found, messages)
+    return from_model(tables, document, folder, found, messages, whole_disk)
 
 
 def text_of(path: Path) -> str:
@@ -386,8 +392,10 @@ def acted_upon(problem: Problem | None, tables: Tables, found: Found) -> Problem
     return problem
 
 
-def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Stated | None:
-    """A problem from models, bodies, contacts and forces."""
+def from_model(
+    tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages, whole_disk: bool
+) -> Stated | None:
+    """A problem from models, bodies, contacts and forces; whole_disk: of a sector with all nodal diameters."""
     units = tables.units
     _check_disk(tables, document, found)
     asks_for_stress = any(table is not None and table.stress is not None for table in tables.structures)
@@ -401,7 +409,8 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
         _check_outputs(tables, found)
         found.stop()  # the reduction of a sector may take minutes
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
-    structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages)
+    order = None if whole_disk or tables.aerodynamics or not tables.excitation else build.lowest_order(tables.excitation)
+    structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages, order)
     bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found)
     messages[1].extend(body_note(name, body, units.system) for name, body in bodies.items())
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
@@ -455,6 +464,8 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
         )
     if not sweeps_speed and "excitation" not in document:
         found.messages.append("[excitation] must be given for a bladed disk, but is missing. Write engine_order = EO.")
+    if tables.excitation is not None:
+        found.attempt("[excitation]", build.check_orders, tables.excitation, sector.sectors)
     if sweeps_speed and "excitation" in document:
         found.messages.append("[excitation] must stay away from a speed sweep, whose engine_orders stand in [speed_sweep].")
     speeds = tables.own.get("speed_sweep")

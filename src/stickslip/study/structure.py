@@ -18,7 +18,7 @@ from stickslip.model.readers.read import read_content
 from stickslip.model.readers.reduction import Progress, structure_of
 from stickslip.model.readers.sector import Faces, disks_of
 from stickslip.model.readers.stress_places import StrainGauge, StressRows, stress_rows_of
-from stickslip.model.structure.cyclic import CyclicStructure
+from stickslip.model.structure.cyclic import CyclicStructure, HeldDiameters
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rotation_axis import RotationAxis
@@ -51,8 +51,9 @@ def structure(
     progress: Progress,
     surfaces: Sequence[str],
     models: dict[str, Model],
+    engine_order: int | None,
 ) -> Built:
-    """The structure of a model.
+    """The structure of a model; of a sector for the nodal diameters that an engine order can excite, for all where it is None.
 
     surfaces: sets of nodes that contacts speak of; those that the model has are kept too. models: those of the study that were
     read already, to which this one is added: equal blades are read once.
@@ -63,7 +64,7 @@ def structure(
     keep = {} if table.keep is None else table.keep
     stress = None if table.stress is None else stress_rows_of(model, _stress_places(table.stress), own.system.metres)
     if table.sector is not None:
-        return _disk(table, table.sector, model, surfaces, folder, own, progress, stress)
+        return _disk(table, table.sector, model, surfaces, folder, own, progress, stress, engine_order)
     besides = [name for name in surfaces if name in model.sets and name not in keep]
     reduced = table.keep is not None or (table.modes is not None and besides)
     places = places_of(model, keep, own.system.metres, besides) if reduced else None
@@ -97,6 +98,7 @@ def _disk(
     units: Units,
     progress: Progress,
     stress: StressRows | None,
+    engine_order: int | None,
 ) -> Built:
     """The disk of which a model is one sector; its damping follows, with the bodies."""
     if table.shift is not None:
@@ -116,7 +118,8 @@ def _disk(
         raise fault("sector: at_speeds", "must be of different speeds, and not of that of the model itself", speeds)
     others = [_model(table.model_copy(update={"model": each.model}), folder, units) for each in sector.at_speeds]
     faces = Faces(sector.sectors, sector.low, sector.high, _axis(sector.axis, units), sector.faces == "interpolated")
-    disks, notes = disks_of([model, *others], faces, places, table.modes, None, progress, speeds, stress)
+    chosen = None if engine_order is None else HeldDiameters.excited(sector.sectors, engine_order)
+    disks, notes = disks_of([model, *others], faces, places, table.modes, None, progress, speeds, stress, chosen)
     by_speed = dict(zip(speeds, disks, strict=bool(speeds)))
     return Built(disks[0], (*notes, *model.notes, *implausible(model)), by_speed, tuple(model.sets))
 

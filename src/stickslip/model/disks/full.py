@@ -57,9 +57,7 @@ def full_structure(
 ) -> Structure:
     """All sectors of a disk as one real structure, names "SECTOR/NODE.DIRECTION"; dampings: C of each nodal diameter; shapes:
     coordinates of each nodal diameter on which the disk is projected, (N//2 + 1, m, k) (`few_waves`)."""
-    assert disk.masses is not None
-    assert disk.stiffnesses is not None
-    M, K = (circulant(projected(waves, shapes), disk.sectors) for waves in (disk.masses, disk.stiffnesses))
+    M, K = (circulant(projected(disk.every(waves), shapes), disk.sectors) for waves in (disk.masses, disk.stiffnesses))
     C = None if dampings is None or not dampings.any() else circulant(projected(dampings, shapes), disk.sectors)
     names = tuple(sector_name(j, dof) for j in range(1, disk.sectors + 1) for dof in disk.dofs)
     return Structure(M, K, names, C, shapes=None if shapes is None else of_all_sectors(shapes, disk.sectors))

@@ -87,16 +87,14 @@ class SectorSystems(HarmonicSystems):
         """K₁ of a nodal diameter."""
         assert self.problem.speed is not None
         assert self.problem.speed.stiffness is not None
-        n = nodal_diameter % self.sectors
-        added = self.problem.speed.stiffness[min(n, self.sectors - n)]
-        return np.asarray(added.conj() if n > self.sectors // 2 else added)
+        return self.disk.diameters.pick(self.problem.speed.stiffness, nodal_diameter)
 
     def mass(self, harmonic: int) -> NDArray[np.complex128]:
         return self.disk.at(harmonic * self.engine_order).M
 
     def vibrating(self) -> Iterator[tuple[str, LinearSystem]]:
-        """Waves of every nodal diameter, which gas forces may feed whatever the excitation is."""
-        for n in range(-((self.sectors - 1) // 2), self.sectors // 2 + 1):
+        """Waves of every nodal diameter that the disk holds, which gas forces may feed whatever the excitation is."""
+        for n in [*(-n for n in reversed(self.disk.diameters.held) if 0 < 2 * n < self.sectors), *self.disk.diameters.held]:
             M, stuck, C = self.matrices(n)
             assert C is not None
             stiffness, damping = self.gas_forces(n)

@@ -61,11 +61,7 @@ class TunedDisk(Problem):
     def __post_init__(self) -> None:
         if not isinstance(self.structure, CyclicStructure):
             raise InputError("A tuned disk must have a cyclic structure. Make it by `cyclic` or `sector_chain`.")
-        order: object = self.engine_order
-        is_whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
-        if not is_whole or not 0 <= self.engine_order <= self.sectors:
-            rule = f"must be a whole number and lie between 0 and the number of sectors, {self.sectors}"
-            raise fault("engine_order", rule, self.engine_order, "Engine order EO + N acts as EO does, turn by turn.")
+        check_engine_order(self.engine_order, self.sectors)
         if self.dashpots or any(isinstance(force, BaseMotion) for force in self.forces):
             raise InputError("A tuned disk must be without dashpots and base motion. Put dampers into the sector's C.")
         loads, outputs = [force.coefficients for force in self.forces], [Output.of(output).direction for output in self.outputs]
@@ -112,7 +108,7 @@ class TunedDisk(Problem):
         return self.disk.stiffnesses
 
     def _stiffened(self, added: NDArray[Any]) -> CyclicStructure:
-        waves = np.array([self.systems.matrices(n).C for n in range(self.sectors // 2 + 1)])
+        waves = np.array([self.systems.matrices(n).C for n in self.disk.diameters.held])
         stiffened = replace(self.disk, K=self.disk.K + added[0].real, stiffnesses=self._stiffness + added)
         return stiffened.with_damping(waves)
 
@@ -141,6 +137,7 @@ class TunedDisk(Problem):
         disk = self.disk
         for waves in (disk.masses, disk.stiffnesses, disk.dampings, self.systems.relative_rows(1)):
             digest.update(b"" if waves is None else np.ascontiguousarray(waves).tobytes())
+        digest.update(b"" if disk.diameters.complete else repr(disk.diameters.held).encode())
         digest.update(f"engine order {self.engine_order} of {self.sectors}".encode())
         digest.update(b"" if self.modes_to is None else f"modes to {self.modes_to!r} Hz".encode())
         if self.aerodynamics:
@@ -221,7 +218,8 @@ class TunedDisk(Problem):
         """
         sectors = range(1, self.sectors + 1)
         chosen = sectors if reported is None else sectors_of("reported", reported, self.sectors) or sectors
-        waves = [self.systems.matrices(n).C for n in range(self.sectors // 2 + 1)]
+        self.disk.diameters.require_all()
+        waves = [self.systems.matrices(n).C for n in self.disk.diameters.held]
         structure = full_structure(self.disk, np.array(waves), shapes)
         contacts = tuple(self._contact(contact, j) for j in sectors for contact in self.contacts)
         forces = []
@@ -281,6 +279,14 @@ def _under_orders(force: Force, factors: Mapping[int, complex]) -> Force:
             f"The force {force.name or force.direction!r}", "must have the first harmonic alone", sorted(force.amplitudes)
         )
     return replace(force, amplitude={h: factor * force.amplitudes[1] for h, factor in factors.items()})
+
+
+def check_engine_order(order: object, sectors: int) -> None:
+    """Refuse one that is not a whole number from 0 to N."""
+    is_whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
+    if not is_whole or not 0 <= order <= sectors:  # type: ignore[operator]
+        rule = f"must be a whole number and lie between 0 and the number of sectors, {sectors}"
+        raise fault("engine_order", rule, order, "Engine order EO + N acts as EO does, turn by turn.")
 
 
 def sectors_of(what: str, given: Sequence[int], sectors: int) -> tuple[int, ...]:

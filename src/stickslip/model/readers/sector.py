@@ -27,7 +27,7 @@ from stickslip.model.readers.sector_faces import interpolation_error, paired
 from stickslip.model.readers.spin_softening import prestress_note
 from stickslip.model.readers.stress_places import StrainGauge, StressRows, stress_rows_of
 from stickslip.model.structure.craig_bampton import mode_names
-from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, cyclic
+from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.reduced_waves import reduced_waves
@@ -85,6 +85,7 @@ def read_sector(
     names: str | Path | None = None,
     speed: float | None = None,
     stress: Mapping[str, Where | StrainGauge] | None = None,
+    nodal_diameters: Sequence[int] | None = None,
     progress: Progress = quiet,
 ) -> CyclicStructure:
     """Read the finite-element model of one sector and return the disk of `sectors` equal sectors, reduced for every nodal
@@ -96,7 +97,9 @@ def read_sector(
     diameter, in addition to the retained nodes. interpolated: for faces with different meshes; the displacements of the finer
     face are interpolated between the nodes of the other. stress: places {name: node, set, coordinates or `StrainGauge`} whose
     stress is recovered from the elements of the deck, none of them on the faces. speed: rotor speed of K in rev/min; the mean
-    stress then contains the stress due to rotation. progress is called with what is being done and what was found.
+    stress then contains the stress due to rotation. nodal_diameters: those to reduce, all unless given; engine order EO excites
+    the multiples of its greatest common divisor with N alone, and a disk of these is enough for a `TunedDisk` under it, not for
+    its `full()`, mistuning and gas forces. progress is called with what is being done and what was found.
 
     A pair of nodes on the faces is fixed if either node is fixed. Matrices with a constraint between the faces are refused: in
     CalculiX write them without *CYCLIC SYMMETRY MODEL, or with CYCMPC=INACTIVE.
@@ -107,7 +110,8 @@ def read_sector(
     recovered = None if stress is None else stress_rows_of(model, stress, system.metres)
     places = places_of(model, keep, system.metres)
     speeds = [] if speed is None else [finite("speed", speed)]
-    disks, notes = disks_of([model], joint, places, modes, damping, progress, speeds, recovered)
+    chosen = HeldDiameters.of(between("sectors", sectors, 2, MOST_SECTORS), nodal_diameters)
+    disks, notes = disks_of([model], joint, places, modes, damping, progress, speeds, recovered, chosen)
     for note in notes:
         progress(1.0, note)
     return disks[0]
@@ -158,8 +162,10 @@ def disks_of(
     progress: Progress = quiet,
     speeds: Sequence[float] = (),
     stress: StressRows | None = None,
+    diameters: HeldDiameters | None = None,
 ) -> tuple[list[CyclicStructure], tuple[str, ...]]:
-    """The disks of the models of one sector, at `speeds` in rev/min where they are known, and notes on what was found."""
+    """The disks of the models of one sector, at `speeds` in rev/min where they are known, and notes on what was found; with all
+    nodal diameters unless some are chosen."""
     if any(model.C is not None for model in models):
         raise InputError("The model of a sector must not contain C. Use a damping rule, or pass the matrices to `with_damping`.")
     model = models[0]
@@ -174,16 +180,17 @@ def disks_of(
     speed = speeds[0] if speeds and stress is not None else 0.0
     if speed:
         refuse_own_axes(model)
-    arrays = _reduced(models, read, stiffnesses, faces, kept, number, stress, speed, progress)
+    diameters = diameters or HeldDiameters.of(faces.sectors)
+    arrays = _reduced(models, read, stiffnesses, faces, kept, number, stress, speed, diameters, progress)
     dofs = (*kept, *mode_names(number))
     whole = {name: row for place in places for name, row in place.dofs.items()}
     nodes, sets = kept_nodes(model, whole), kept_sets(model, tuple(places))
     mean = arrays["rotation"] if arrays["rotation"].size else None
-    recoveries = () if stress is None else (stress.recovery(arrays["stress"], dofs, faces.sectors, mean),)
+    recoveries = () if stress is None else (stress.recovery(arrays["stress"], dofs, diameters, mean),)
     surface = model.surface
     disks = [
         replace(
-            cyclic(faces.sectors, dofs, arrays["M"], waves, axis=faces.axis),
+            cyclic(faces.sectors, dofs, arrays["M"], waves, None, None, faces.axis, diameters.held),
             nodes=nodes,
             sets=sets,
             mesh_points=model.located[1] if surface is None else surface.points,
@@ -222,40 +229,44 @@ def _reduced(
     modes: int,
     stress: StressRows | None,
     speed: float,
+    diameters: HeldDiameters,
     progress: Progress,
 ) -> dict[str, NDArray[Any]]:
-    """The reduction on the shapes of the mean K, from the cache if it is there: M of all nodal diameters (N//2 + 1, m, m), K of
-    each model (models, N//2 + 1, m, m), stress (N//2 + 1, rows, m) and that due to rotation (rows,), error of the interpolation.
+    """The reduction on the shapes of the mean K: M of the nodal diameters (held, m, m), K of each model (models, held, m, m),
+    stress (held, rows, m) and that due to rotation (rows,), error of the interpolation.
 
-    Frequencies at both ends then err by the square of what the speed changes of the shapes.
+    Frequencies at both ends then err by the square of what the speed changes of the shapes. Every nodal diameter has a file of
+    its own in the cache, so that another engine order finds those that it shares.
     """
     face_nodes = [(node, models[0].nodes[node]) for face in (faces.low, faces.high) for node in models[0].sets[face]]
     reduction = [model.fingerprint for model in models], faces, face_nodes, list(kept.values()), modes
     key = repr((stickslip.__version__, *reduction, stress and stress.bytes, speed))
-    file = cache_folder() / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
-    arrays = from_cache(file, ("M", "K", "error", "stress", "rotation"))
-    if arrays is not None:
-        progress(1.0, f"reduction found in {file}")
-        return arrays
+    files = {part: cache_folder() / f"{sha256(f'{key} {part}'.encode()).hexdigest()[:32]}.npz" for part in ("", *diameters.held)}
     sector = read.sector
     rows = None if stress is None else stress.rows[:, np.flatnonzero(read.rows >= 0)]
+    waves = {n: found for n in diameters.held if (found := from_cache(files[n], ("M", "K", "stress"))) is not None}
+    wanted = [n for n in diameters.held if n not in waves]
+    if not wanted:
+        progress(1.0, f"reduction found in {files[0]}")
     mean = stiffnesses[0] if len(stiffnesses) == 1 else sparse.csc_array(0.5 * (stiffnesses[0] + stiffnesses[-1]))
-    solid = replace(sector.solid, K=mean)
-    masses, reduced, stresses = [], [], []
-    for wave in reduced_waves(replace(sector, solid=solid), kept, modes, progress):
+    meshed = replace(sector, solid=replace(sector.solid, K=mean))
+    for n, wave in zip(wanted, reduced_waves(meshed, kept, modes, wanted, progress), strict=True):
         T = wave.transformation
-        masses.append(wave.M)
-        stresses.append(np.zeros((0, len(wave.M))) if rows is None else rows @ T)
-        reduced.append([wave.K] if len(stiffnesses) == 1 else [hermitian(T.conj().T @ (K @ T)) for K in stiffnesses])
-    arrays = {
-        "M": np.array(masses, dtype=complex),
-        "K": np.array(reduced, dtype=complex).swapaxes(0, 1),
-        "error": np.array(interpolation_error(sector) if faces.interpolated else 0.0),
-        "stress": np.array(stresses, dtype=complex),
-        "rotation": np.zeros(0) if rows is None or not speed else rotation_stress(sector, rows, faces.axis, speed),
-    }
-    to_cache(file, arrays)
-    return arrays
+        waves[n] = {
+            "M": wave.M,
+            "K": np.array([wave.K] if len(stiffnesses) == 1 else [hermitian(T.conj().T @ (K @ T)) for K in stiffnesses]),
+            "stress": np.zeros((0, len(wave.M))) if rows is None else rows @ T,
+        }
+        to_cache(files[n], waves[n])
+    rest = from_cache(files[""], ("error", "rotation"))
+    if rest is None:
+        rest = {
+            "error": np.array(interpolation_error(sector) if faces.interpolated else 0.0),
+            "rotation": np.zeros(0) if rows is None or not speed else rotation_stress(sector, rows, faces.axis, speed),
+        }
+        to_cache(files[""], rest)
+    M, K, recovery = (np.array([waves[n][part] for n in diameters.held], dtype=complex) for part in ("M", "K", "stress"))
+    return {"M": M, "K": K.swapaxes(0, 1), "stress": recovery, **rest}
 
 
 def _stiffness(model: Model, other: Model, read: ReadSector) -> Sparse:

@@ -12,6 +12,7 @@ from scipy import sparse
 
 from stickslip.model.readers.model import Model
 from stickslip.model.readers.places import Where, nearest_of
+from stickslip.model.structure.cyclic import HeldDiameters
 from stickslip.model.structure.nodal_stress import KINDS, nodal_stress
 from stickslip.model.structure.solid import Material
 from stickslip.model.structure.stress import COMPONENTS, StressRecovery, strain_along
@@ -48,15 +49,17 @@ class StressRows:
         """Identifies the rows."""
         return b"".join(part.tobytes() for part in (self.rows.data, self.rows.indices, self.rows.indptr))
 
-    def recovery(self, rows: Array, dofs: tuple[str, ...], sectors: int = 0, rotation: Array | None = None) -> StressRecovery:
-        """The recovery from reduced coordinates `dofs`: rows (6 places, m), of a sector for each nodal diameter (N//2+1, ...);
+    def recovery(
+        self, rows: Array, dofs: tuple[str, ...], diameters: HeldDiameters | None = None, rotation: Array | None = None
+    ) -> StressRecovery:
+        """The recovery from reduced coordinates `dofs`: rows (6 places, m), of a sector for each of its nodal diameters;
         rotation (6 places,): stress of the rotation, Pa."""
         places = (len(self.nodes), len(COMPONENTS), len(dofs))
-        if not sectors:
+        if diameters is None:
             return StressRecovery(tuple(self.nodes), rows.reshape(places), dofs, gauges=self.gauges)
         waves = rows.reshape(-1, *places)
         mean = None if rotation is None else rotation.reshape(-1, len(COMPONENTS))
-        return StressRecovery(tuple(self.nodes), waves[0].real, dofs, waves, sectors, self.gauges, mean)
+        return StressRecovery(tuple(self.nodes), waves[0].real, dofs, waves, diameters, self.gauges, mean)
 
 
 def stress_rows_of(model: Model, asked: Mapping[str, Where | StrainGauge], metres: float = 1.0) -> StressRows:

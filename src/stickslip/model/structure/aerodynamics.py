@@ -147,9 +147,7 @@ def blade_alone(disk: CyclicStructure, mode: int = 1) -> BladeMode:
 
     Degrees of freedom that no stiffness holds, those of free dampers, are left out.
     """
-    assert disk.masses is not None
-    assert disk.stiffnesses is not None
-    M, K = (_own_block(waves, disk.sectors) for waves in (disk.masses, disk.stiffnesses))
+    M, K = (_own_block(disk.every(waves), disk.sectors) for waves in (disk.masses, disk.stiffnesses))
     held = np.flatnonzero(np.abs(K).max(axis=0) > 0.0)
     if not held.size:
         raise InputError("A sector must have a stiffness for its blade to have a mode, but has none.")

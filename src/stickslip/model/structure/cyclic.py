@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import gcd
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,15 +19,68 @@ from stickslip.model.structure.assembly import assemble
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rotation_axis import Z_AXIS, RotationAxis
-from stickslip.support.checks import Array, InputError, between, fault, is_definite, square
+from stickslip.support.checks import Array, InputError, between, fault, first_of, is_definite, several, square, whole
 
 Waves = NDArray[np.complex128]
-"""A matrix for each nodal diameter 0..N//2, (N//2 + 1, m, m)."""
+"""A matrix for each nodal diameter 0..N//2, or for each of those that a disk holds, (N//2 + 1, m, m)."""
 
 MOST_SECTORS = 1000
 """Of a disk; no machine has as many blades on one."""
+MOST_NAMED = 12
+"""Nodal diameters that a message names."""
 NEXT = "next/"
 """Prefix of the names of the following sector's degrees of freedom: "next/pad_1.x"."""
+
+
+@dataclass(frozen=True)
+class HeldDiameters:
+    """The nodal diameters for which something of a disk of N `sectors` is known: `held`, ascending, of 0..N//2."""
+
+    sectors: int
+    held: tuple[int, ...]
+
+    @classmethod
+    def of(cls, sectors: int, chosen: Sequence[int] | None = None) -> HeldDiameters:
+        """Those chosen, whose waves may run either way round, and 0; all of them unless given."""
+        if chosen is None:
+            return cls(sectors, tuple(range(sectors // 2 + 1)))
+        turned = [whole("nodal_diameters", n) % sectors for n in several("nodal_diameters", chosen)]
+        return cls(sectors, tuple(sorted({0, *(min(n, sectors - n) for n in turned)})))
+
+    @classmethod
+    def excited(cls, sectors: int, engine_order: int) -> HeldDiameters:
+        """Those that any harmonic h of an engine order can excite, h EO mod N: the multiples of their greatest common divisor;
+        and N//2, to compare natural frequencies with."""
+        return cls.of(sectors, [*range(0, sectors, gcd(sectors, engine_order)), sectors // 2])
+
+    @property
+    def complete(self) -> bool:
+        """Whether all are held, as the whole disk needs them."""
+        return len(self.held) == self.sectors // 2 + 1
+
+    def pick(self, waves: NDArray[Any], nodal_diameter: int) -> NDArray[Any]:
+        """That of `waves` (held, ...) for any whole number: n and n + N are the same wave, N − n is the conjugate of n."""
+        n = nodal_diameter % self.sectors
+        turned = 2 * n > self.sectors
+        n = self.sectors - n if turned else n
+        if n not in self.held:
+            raise self.missing(f"nodal diameter {n}")
+        wave = waves[self.held.index(n)]
+        return np.asarray(wave.conj() if turned else wave)
+
+    def require_all(self) -> None:
+        """Refuse a disk of which some are missing."""
+        if not self.complete:
+            raise self.missing(f"all nodal diameters from 0 to {self.sectors // 2}")
+
+    def missing(self, wanted: str) -> InputError:
+        """What is said where one is asked for that is not held."""
+        remedy = "Read the sector with more `nodal_diameters`, or the study by `read_problem(..., whole_disk=True)`."
+        return fault("The disk", f"must hold {wanted}", first_of([*map(str, self.held)], MOST_NAMED), remedy)
+
+
+ONE_SECTOR = HeldDiameters(1, (0,))
+"""Of a structure that is no disk."""
 
 
 class WaveMatrices(NamedTuple):
@@ -41,16 +95,22 @@ class WaveMatrices(NamedTuple):
 class CyclicStructure(Structure):
     """A disk of `sectors` equal sectors; as a `Structure` it is the motion in which all sectors are alike (nodal diameter 0).
 
-    masses, stiffnesses, dampings: (N//2 + 1, m, m) complex, one Hermitian matrix for each nodal diameter. Made by `cyclic` or
-    `sector_chain`. Directions may name degrees of freedom of the following sector with the prefix "next/". axis: about which
-    the following sector comes counter-clockwise; z through the origin unless given.
+    masses, stiffnesses, dampings: (N//2 + 1, m, m) complex, one Hermitian matrix for each of the nodal `diameters`, which are all
+    of 0..N//2 unless a reduction was asked for some. Made by `cyclic` or `sector_chain`. Directions may name degrees of freedom
+    of the following sector with the prefix "next/". axis: about which the following sector comes counter-clockwise; z through
+    the origin unless given.
     """
 
-    sectors: int = 1
+    diameters: HeldDiameters = ONE_SECTOR
     masses: Waves | None = None
     stiffnesses: Waves | None = None
     dampings: Waves | None = None
     axis: RotationAxis = Z_AXIS
+
+    @property
+    def sectors(self) -> int:
+        """N."""
+        return self.diameters.sectors
 
     def __repr__(self) -> str:
         return f"{super().__repr__()}, {self.sectors} sectors"
@@ -68,19 +128,22 @@ class CyclicStructure(Structure):
 
     def at(self, nodal_diameter: int) -> WaveMatrices:
         """The matrices of a nodal diameter, any whole number: n and n + N are the same wave, N − n runs the other way."""
-        n = nodal_diameter % self.sectors
-        turned = n > self.sectors // 2
         waves = (self.masses, self.stiffnesses, self.dampings)
-        of_n = (each if each is None else each[min(n, self.sectors - n)] for each in waves)
-        M, K, C = (wave.conj() if turned and wave is not None else wave for wave in of_n)
+        M, K, C = (each if each is None else self.diameters.pick(each, nodal_diameter) for each in waves)
         assert M is not None
         assert K is not None
         return WaveMatrices(M, K, C)
 
+    def every(self, waves: Waves | None) -> Waves:
+        """Matrices of this disk for all nodal diameters 0..N//2; refused where the disk holds some of them only."""
+        self.diameters.require_all()
+        assert waves is not None
+        return waves
+
     def with_damping(self, damping: Damping | NDArray[Any] | None) -> CyclicStructure:
         """A copy with another damping: a rule, one matrix for each nodal diameter, or none."""
         if isinstance(damping, np.ndarray):
-            waves = _hermitian("C", damping, self.sectors, self.size)
+            waves = _hermitian("C", damping, self.diameters, self.size)
             return replace(self, C=waves[0].real, damping=None, dampings=waves)
         return replace(self, C=None, damping=damping, dampings=None)
 
@@ -93,16 +156,21 @@ def cyclic(
     dampings: ArrayLike | None = None,
     damping: Damping | None = None,
     axis: RotationAxis = Z_AXIS,
+    nodal_diameters: Sequence[int] | None = None,
 ) -> CyclicStructure:
-    """The disk of Hermitian matrices for nodal diameters 0..N//2, each (N//2 + 1, m, m); axis: z unless given."""
-    sectors = between("sectors", sectors, 2, MOST_SECTORS)
-    M, K = (_hermitian(what, waves, sectors, len(dofs)) for what, waves in (("M", masses), ("K", stiffnesses)))
-    C = None if dampings is None else _hermitian("C", dampings, sectors, len(dofs))
+    """The disk of Hermitian matrices for nodal diameters 0..N//2, each (N//2 + 1, m, m); axis: z unless given.
+
+    nodal_diameters: those that the matrices are for, 0 among them, where some of 0..N//2 are missing. Such a disk can be solved
+    as one sector under engine orders whose harmonics excite no others.
+    """
+    diameters = HeldDiameters.of(between("sectors", sectors, 2, MOST_SECTORS), nodal_diameters)
+    M, K = (_hermitian(what, waves, diameters, len(dofs)) for what, waves in (("M", masses), ("K", stiffnesses)))
+    C = None if dampings is None else _hermitian("C", dampings, diameters, len(dofs))
     rounding = 1e-9 * float(np.abs(M).max()) * len(dofs)
     if not all(is_definite(mass, rounding) for mass in M):
         lowest = min(float(np.linalg.eigvalsh(mass)[0]) for mass in M)
         raise fault("M", "must have no negative eigenvalue at any nodal diameter", lowest)
-    return CyclicStructure(M[0].real, K[0].real, tuple(dofs), None if C is None else C[0].real, damping, sectors, M, K, C, axis)
+    return CyclicStructure(M[0].real, K[0].real, tuple(dofs), None if C is None else C[0].real, damping, diameters, M, K, C, axis)
 
 
 def sector_chain(sector: Structure, sectors: int, K_next: ArrayLike, M_next: ArrayLike | None = None) -> CyclicStructure:
@@ -136,7 +204,7 @@ def with_bodies(disk: CyclicStructure, bodies: Mapping[str, Structure]) -> Cycli
         return np.array([linalg.block_diag(wave, free) for wave in own])
 
     masses, stiffnesses = waves(disk.masses, added.M), waves(disk.stiffnesses, added.K)
-    whole = cyclic(disk.sectors, (*disk.dofs, *added.dofs), masses, stiffnesses, axis=disk.axis)
+    whole = cyclic(disk.sectors, (*disk.dofs, *added.dofs), masses, stiffnesses, None, None, disk.axis, disk.diameters.held)
     nodes = {**disk.nodes, **added.nodes}
     whole = replace(whole, sets=disk.sets, mesh_points=disk.mesh_points, mesh_triangles=disk.mesh_triangles)
     whole = replace(whole, stresses=disk.stresses)
@@ -165,10 +233,10 @@ def sector_name(sector: int, dof: str) -> str:
     return f"{sector}/{dof}"
 
 
-def _hermitian(what: str, given: ArrayLike, sectors: int, size: int) -> Waves:
+def _hermitian(what: str, given: ArrayLike, diameters: HeldDiameters, size: int) -> Waves:
     """The matrices of all nodal diameters, Hermitian, and real at 0 and N/2, where all sectors move in phase or in antiphase."""
     waves = np.asarray(given, dtype=complex)
-    shape = (sectors // 2 + 1, size, size)
+    shape = (len(diameters.held), size, size)
     if waves.shape != shape:
         raise fault(f"{what} by nodal diameter", f"must have shape {shape}", waves.shape)
     if not np.all(np.isfinite(waves)):
@@ -177,7 +245,7 @@ def _hermitian(what: str, given: ArrayLike, sectors: int, size: int) -> Waves:
     gap = float(np.abs(waves - waves.conj().swapaxes(1, 2)).max(initial=0.0))
     if gap > 1e-8 * scale:
         raise fault(f"{what} by nodal diameter", "must be Hermitian", f"unsymmetric by {gap:.3g} of up to {scale:.3g}")
-    ends = [0, *([sectors // 2] if sectors % 2 == 0 else [])]
+    ends = [k for k, n in enumerate(diameters.held) if 2 * n in (0, diameters.sectors)]
     if float(np.abs(waves[ends].imag).max(initial=0.0)) > 1e-8 * scale:
         raise fault(f"{what} of nodal diameters 0 and N/2", "must be real", "complex")
     waves = 0.5 * (waves + waves.conj().swapaxes(1, 2))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,16 +31,20 @@ class ReducedWave(NamedTuple):
 
 
 def reduced_waves(
-    sector: Sector, kept: Mapping[str, int], modes: int, progress: Progress = lambda share, text: None
+    sector: Sector,
+    kept: Mapping[str, int],
+    modes: int,
+    nodal_diameters: Sequence[int],
+    progress: Progress = lambda share, text: None,
 ) -> Iterator[ReducedWave]:
-    """The reduction of each nodal diameter 0..N//2, one after the other, since each may take as much memory as the sector."""
+    """The reduction of each of the nodal diameters, one after the other, since each may take as much memory as the sector."""
     refuse_on_faces(sector, kept)
     inside = sector.solid.size - sector.dependent.size - len(kept)
     if not 1 <= modes <= inside:
         raise fault("modes", f"must lie between 1 and {inside}", modes)
-    last = sector.sectors // 2
-    for n in range(last + 1):
-        progress(n / (last + 1), f"reducing nodal diameter {n} of 0 to {last}, {sector.solid.size} rows")
+    for done, n in enumerate(nodal_diameters):
+        which = f"nodal diameter {n}, {done + 1} of {len(nodal_diameters)}"
+        progress(done / len(nodal_diameters), f"reducing {which}, {sector.solid.size} rows")
         yield _reduced_wave(sector, np.array(list(kept.values()), dtype=int), modes, n)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from stickslip.model.structure.craig_bampton import Reduction
-from stickslip.model.structure.cyclic import of_all_sectors, sector_name
+from stickslip.model.structure.cyclic import ONE_SECTOR, HeldDiameters, of_all_sectors, sector_name
 from stickslip.model.structure.matrices import freedoms
 from stickslip.model.structure.solid import STEEL, Material, Solid
 from stickslip.support.checks import Array, InputError, counted, fault, vector
@@ -32,7 +32,7 @@ EQUAL = 1e-6
 class StressRecovery:
     """σ = rows q at named places. rows (places, 6, dofs) [Pa/m], components xx, yy, zz, xy, yz, zx; dofs: names of q.
 
-    waves (N//2 + 1, places, 6, dofs), complex: of one of N `sectors` of a disk, the rows for each nodal diameter.
+    waves (N//2 + 1, places, 6, dofs), complex: of one sector of a disk, the rows for each of its nodal `diameters`.
     gauges: places with a strain gauge, and the strain that it measures per stress there, (6,) [1/Pa].
     rotation (places, 6): stress of the rotation, which is added to the mean, Pa; None where it is not known.
     """
@@ -41,27 +41,26 @@ class StressRecovery:
     rows: Array
     dofs: tuple[str, ...]
     waves: NDArray[Any] | None = None
-    sectors: int = 1
+    diameters: HeldDiameters = ONE_SECTOR
     gauges: Mapping[str, Array] = field(default_factory=dict)
     rotation: Array | None = None
 
     def at(self, nodal_diameter: int) -> NDArray[Any]:
         """The rows of a nodal diameter, any whole number: that of N − n runs the other way, its rows are conjugate."""
-        if self.waves is None:
-            return self.rows
-        n = nodal_diameter % self.sectors
-        return np.asarray(self.waves[self.sectors - n].conj() if 2 * n > self.sectors else self.waves[n])
+        return self.rows if self.waves is None else self.diameters.pick(self.waves, nodal_diameter)
 
     def of_whole_disk(self, chosen: Sequence[int] | None = None) -> StressRecovery:
         """Of one sector, that of all sectors of its disk, or of some, from 1: all names are "SECTOR/..."."""
         if self.waves is None:
             raise InputError("The stress recovery of a disk must be of one of its sectors, with rows for each nodal diameter.")
-        every = range(1, self.sectors + 1)
+        self.diameters.require_all()
+        sectors = self.diameters.sectors
+        every = range(1, sectors + 1)
         here = every if chosen is None else chosen
         waves = self.waves.reshape(len(self.waves), -1, len(self.dofs))
         places, gauges = (tuple(sector_name(j, name) for j in here for name in names) for names in (self.places, self.gauges))
         dofs = tuple(sector_name(j, name) for j in every for name in self.dofs)
-        rows = of_all_sectors(waves, self.sectors, [j - 1 for j in here]).reshape(len(places), len(COMPONENTS), len(dofs))
+        rows = of_all_sectors(waves, sectors, [j - 1 for j in here]).reshape(len(places), len(COMPONENTS), len(dofs))
         strains = dict(zip(gauges, [*self.gauges.values()] * len(here), strict=True))
         rotation = None if self.rotation is None else np.tile(self.rotation, (len(here), 1))
         return StressRecovery(places, rows, dofs, gauges=strains, rotation=rotation)

@@ -14,7 +14,7 @@ from stickslip.results.view import level_text
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, band
 from stickslip.show.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, Style, contact, headed, house_style, level, state_colour
 from stickslip.show.plots.response_curves import force_axis
-from stickslip.support.checks import Array
+from stickslip.support.checks import Array, fault
 from stickslip.support.renderers import FIGURES
 
 if TYPE_CHECKING:
@@ -149,18 +149,24 @@ def campbell(dataset: xr.Dataset, orders: tuple[int, ...] | None = None) -> Char
     stuck = dataset["disk_frequency"].values[1]
     excited, sectors = _excited(dataset), int(dataset.attrs["sectors"])
     order = excited[0]
-    shown = orders or (tuple(range(max(order - 2, 1), order + 4)) if len(excited) == 1 else excited)
+    near = orders or (tuple(range(max(order - 2, 1), order + 4)) if len(excited) == 1 else excited)
+    met = {k: float(stuck[min(k % sectors, -k % sectors), 0]) for k in near}
+    shown = [k for k in near if np.isfinite(met[k])]  # the others meet nodal diameters that were not reduced
+    if not shown:
+        raise fault("orders", "must hold one whose nodal diameter the disk holds", list(near))
     highest = 1.3 * float(np.nanmax(stuck[:, 0]))
     speed = 60.0 * highest / min(max(order, 1), max(shown))
     layers: list[Layer] = [
         Rule(float(frequency), contact(0, width=0.6, opacity=0.35 + 0.5 * (n in _folded(dataset))), along="y")
         for n, frequency in enumerate(stuck[:, 0])
+        if np.isfinite(frequency)
     ]
     for place, k in enumerate(shown):
         style, label = level(place, len(shown), width=1.0), f"engine order {k}"
-        met = float(stuck[min(k % sectors, -k % sectors), 0])
         layers.append(Line([0.0, speed], [0.0, k * speed / 60.0], style, label))
-        layers.append(Line([60.0 * met / k], [met], replace(style, dash="none", marker="circle", size=5.0), label, listed=False))
+        layers.append(
+            Line([60.0 * met[k] / k], [met[k]], replace(style, dash="none", marker="circle", size=5.0), label, listed=False)
+        )
     axes = Axis("speed", "rev/min", limits=(0.0, speed)), Axis("frequency", "Hz", limits=(0.0, highest))
     return Chart("Campbell diagram, first family", [Panel(*axes, layers, height=3.9)])
 

@@ -137,5 +137,6 @@ KINDS = {
         required=("mistuned_population",),
         without=("tolerance", "peak_tolerance"),
         check_of_sweep=checked_sweep,
+        whole_disk=True,
     )
 }
