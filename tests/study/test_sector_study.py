@@ -167,6 +167,19 @@ def test_another_engine_order_reduces_what_it_does_not_share(folder, tmp_path, m
     assert done == [[0, 3, 6], [2, 4], []]
 
 
+@pytest.mark.slow
+def test_one_sector_is_the_whole_wheel(folder, tmp_path):
+    """All sectors of a reduced sector, slipping: amplitudes of every blade are those of the one, to rounding."""
+    text = (folder / "wheel.toml").read_text().replace("points = 6", "points = 2")
+    (folder / "two_points.toml").write_text(text)
+    disk = ss.read_problem(folder / "two_points.toml", whole_disk=True)
+    one, all_sectors = (ss.forced_response(each, [1090.0], force=5.0, harmonics=1, samples=96) for each in (disk, disk.full()))
+    assert one.dataset["loss_factor"].item() > 0.02
+    amplitudes = all_sectors.dataset["amplitude"].values.ravel()
+    assert amplitudes.size == 12
+    np.testing.assert_allclose(amplitudes, one.dataset["amplitude"].item(), rtol=1e-9)
+
+
 def test_several_engine_orders(folder):
     problem = changed(folder, ("engine_order = 3 ", "orders = { 3 = 1.0, 6 = [0.0, 0.3] } ")).sweep.problem
     assert problem.excited_orders == (3, 6)
