@@ -8,7 +8,9 @@ import pytest
 import stickslip as ss
 from stickslip.analyses.truncation import ALL_NODES
 from stickslip.show.report.answer import peaks_at_a_glance
+from stickslip.show.report.charts import Charts
 from stickslip.show.report.failures import warnings_of
+from stickslip.show.report.sections import energies
 from stickslip.support.outcome import Outcome
 
 
@@ -48,7 +50,7 @@ def test_the_largest_estimate_is_shown_with_its_cause(dataset):
     found["sampling_error"][:] = [[0.01], [0.0002], [np.nan]]
     found[ALL_NODES.variable] = ("case", "output"), np.array([[-0.05], [0.0], [np.nan]])
     sure = [row[3] for row in cells_of(peaks_at_a_glance("a", found))]
-    assert sure == ["5.0 %, contact points", "below 0.1 %", "not estimated"]
+    assert sure == ["5.0\xa0%, contact points", "below 0.1\xa0%", "not estimated"]
 
 
 def test_the_least_certain_curve_warns_first(dataset):
@@ -97,11 +99,11 @@ def test_a_largest_point_is_not_compared_as_a_peak(dataset):
     flank = ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 0.8), 1.0, harmonics=3).dataset
     row = cells_of(peaks_at_a_glance("a", flank))[0]
     assert "no peak in the band" in row[1]
-    assert row[4:] == ["–", "–"]
+    assert len(row) == 4, "columns without anything to compare are left out"
     listed = ss.forced_response(ss.rigs.single_mass(), [0.15, 0.2, 0.23, 0.24], 1.0, harmonics=3).dataset
     row = cells_of(peaks_at_a_glance("a", listed))[0]
     assert "largest listed" in row[1]
-    assert row[4:] == ["–", "–"]
+    assert len(row) == 4
     flank["case_outcome"][:] = Outcome.STOPPED
     html = peaks_at_a_glance("a", flank)
     assert "not finished" in cells_of(html)[0][1]
@@ -117,3 +119,55 @@ def test_a_warning_begins_with_its_largest_error_and_the_study_warns_first(datas
     assert said[0] == "the pull is large: check it."
     assert said[1] == "1 N: The energy would change by about 27 %."
     assert "</summary>More harmonics would change it by about 1.3 %. More.</details>" in html
+
+
+def test_a_disk_shows_the_rotor_speed_of_each_peak(dataset):
+    """A peak under engine order 3 is met at a third of its frequency in turns per second."""
+    turning = dataset.assign_attrs(engine_order=3, excited_orders=[3, 6])
+    html = peaks_at_a_glance("a", turning)
+    assert "Rotor speed in rev/min, engine orders 3, 6" in html
+    speeds = [float(value) for value in re.findall(r'data-value="([^"]+)"', html)[2::4]]
+    assert speeds == pytest.approx(dataset["peak_frequency"].values[:, 0, 0] * 20.0)
+    assert "Rotor speed" not in peaks_at_a_glance("a", dataset)
+
+
+def test_the_output_stands_in_the_head_of_its_only_column(dataset):
+    name = str(dataset["output"].values[0])
+    html = peaks_at_a_glance("a", dataset)
+    assert f">Amplitude of {name} in " in html
+    assert not [row for row in cells_of(html) if name in row]
+
+
+def test_each_force_level_has_its_smallest_fatigue_margin(dataset):
+    """Two places with 100 MPa allowed: the larger stress at the worst point of a curve decides; nothing vibrates in the first."""
+    stressed = dataset.copy(deep=True)
+    shape = (*stressed["amplitude"].shape[:2], 2)
+    alternating = np.full(shape, 10e6)
+    alternating[0] = np.nan
+    alternating[1, 4, 1], alternating[2, 7, 0] = 25e6, 200e6
+    dims = ("case", "point", "place")
+    stressed = stressed.assign(
+        place=["root", "tip"],
+        fatigue_amplitude=(dims, alternating),
+        fatigue_mean=(dims, np.zeros(shape)),
+        fatigue_limit=(dims, np.full(shape, 100e6)),
+    )
+    shown = [row[-1] for row in cells_of(peaks_at_a_glance("a", stressed))]
+    assert shown == ["–", "4", "0.5 <small>fails</small>"]
+
+
+@pytest.mark.parametrize("round_a_disk", [False, True])
+def test_the_report_says_what_a_damping_ratio_makes_of_the_loss_factor(round_a_disk):
+    """Stuck contacts, so viscous damping alone: 2ζ is the half-power bandwidth over the frequency of the peak."""
+    rig = ss.rigs.lumped_blisk() if round_a_disk else ss.rigs.single_mass(damping=0.01)
+    band = ss.hertz(147.0, 150.0) if round_a_disk else ss.radians_per_second(1.3, 1.5)
+    found = ss.forced_response(rig, band, 1e-4, harmonics=1).dataset
+    frequency, amplitude = found["frequency"].values[0], found["amplitude"].values[0, :, 0]
+    top, half = int(np.nanargmax(amplitude)), np.nanmax(amplitude) / np.sqrt(2.0)
+    rising, falling = slice(0, top + 1), slice(top, int(np.isfinite(frequency).sum()))
+    left = np.interp(half, amplitude[rising], frequency[rising])
+    right = np.interp(-half, -amplitude[falling], frequency[falling])
+    bandwidth = (right - left) / frequency[top]
+    loss = float(found["peak_loss_factor"].values[0, 0, 0])
+    assert loss == pytest.approx((2.0 if round_a_disk else 1.0) * bandwidth, rel=0.02)
+    assert ("4ζ" in energies({"a": found}, Charts(["a"]))) == round_a_disk

@@ -1,6 +1,7 @@
 """A headless Chromium by its debugging pipe: open a page, evaluate in it, take a picture. No package is needed."""
 
 import base64
+import fcntl
 import json
 import os
 import shutil
@@ -106,9 +107,9 @@ def browser():
         options += ["--no-first-run", "--disable-background-networking", "--disable-dev-shm-usage", f"--user-data-dir={profile}"]
 
         def connect():
-            a, b = os.dup(to_read), os.dup(from_write)
-            os.dup2(a, 3)
-            os.dup2(b, 4)
+            above = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (to_read, from_write)]  # 3 and 4 may be these ends themselves
+            os.dup2(above[0], 3)
+            os.dup2(above[1], 4)
 
         process = subprocess.Popen(
             [program(), *options, "about:blank"],

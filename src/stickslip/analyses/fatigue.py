@@ -148,3 +148,11 @@ def margins(dataset: xr.Dataset) -> Iterator[Margin]:
 def smallest_margin(dataset: xr.Dataset) -> Margin | None:
     """The smallest of all curves and places; None without a point."""
     return min(margins(dataset), key=lambda margin: margin.size, default=None)
+
+
+def smallest_margins(dataset: xr.Dataset) -> dict[int, Margin]:
+    """The smallest of each curve, by its case; a curve without a point has none."""
+    smallest: dict[int, Margin] = {}
+    for margin in margins(dataset):
+        smallest[margin.case] = min(smallest.get(margin.case, margin), margin, key=lambda each: each.size)
+    return smallest

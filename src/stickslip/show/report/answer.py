@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.fatigue import Margin, has_fatigue, smallest_margins
 from stickslip.analyses.truncation import ALL_MODES, ALL_NODES
 from stickslip.results.representative import representatives
 from stickslip.results.stability import peak_is_unstable
 from stickslip.results.view import Peak, highest_peak, is_listed, level_text, measure_in, peak_unit
-from stickslip.show.report.conclusions import SAME, level_sentence, linear_limits, reference
+from stickslip.show.report.conclusions import SAME, level_sentence, linear_limits, reference, unbroken
 from stickslip.show.report.failures import failures_of, warnings_of
 from stickslip.show.report.markup import cell, table, text
 from stickslip.show.report.numbers import hertz, number, percent
@@ -38,6 +40,10 @@ PERCENT = re.compile(r"(\d[\d.]*) %")
 """An error in a warning."""
 LEVEL = 24
 """Characters of the words for a force level, which stand in front of its warnings."""
+BESIDE = 4
+"""Columns that stand beside each other on a narrow screen."""
+NOTHING = "–"
+"""What stands in a cell without anything to say."""
 LEAST = 1e-3
 """Relative error below which its size does not matter to a reader."""
 
@@ -46,15 +52,19 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     """A table of the highest peaks, and below it what is incomplete and all warnings, of the least certain curve first."""
     cases = representatives(dataset, MOST_LEVELS).cases if dataset.sizes["case"] > 1 else [0]
     outputs = range(dataset.sizes["output"] if len(cases) * dataset.sizes["output"] <= MOST_PEAKS else 1)
-    heads = ["Force level", *(["Output"] if dataset.sizes["output"] > 1 else []), "Frequency in Hz"]
+    shown = [(case, output) for case in cases for output in outputs]
+    limits = [which for which in _limits(dataset) if any(_change(dataset, which, *place) != NOTHING for place in shown)]
+    name = "" if len(outputs) > 1 else f" of {dataset['output'].values[0]}"
     measure = measure_in(dataset)
     size = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
     size += "" if measure.quantity.name == "displacement" else f" of the {measure.quantity.name}"
-    heads += [f"{size} in {peak_unit(dataset).name}", "Estimated error"]
-    heads += [AGAINST[which] for which in _limits(dataset)]
-    name = "" if len(outputs) > 1 else f" of {dataset['output'].values[0]}"
-    rows = [_row(dataset, case, output) for case in cases for output in outputs]
-    answer = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows, stacked=True)
+    heads = ["Force level", *(["Output"] if len(outputs) > 1 else []), "Frequency in Hz"]
+    heads += [f"Rotor speed in rev/min, {_engine_orders(dataset)}"] if engine_order(dataset) else []
+    heads += [f"{size}{name} in {peak_unit(dataset).name}", "Estimated error", *(AGAINST[which] for which in limits)]
+    heads += ["Fatigue margin"] if has_fatigue(dataset) else []
+    margins = smallest_margins(dataset) if has_fatigue(dataset) else {}
+    rows = [_row(dataset, case, output, len(outputs) > 1, limits, margins) for case, output in shown]
+    answer = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows, stacked=len(heads) > BESIDE)
 
     def least_certain_first(case: int) -> float:
         errors = (error for k in range(dataset.sizes["output"]) for error in errors_of(dataset, case, k).values())
@@ -90,31 +100,52 @@ def errors_of(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
     return {source: abs(error) for source, error in errors.items() if np.isfinite(error)}
 
 
-def _row(dataset: xr.Dataset, case: int, output: int) -> str:
-    """The highest peak of one curve and output, or why there is none."""
-    peak, unit, limits = highest_peak(dataset, case, output), peak_unit(dataset), _limits(dataset)
+def engine_order(dataset: xr.Dataset) -> int:
+    """Cycles of the excitation in a turn of the rotor, 0 where it is not that of a disk."""
+    return abs(int(dataset.attrs.get("engine_order", 0)))
+
+
+def _engine_orders(dataset: xr.Dataset) -> str:
+    """The engine orders of the excitation in words."""
+    orders = [int(order) for order in np.atleast_1d(dataset.attrs.get("excited_orders", engine_order(dataset)))]
+    return f"engine order{'' if len(orders) == 1 else 's'} {', '.join(map(str, orders))}"
+
+
+def _row(dataset: xr.Dataset, case: int, output: int, named: bool, limits: Sequence[str], margins: Mapping[int, Margin]) -> str:
+    """The highest peak of one curve and output, or why there is none; named: with the name of the output."""
+    peak, unit, order = highest_peak(dataset, case, output), peak_unit(dataset), engine_order(dataset)
     begin = cell(level_text(dataset, case), float(dataset["force_level"][case]))
-    begin += cell(str(dataset["output"].values[output])) if dataset.sizes["output"] > 1 else ""
+    begin += cell(str(dataset["output"].values[output])) if named else ""
     if peak is None:
         none = level_sentence(dataset, case, output).partition(": ")[2]
-        return f'<tr>{begin}<td colspan="{3 + len(limits)}">{text(none)}</td></tr>'
+        width = 3 + (order > 0) + len(limits) + has_fatigue(dataset)
+        return f'<tr>{begin}<td colspan="{width}">{text(none)}</td></tr>'
     if peak.local:
         note = ""
     elif int(dataset["case_outcome"].values[case]) == Outcome.STOPPED:
         note = "not finished"
     else:
         note = "largest listed" if is_listed(dataset) else "no peak in the band"
-    frequency = cell(hertz(peak.frequency), peak.frequency, note)
-    size = cell(number(peak.amplitude / unit.metres), peak.amplitude)
-    changes = "".join(cell(_change(dataset, which, case, peak, output)) for which in limits)
-    return f"<tr>{begin}{frequency}{size}{cell(_sure(dataset, case, output, peak))}{changes}</tr>"
+    cells = [begin, cell(hertz(peak.frequency), peak.frequency, note)]
+    if order:
+        speed = 60.0 * peak.frequency / order
+        cells.append(cell(f"{speed:.0f}", speed))
+    cells += [cell(number(peak.amplitude / unit.metres), peak.amplitude), cell(unbroken(_sure(dataset, case, output, peak)))]
+    cells += [cell(unbroken(_change(dataset, which, case, output))) for which in limits]
+    if has_fatigue(dataset):
+        margin = margins.get(case)
+        cells.append(
+            cell(number(margin.size, 3), margin.size, "" if margin.size >= 1.0 else "fails") if margin else cell(NOTHING)
+        )
+    return f"<tr>{''.join(cells)}</tr>"
 
 
-def _change(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int) -> str:
+def _change(dataset: xr.Dataset, which: str, case: int, output: int) -> str:
     """Change of the amplitude and shift of the frequency against a linear resonance; of a peak, not of a largest point."""
-    linear = reference(dataset, which, case, peak, output) if peak.local else None
-    if linear is None:
-        return "–"
+    peak = highest_peak(dataset, case, output)
+    linear = reference(dataset, which, case, peak, output) if peak is not None and peak.local else None
+    if peak is None or linear is None:
+        return NOTHING
     change, shift = peak.amplitude / linear[1] - 1.0, peak.frequency - linear[0]
     if abs(change) < SAME and abs(shift) < SAME * linear[0]:
         return "the same"

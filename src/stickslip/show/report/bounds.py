@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NOTE = (
-    '<p class="note">Friction forces of contacts that stick are not unique, so neither is the response. Highest and lowest '
-    "response found over all states from which the contacts may start; the search is for local optima from many starts, so a "
-    "bound is the best one found.</p>"
+    '<p class="note">Friction forces of sticking contacts are not unique, so neither is the response. The bounds are the highest '
+    "and the lowest response found over all start states of the contacts. The search finds local optima from many starts, so the "
+    "true bounds can lie further apart.</p>"
 )
 
 
@@ -31,10 +31,11 @@ def bounds(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     bounded = {label: detached(dataset) for label, dataset in datasets.items() if has_bounds(dataset)}
     parts = [
         charts.drawn(f"chart-bounds-{k}", response_bounds(dataset), "Bounds of the response")
+        + ("" if k else NOTE)
         + _table(k, f"{label}: " if len(bounded) > 1 else "", dataset)
         for k, (label, dataset) in enumerate(bounded.items())
     ]
-    return section("bounds", "Bounds", NOTE, *parts)
+    return section("bounds", "Bounds", *parts)
 
 
 def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:

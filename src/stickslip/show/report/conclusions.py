@@ -45,7 +45,7 @@ def headline(dataset: xr.Dataset, output: int = 0) -> str:
     """What the sweeps show over all force levels, and the highest of the other curves."""
     unjudged = NOT_JUDGED if none_is_judged(dataset) and _peaks(dataset, output) else ""
     sentences = _of_sweeps(dataset, output), further_curves_sentence(dataset, output), unjudged
-    return _unbroken(" ".join(filter(None, sentences)))
+    return unbroken(" ".join(filter(None, sentences)))
 
 
 def bounds_headline(bounds: xr.Dataset) -> str:
@@ -59,7 +59,7 @@ def bounds_headline(bounds: xr.Dataset) -> str:
     at = bounds["resonance"].values[case, :, k]
     where = f"{hertz(at[0])} and {hertz(at[1])} Hz" if what == "peak" else f"{hertz(float(bounds['frequency'].values[k]))} Hz"
     apart = f"{percent(float(high[case, k] / low[case, k]) - 1.0)} apart"
-    return _unbroken(
+    return unbroken(
         f"Over all start states of the contacts the {what} of {level_text(bounds, int(case))} lies between {ends[0]} and "
         f"{ends[1]}, at {where}: {apart}, the widest range found."
     )
@@ -67,10 +67,10 @@ def bounds_headline(bounds: xr.Dataset) -> str:
 
 def level_sentence(dataset: xr.Dataset, case: int, output: int = 0) -> str:
     """The highest peak of one force level."""
-    return _unbroken(_level_sentence(dataset, case, output))
+    return unbroken(_level_sentence(dataset, case, output))
 
 
-def _unbroken(sentence: str) -> str:
+def unbroken(sentence: str) -> str:
     """Numbers stay on one line with their units."""
     return re.sub(r"(?<=\d) (?=Hz|%|µm|mm|N\b)|(?<=×) (?=\d)", "\u00a0", sentence)
 

@@ -58,8 +58,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         "contact": [str(name) for name in dataset.contact.values],
         "energy [µJ]": microjoules(dataset, dataset.friction_work.values),
         **shares,
-        "largest N [N]": dataset.normal_force.max("sample").values,
-        "smallest N [N]": dataset.normal_force.min("sample").values,
+        "largest normal force [N]": dataset.normal_force.max("sample").values,
+        "smallest normal force [N]": dataset.normal_force.min("sample").values,
     }
 
     # Complex amplitudes of the forces on the platforms, F(t) = Re Σ F_h exp(ihωt).
@@ -86,4 +86,4 @@ def microjoules(dataset: xr.Dataset, energy: Array) -> Array:
     return np.where(np.abs(energy) < ROUNDING * largest, 0.0, 1e6 * energy)
 
 
-PRESENTATION = presents("damper_cycle", Presentation("Damper cycle", sentences, failures, figures, tables))
+PRESENTATION = presents("damper_cycle", Presentation("Damper cycle", sentences, failures, figures, tables, answer="contacts"))

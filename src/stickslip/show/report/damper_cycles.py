@@ -23,19 +23,20 @@ if TYPE_CHECKING:
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """How many cycles, and each of them."""
-    lines = []
-    if "starts" in dataset:
-        total = int(dataset.starts.sum()) + int(dataset.attrs["failed"])
-        lines.append(f"{counted(dataset.sizes['cycle'], 'steady cycle')} from {counted(total, 'initial state')}")
     factor, unit = in_system("µJ", system_of(dataset))
     energies, rotations = factor * microjoules(dataset, dataset.loop_energy.values), 1e3 * dataset.rotation.values
-    if "starts" not in dataset:
+    low, high = rounded(energies.min(), 4), rounded(energies.max(), 4)
+    ends = f"{high} {unit}" if low == high else f"{low} to {high} {unit}"
+    if "starts" in dataset:
+        total = int(dataset.starts.sum()) + int(dataset.attrs["failed"])
+        lines = [f"{counted(energies.size, 'steady cycle')} from {counted(total, 'initial state')}, {ends} a cycle"]
+    else:
         jammed = int(np.count_nonzero(dataset.outcome.values == "jammed"))
-        ends = f"{rounded(energies.min(), 4)} to {rounded(energies.max(), 4)} {unit}"
-        lines.append(f"{counted(energies.size, 'cycle')} of {ends}" + (f"; {jammed} of them jammed" if jammed else ""))
-    for name, energy, rotation, outcome in zip(cycle_names(dataset), energies, rotations, dataset.outcome.values, strict=True):
+        lines = [f"{counted(energies.size, 'cycle')}, {ends} a cycle" + (f"; {jammed} of them jammed" if jammed else "")]
+    cycles = zip(dataset.cycle.values, cycle_names(dataset), energies, rotations, dataset.outcome.values, strict=True)
+    for cycle, name, energy, rotation, outcome in cycles:
         ended = str(outcome).replace("_", " ")
-        lines.append(f"{name}: {rounded(energy, 6)} {unit} a cycle, rotation {rounded(rotation, 4)} mrad, {ended}")
+        lines.append(f"cycle {cycle}, {name}: {rounded(energy, 6)} {unit}, rotation {rounded(rotation, 4)} mrad, {ended}")
     return lines
 
 
@@ -66,7 +67,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             "friction work [µJ]": microjoules(dataset, dataset.friction_work.sum("contact").values),
             "stored [µJ]": microjoules(dataset, dataset.stored_energy.values),
             "rotation [mrad]": 1e3 * dataset.rotation.values,
-            "largest N [N]": dataset.normal_force.max(["sample", "contact"]).values,
+            "largest normal force [N]": dataset.normal_force.max(["sample", "contact"]).values,
             "outcome": [str(outcome).replace("_", " ") for outcome in dataset.outcome.values],
         }
     )
@@ -87,5 +88,6 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 
 PRESENTATION = presents(
-    ("steady_cycles", "damper_evolution"), Presentation("Cycles of a damper", sentences, failures, figures, tables)
+    ("steady_cycles", "damper_evolution"),
+    Presentation("Cycles of a damper", sentences, failures, figures, tables, answer="cycles"),
 )

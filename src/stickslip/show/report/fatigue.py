@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analyses.fatigue import EQUIVALENTS, Margin, has_fatigue, margins, smallest_margin
+from stickslip.analyses.fatigue import EQUIVALENTS, Margin, has_fatigue, margins, smallest_margin, smallest_margins
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import level_text, peak_unit
 from stickslip.show.plots.haigh import haigh_diagram
@@ -43,9 +43,9 @@ def fatigue_headline(dataset: xr.Dataset) -> str:
 def fatigue_sentences(dataset: xr.Dataset) -> list[str]:
     """The headline, and the smallest margin of each force level."""
     lines = [fatigue_headline(dataset).replace("\xa0", " ")]
-    every = list(margins(dataset))
+    smallest = smallest_margins(dataset)
     for case, level in enumerate(dataset["force_level"].values):
-        worst = min((margin for margin in every if margin.case == case), key=lambda margin: margin.size, default=None)
+        worst = smallest.get(case)
         answer = "no point was found"
         if worst:
             answer = f"margin {worst.size:.3g} at {worst.frequency:.6g} Hz, {worst.place}"

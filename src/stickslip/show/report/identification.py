@@ -11,6 +11,7 @@ from stickslip.laboratory.identification.damper.result import CERTAINTY, chain_s
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.identification import loops_and_fit, posterior, residuals
+from stickslip.show.report.numbers import percent
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import counted
 
@@ -20,24 +21,30 @@ if TYPE_CHECKING:
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
-    """Every parameter with its interval, then what must be known."""
-    rows, answer = [], []
+    """How well the loops are explained, every parameter with its interval, then what must be known."""
+    rows = []
     for name in dataset["parameter"].values:
         parameter = dataset.sel(parameter=name)
-        units = str(parameter["parameter_units"].values)
-        share, unit = in_system("N/µm", system_of(dataset))
-        factor, shown = (1.0, "") if units == "1" else (1e-6 * share, f" {unit}")
+        factor, unit = _shown(str(parameter["parameter_units"].values), dataset)
+        shown = "" if unit == "1" else f" {unit}"
         value, (low, high) = float(parameter["value"]) * factor, parameter["interval"].values * factor
         known = f"95 % between {low:.4g} and {high:.4g}{shown}" if np.isfinite(low) else "no interval"
         rows.append(f"{name:<6} {value:.4g}{shown}, {known}")
-        answer.append(f"{name} = {value:.4g}{shown}")
-    lines = [f"from {counted(dataset.sizes['case'], 'loop')}: {', '.join(answer)}", *rows]
+    worst = percent(float(dataset["misfit"].max()))
+    count = counted(dataset.sizes["parameter"], "parameter")
+    lines = [f"{count} from {counted(dataset.sizes['case'], 'loop')}; largest misfit {worst}", *rows]
     if "held_out" in dataset:
         errors = zip(dataset["law"].values, dataset["held_out"].values, strict=True)
         listed = ", ".join(f"{law} {error:.3g}" for law, error in errors)
         lines.append(f"law    {dataset.attrs['law']}; errors on loops held out, in standard deviations: {listed}")
     lines += chain_sentences(dataset)
     return [*lines, *(f"note: {line}" for line in str(dataset.attrs["warnings"]).splitlines())]
+
+
+def _shown(units: str, dataset: xr.Dataset) -> tuple[float, str]:
+    """The factor from SI to the unit that a parameter is shown in, N/µm unless the study states others, and this unit."""
+    factor, shown = in_system("N/µm", system_of(dataset))
+    return (1.0, units) if units == "1" else (1e-6 * factor, shown)
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -49,8 +56,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Parameters, and misfits of the loops."""
     import pandas as pd
 
-    system = system_of(dataset)
-    factors, units = zip(*(in_system(str(unit), system) for unit in dataset["parameter_units"].values), strict=True)
+    factors, units = zip(*(_shown(str(unit), dataset) for unit in dataset["parameter_units"].values), strict=True)
     parameters = pd.DataFrame(
         {
             "parameter": dataset["parameter"].values,

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 PERCENT = (5.0, 50.0, 95.0)
 NOTE = (
-    '<p class="note">The start states of the contacts are drawn from a law; these are the percentiles of the amplitude that '
-    "follow, at each frequency, of the start states that were solved.</p>"
+    '<p class="note">Percentiles of the amplitude at each frequency, over the randomly drawn start states of the contacts that '
+    "were solved.</p>"
 )
 
 
@@ -41,8 +41,9 @@ def percentiles(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
                 rows.append(f"<tr>{''.join(cells)}</tr>")
         heads = ["force", "frequency in Hz", "start states", *(f"{p:g} % in {unit.name}" for p in PERCENT)]
         parts.append(charts.drawn(f"chart-percentiles-{place}", response_percentiles(dataset), "Percentiles of the response"))
+        parts.append("" if place else NOTE)
         parts.append(table(f"percentiles-{place}", f"{label}: percentiles of the amplitude", heads, rows))
-    return section("percentiles", "Percentiles", NOTE, *parts)
+    return section("percentiles", "Percentiles", *parts)
 
 
 def percentiles_table(dataset: xr.Dataset) -> pd.DataFrame:

@@ -39,7 +39,7 @@ SYMBOL = re.compile(r"\w+_\w+|\w+ (=|≥|×|is not found)")
 def overview(datasets: Datasets, charts: Charts) -> str:
     """What came out: the answer in a sentence or a table, warnings, the first figure, everything else in sentences.
 
-    A table stands for the sentences that begin with what its first column holds.
+    A table stands for the sentences that begin with what its first column holds; of a column of numbers of things, with its head and one of them.
     """
     parts = []
     for place, (label, dataset) in enumerate(datasets.items()):
@@ -48,11 +48,9 @@ def overview(datasets: Datasets, charts: Charts) -> str:
         warned = {line for key in ("warnings", "notes") for line in str(dataset.attrs.get(key, "")).splitlines()}
         warnings = "".join(f'<p class="warning">{text(_sentence(sentence))}</p>' for sentence in said if sentence in warned)
         sentences, answer = [sentence for sentence in said if sentence not in warned], ""
-        if shown.answer:
-            frame = shown.tables(dataset)[shown.answer]
+        if (frame := shown.tables(dataset).get(shown.answer)) is not None:
             answer = _table(place, shown.answer, frame, stacked=len(frame.columns) > BESIDE)
-            rows = {f"{value:.4g}" if isinstance(value, float) else str(value).split()[0] for value in frame.iloc[:, 0]}
-            sentences = [sentence for sentence in sentences if sentence.split()[0] not in rows]
+            sentences = [sentence for sentence in sentences if not _is_row(sentence, frame)]
         first, *rest = sentences
         lines = "".join(f"<li>{text(sentence)}</li>" for sentence in rest)
         seconds = dataset.attrs.get("cpu_seconds")
@@ -63,6 +61,15 @@ def overview(datasets: Datasets, charts: Charts) -> str:
             f"<ul>{lines}</ul>{note}"
         )
     return section("overview", "Overview", *parts)
+
+
+def _is_row(sentence: str, frame: pd.DataFrame) -> bool:
+    """Whether a sentence says a row of a table again."""
+    begins = {f"{value:.4g}" if isinstance(value, float) else str(value).split()[0] for value in frame.iloc[:, 0]}
+    first, second = (word.rstrip(":,") for word in (*sentence.split(), "")[:2])
+    if frame.iloc[:, 0].dtype.kind == "i":
+        return first == frame.columns[0] and second in begins
+    return first in begins
 
 
 def figures(datasets: Datasets, charts: Charts) -> str:

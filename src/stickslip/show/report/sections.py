@@ -34,7 +34,7 @@ from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, loops_at, loops_of
 from stickslip.show.plots.energy import dissipation, loss_factor
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
-from stickslip.show.report.answer import peaks_at_a_glance
+from stickslip.show.report.answer import engine_order, peaks_at_a_glance
 from stickslip.show.report.charts import Charts, Choice, Opening
 from stickslip.show.report.conclusions import bounds_headline, further_curves_sentence, headline, level_sentence
 from stickslip.show.report.failures import failures_of, warnings_of
@@ -176,8 +176,17 @@ def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets)
     first = f"{word} is {measure.symbol}{', the first harmonic alone' if measure.kind == 'amplitude' else ''}; {largest} "
     first += "It may be smaller than the amplitude: a third harmonic can flatten the crests."
     said = largest.capitalize() if measure.kind == "max_abs" else first
-    note = f'<p class="note">{said}</p>'
+    note = f'<p class="note">{said} {_loss_factor(datasets)}</p>'
     return table(f"peaks{place}", caption, heads, rows, stacked=True) + note + _largest(measure, place, datasets, every)
+
+
+def _loss_factor(datasets: Datasets) -> str:
+    """What the loss factor is, and what a damping ratio makes of it."""
+    meaning = (
+        "The loss factor is the energy dissipated per cycle over 2π times the largest elastic energy: 2ζ for a damping ratio ζ"
+    )
+    disk = ", but 4ζ in a wave that travels around a disk, whose elastic energy is constant"
+    return meaning + (disk if any(map(engine_order, datasets.values())) else "") + "."
 
 
 def _largest(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
@@ -249,7 +258,8 @@ def energies(datasets: Datasets, charts: Charts) -> str:
         html += charts.drawn("chart-energy", dissipation(dataset), "", label)
     for label, dataset in datasets.items():
         html += charts.drawn("chart-loss", loss_factor(dataset), "", label)
-    return section("energy", "Energy", html, table("energies", caption, heads, rows))
+    note = f'<p class="note">{_loss_factor(datasets)}</p>'
+    return section("energy", "Energy", html, note, table("energies", caption, heads, rows))
 
 
 def failures(datasets: Datasets, charts: Charts) -> str:

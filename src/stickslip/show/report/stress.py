@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.analyses.fatigue import has_fatigue, margins
+from stickslip.analyses.fatigue import has_fatigue, smallest_margins
 from stickslip.analyses.stress import has_gauges, has_stress
 from stickslip.results.view import level_text
 from stickslip.show.plots.stress import stress_curves
@@ -82,9 +82,9 @@ class Strain(NamedTuple):
 
 def largest_strains(dataset: xr.Dataset) -> Iterator[Strain]:
     """Of every force level and gauge where a point was solved."""
-    every_margin = list(margins(dataset)) if has_fatigue(dataset) else []
+    smallest = smallest_margins(dataset) if has_fatigue(dataset) else {}
     for case, curve in enumerate(dataset["strain_amplitude"].values):
-        worst = min((margin for margin in every_margin if margin.case == case), key=lambda margin: margin.size, default=None)
+        worst = smallest.get(case)
         for k, gauge in enumerate(dataset["gauge"].values):
             if np.any(np.isfinite(curve[:, k])):
                 point = int(np.nanargmax(curve[:, k]))

@@ -1,0 +1,86 @@
+"""The table with which a report without response curves opens: the numbers of the result, and no sentence that repeats a row."""
+
+import re
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.analyses.damper_alone.cycle import damper_cycle
+from stickslip.analyses.damper_alone.cycles import damper_evolution, steady_cycles
+from stickslip.model.dampers import in_phase, out_of_phase
+from stickslip.model.rigs import laboratory_damper
+from stickslip.show.report.charts import Charts
+from stickslip.show.report.plain import overview
+
+
+def shown(analysis, dataset):
+    """As a study of the analysis reports its result: headline, numbers of the cells of the table row by row, and the items of the list below the chart."""
+    html = overview({"a": dataset.assign_attrs(analysis=analysis)}, Charts(["a"]))
+    rows = re.findall(r"<tr>(.*?)</tr>", html.partition("<tbody>")[2].partition("</tbody>")[0])
+    cells = [[float(value) for value in re.findall(r'data-value="([^"]+)"', row)] for row in rows]
+    return re.search(r'class="headline">(.*?)</p>', html)[1], cells, re.findall(r"<li>(.*?)</li>", html)
+
+
+def damper():
+    return laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32))
+
+
+def test_a_cycle_opens_with_its_contacts():
+    dataset = damper_cycle(damper(), in_phase(30e-6), steps=100).dataset
+    headline, cells, items = shown("damper_cycle", dataset)
+    assert headline.startswith(f"{1e6 * float(dataset.loop_energy):.4f}"[:5])
+    assert np.array(cells)[:, 0] == pytest.approx(1e6 * dataset.friction_work.values)
+    assert np.array(cells)[:, 1:4] == pytest.approx(100.0 * dataset.share.values)
+    assert np.array(cells)[:, 4] == pytest.approx(dataset.normal_force.max("sample").values)
+    assert not [item for item in items if item.startswith(("L1", "L2", "R"))]
+
+
+def test_several_cycles_open_with_a_row_each():
+    evolution = damper_evolution(damper(), out_of_phase(20e-6), [0.3, 0.9], steps=100).dataset
+    starts = steady_cycles(damper(), out_of_phase(0.3e-6), starts=3, steps=100).dataset
+    begins = {"damper_evolution": "2 cycles, ", "steady_cycles": f"{starts.sizes['cycle']} steady cycle"}
+    for (analysis, begin), dataset in zip(begins.items(), (evolution, starts), strict=True):
+        headline, cells, items = shown(analysis, dataset)
+        assert headline.startswith(begin)
+        assert [row[0] for row in cells] == list(dataset.cycle.values)
+        assert [row[1] for row in cells] == pytest.approx(1e6 * dataset.loop_energy.values, abs=1e-6)
+        assert not [item for item in items if item.startswith("cycle ")]
+
+
+def one_mass(*, friction: float, load: float) -> ss.Problem:
+    return ss.rigs.single_mass(damping=0.01, kt=0.5, limit=load * friction)
+
+
+def test_a_design_opens_with_its_variables_beside_the_known_design():
+    settings = {"designs": 4, "refinements": 6, "starts": 0, "harmonics": 1, "samples": 64, "friction": 0.4, "levels": 1}
+    found = ss.damper_design(
+        one_mass, {"load": (1.0, 8.0)}, force=(1.0, 1.0), friction_factor=1.0, known=[{"load": 7.0}], **settings
+    )
+    headline, cells, items = shown("damper_design", found.dataset)
+    near = [float(found.dataset[f"near_{end}"].values[0]) for end in ("low", "high")]
+    changes = found.dataset.sensitivity.values[0]
+    assert cells == [pytest.approx([found.optimum["load"], 7.0, *near, *changes])]
+    lower = 100.0 * (1.0 - float(found.dataset.optimum_peak / found.dataset.worst_peak[0]))
+    assert f"{lower:.0f} % lower than the known design" in headline
+    assert not [item for item in items if item.startswith("load")]
+
+
+def test_a_design_without_an_optimum_opens_without_a_table():
+    found = ss.damper_design(
+        one_mass,
+        {"load": (1.0, 8.0)},
+        force=(1.0, 1.0),
+        friction=0.4,
+        friction_factor=1.0,
+        levels=1,
+        designs=4,
+        refinements=2,
+        starts=0,
+        harmonics=1,
+        samples=64,
+        constraints={"impossible": lambda trial: -1.0},
+    )
+    headline, cells, _ = shown("damper_design", found.dataset)
+    assert "break a constraint" in headline
+    assert cells == []
