@@ -15,7 +15,7 @@ from stickslip.show.report.plain import overview
 
 
 def shown(analysis, dataset):
-    """As a study of the analysis reports its result: headline, numbers of the cells of the table row by row, and the items of the list below the chart."""
+    """As a study reports its result: headline, numbers in the rows of the table, and the items of the list below the chart."""
     html = overview({"a": dataset.assign_attrs(analysis=analysis)}, Charts(["a"]))
     rows = re.findall(r"<tr>(.*?)</tr>", html.partition("<tbody>")[2].partition("</tbody>")[0])
     cells = [[float(value) for value in re.findall(r'data-value="([^"]+)"', row)] for row in rows]

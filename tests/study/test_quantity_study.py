@@ -75,7 +75,7 @@ def test_a_study_reports_the_peaks_of_its_quantity(inertance):
     assert f"amplitude {expected.amplitude:12.6g} m/(s2 N)" in output
     page = (folder / "out" / "report.html").read_text()
     assert "Peaks: local maxima of the amplitude of the first harmonic of the acceleration along the curve" in page
-    assert "Amplitude of the acceleration in" in page
+    assert f"Amplitude of the acceleration of {dataset['output'].values[0]} in" in page
     (curves,) = Page(page).data()["places"]["chart-curves"]
     assert next(choice["options"][0] for choice in curves["choices"] if choice["name"] == "Show") == "acceleration"
     assert f'data-value="{expected.amplitude}"' in page

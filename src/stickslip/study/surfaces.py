@@ -38,7 +38,7 @@ is likely not the face that was meant."""
 STIFF, SOFT, HELD = 0.98, 0.85, 1e-9
 """Share of the stiffness against a motion of a body that patches keep, up to which it is noted and up to which it is warned of;
 stiffness, relative to the largest, below which contacts do not hold a motion at all."""
-CHECK_FIT = "Check the position of the body, its axes, dimensions and angles."
+CHECK_FIT = "Contacts do not follow the shape of a body. Check its position, axes, dimensions and angles."
 """How a warning of these ends."""
 CHECK_UNITS = "check units"
 """How a note on such a distance ends."""

@@ -248,7 +248,10 @@ class BodyTable(Table):
     together: ClassVar[tuple[tuple[str, str], ...]] = (("mass", "inertia"),)
 
     name: Annotated[str, Field(min_length=1, description="of the body")]
-    shape: Annotated[ShapeKey | None, Field(description="of a damper, which gives mass and inertia")] = None
+    shape: Annotated[
+        ShapeKey | None,
+        Field(description="of a damper, which gives mass, inertia and outline; contacts stay where their tables put them"),
+    ] = None
     dimensions: Annotated[
         dict[str, Any],
         Field(description="arguments of the shape; lengths in units of the study, angles in degrees; defaults by shape"),

@@ -100,7 +100,7 @@ def _compared(dataset: xr.Dataset, design: int) -> str:
 
 
 def _against_known(dataset: xr.Dataset) -> str:
-    """By how much the best design lies below the best of the known ones; empty where one of them is the best, or none is allowed."""
+    """By how much the best design lies below the known ones that are allowed; empty where one of these is the best."""
     allowed = [k for k in range(int(dataset.attrs.get("known", 0))) if float(dataset["allowed"].values[k])]
     peaks = [_known_peak(dataset.isel(design=k)) for k in allowed]
     if not peaks or int(dataset["optimum_design"]) in allowed:

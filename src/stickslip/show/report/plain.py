@@ -39,7 +39,8 @@ SYMBOL = re.compile(r"\w+_\w+|\w+ (=|≥|×|is not found)")
 def overview(datasets: Datasets, charts: Charts) -> str:
     """What came out: the answer in a sentence or a table, warnings, the first figure, everything else in sentences.
 
-    A table stands for the sentences that begin with what its first column holds; of a column of numbers of things, with its head and one of them.
+    A table stands for the sentences that begin with what its first column holds: a name or a size; before a number of a thing
+    stands the head of the column, as in "cycle 2".
     """
     parts = []
     for place, (label, dataset) in enumerate(datasets.items()):
