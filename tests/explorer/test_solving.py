@@ -261,7 +261,7 @@ def test_tables_that_no_view_computes_are_named(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text(STUDY + "[stability]\n")
     answer = Solver.of(path).answer({})
-    assert any(sentence.startswith("Not computed here: [stability] of the study.") for sentence in answer.sentences)
+    assert any(sentence.startswith("The explorer leaves out [stability];") for sentence in answer.sentences)
 
 
 def test_the_code_has_the_tolerances_of_the_study(tmp_path):

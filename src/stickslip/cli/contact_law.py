@@ -18,28 +18,33 @@ from stickslip.support.console import say
 @guarded
 def contact_law(
     ctx: typer.Context,
-    files: Annotated[list[Path], typer.Argument(help="Records (text or .mat), of many cycles or one file a cycle.")],
-    normal_load: Annotated[float | None, typer.Option(help="N; needed unless the files have a column of it.")] = None,
+    files: Annotated[
+        list[Path], typer.Argument(help="Recorded loops (text or .mat): many cycles in a file, or one file for each cycle.")
+    ],
+    normal_load: Annotated[
+        float | None, typer.Option(help="Normal load in N; required unless the files have a column of it.")
+    ] = None,
     law: Annotated[
         list[str] | None,
-        typer.Option(help="jenkins, iwan, dahl, array or valanis; can be repeated. All but valanis by default."),
+        typer.Option(help="jenkins, iwan, dahl, array or valanis; may be repeated. Default: all but valanis."),
     ] = None,
     rig_stiffness: Annotated[
-        float | None, typer.Option(help="Of what yields between displacement sensor and contact, N/µm; kt is corrected for it.")
+        float | None,
+        typer.Option(help="Stiffness of the rig between displacement sensor and contact, in N/µm; kt is corrected for it."),
     ] = None,
     lag: Annotated[
         float | None, typer.Option(help="Share of a period by which the force is recorded later than the displacement.")
     ] = None,
     friction_over: Annotated[
         list[float] | None,
-        typer.Option(metavar="LOAD", help="N; can be repeated: normal loads at which the friction coefficient is found."),
+        typer.Option(metavar="LOAD", help="Normal load in N at which the friction coefficient is identified; may be repeated."),
     ] = None,
     column: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME=COLUMN", help="Title or number of a column: displacement, force, normal, time."),
     ] = None,
     unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as force=kN.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the results; results/NAME of the first file unless given.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; default: results/NAME of the first file.")] = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
     figures: Figures = False,

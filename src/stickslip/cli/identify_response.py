@@ -37,15 +37,15 @@ def identify_response(
         ),
     ] = None,
     argument: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Another argument of the rig, SI.")
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Any other argument of the rig, in SI.")
     ] = None,
     setting: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=V1,V2,...", help="What differs from curve to curve, such as pull=40,60: one value each."),
+        typer.Option(
+            metavar="NAME=V1,V2,...", help="Quantity that differs between the curves, one value for each, such as pull=40,60."
+        ),
     ] = None,
-    each_test: Annotated[
-        list[str] | None, typer.Option(help="A free parameter that every curve has a value of its own of.")
-    ] = None,
+    each_test: Annotated[list[str] | None, typer.Option(help="Free parameter with a value of its own for every curve.")] = None,
     by: Annotated[
         str | None,
         typer.Option(
@@ -55,15 +55,15 @@ def identify_response(
         ),
     ] = None,
     quantity: Annotated[
-        str | None, typer.Option(help="displacement, velocity or acceleration; as the titles of the files say unless given.")
+        str | None, typer.Option(help="displacement, velocity or acceleration; default: what the column titles of the files say.")
     ] = None,
     force: Annotated[
         str | None,
-        typer.Option(metavar="F1,F2,...", help="N; force of each curve, or one for all, for files without a column of it."),
+        typer.Option(metavar="F1,F2,...", help="Force in N, of each curve or one for all, for files without a force column."),
     ] = None,
     phase_of: Annotated[
         str | None,
-        typer.Option(help="displacement or quantity: whose phase the files have; of responses per force the quantity's."),
+        typer.Option(help="Whose phase the files contain: displacement or quantity; default for responses per force: quantity."),
     ] = None,
     column: Annotated[
         list[str] | None,
@@ -74,18 +74,24 @@ def identify_response(
         ),
     ] = None,
     unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as real=mm/N.")] = None,
-    output: Annotated[str | None, typer.Option(help="Name of the output that was measured; the first unless given.")] = None,
-    held: Annotated[str | None, typer.Option(help="What each point takes as measured: force (unless given) or response.")] = None,
-    error: Annotated[float | None, typer.Option(help="Standard error of a point, relative; 0.01 unless given.")] = None,
-    of_largest: Annotated[
-        bool | None, typer.Option("--of-largest", help="The error is relative to a curve's largest one.")
+    output: Annotated[str | None, typer.Option(help="Name of the measured output; default: the first.")] = None,
+    held: Annotated[
+        str | None, typer.Option(help="Which measured value is prescribed at each point: force (default) or response.")
     ] = None,
-    free_gain: Annotated[bool | None, typer.Option("--free-gain", help="Find a constant factor of each curve too.")] = None,
-    free_phase: Annotated[bool | None, typer.Option("--free-phase", help="Find a constant phase of each curve too.")] = None,
-    start_states: Annotated[str | None, typer.Option(help="Of the contacts: virgin (unless given), free or bounds.")] = None,
-    leave_one_out: Annotated[bool | None, typer.Option("--leave-one-out", help="Predict each curve by the others too.")] = None,
-    harmonics: Annotated[int | None, typer.Option(help="Highest harmonic H; that of the study, or 5, unless given.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the results; results/NAME of the problem unless given.")] = None,
+    error: Annotated[float | None, typer.Option(help="Relative standard error of a point; default: 0.01.")] = None,
+    of_largest: Annotated[
+        bool | None, typer.Option("--of-largest", help="The error is relative to the largest response of a curve.")
+    ] = None,
+    free_gain: Annotated[bool | None, typer.Option("--free-gain", help="Also identify a constant factor of each curve.")] = None,
+    free_phase: Annotated[bool | None, typer.Option("--free-phase", help="Also identify a constant phase of each curve.")] = None,
+    start_states: Annotated[
+        str | None, typer.Option(help="Start states of the contacts: virgin (default), free or bounds.")
+    ] = None,
+    leave_one_out: Annotated[
+        bool | None, typer.Option("--leave-one-out", help="Also predict each curve from the others.")
+    ] = None,
+    harmonics: Annotated[int | None, typer.Option(help="Highest harmonic H; default: that of the study, else 5.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; default: results/NAME of the problem.")] = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
     figures: Figures = False,

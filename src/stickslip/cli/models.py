@@ -15,15 +15,15 @@ from stickslip.support.console import progress_bar, say
 @guarded
 def info(
     ctx: typer.Context,
-    model: Annotated[Path, typer.Argument(help="A finite-element model; of a pair of files that of the stiffness.")],
+    model: Annotated[Path, typer.Argument(help="Finite-element model; of two files, that of the stiffness matrix.")],
     units: Annotated[str, typer.Option(help="Units of the file: SI, mm-t-s, mm-kg-s or mm-kg-ms.")] = "SI",
     names: Annotated[Path | None, typer.Option(help="Names, coordinates, sets: a deck or a table (CSV).")] = None,
     variables: Annotated[
         list[str] | None,
-        typer.Option(metavar="LETTER=NAME", help="Name of a matrix in the file, such as K=KELAST or M=rom.M; repeatable."),
+        typer.Option(metavar="LETTER=NAME", help="Name of a matrix in the file, such as K=KELAST or M=rom.M; may be repeated."),
     ] = None,
     no_damping: Annotated[bool, typer.Option("--no-damping", help="Ignore the matrix C of the file.")] = False,
-    modes: Annotated[int, typer.Option(min=1, max=1000, help="How many of the lowest modes.")] = 10,
+    modes: Annotated[int, typer.Option(min=1, max=1000, help="Number of lowest modes to print.")] = 10,
     as_json: Json = False,
 ) -> None:
     """Describe a finite-element model: size, mass, extent, sets, first modes, rigid motions, and what is odd."""

@@ -26,8 +26,10 @@ TABLE, IDENTIFICATION = "response_prediction", "response_identification"
 def predict(
     ctx: typer.Context,
     *,
-    identification: Annotated[Path, typer.Argument(help="results.nc of identify-response, or the folder that holds it.")],
-    force: Annotated[list[str] | None, typer.Option(metavar="F", help="Force level, N: --force 1 --force 5, or 1,5.")] = None,
+    identification: Annotated[Path, typer.Argument(help="results.nc written by identify-response, or its folder.")],
+    force: Annotated[
+        list[str] | None, typer.Option(metavar="F", help="Force levels in N: --force 1 --force 5, or --force 1,5.")
+    ] = None,
     amplitude: Annotated[
         list[str] | None,
         typer.Option(
@@ -36,40 +38,55 @@ def predict(
             "--velocity",
             "--displacement",
             metavar="A",
-            help="Held amplitude of the measured quantity in place of forces, m/s², m/s or m.",
+            help="Controlled amplitudes of the measured quantity instead of force levels, in m/s², m/s or m.",
         ),
     ] = None,
     setting: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Value of what differed from curve to curve, such as pull=50.")
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE", help="Value of a quantity that differed between the measured curves, such as pull=50."
+        ),
     ] = None,
-    band: Annotated[str | None, typer.Option(metavar="LOW:HIGH", help="Hz; that of the identification unless given.")] = None,
+    band: Annotated[
+        str | None, typer.Option(metavar="LOW:HIGH", help="Frequency band in Hz; default: that of the identification.")
+    ] = None,
     start_states: Annotated[
-        str | None, typer.Option(help="Of the contacts: identified (unless given), virgin, or any, drawn anew for each draw.")
+        str | None,
+        typer.Option(help="Start states of the contacts: identified (default), virgin, or any (random, new for each draw)."),
     ] = None,
-    draws: Annotated[int | None, typer.Option(help="Parameter sets from the covariance of the fit; 40 unless given.")] = None,
-    seed: Annotated[int | None, typer.Option(help="Of the draws.")] = None,
+    draws: Annotated[
+        int | None, typer.Option(help="Number of parameter sets drawn from the covariance of the fit; default: 40.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the random draws.")] = None,
     compare: Annotated[
         list[Path] | None,
-        typer.Option(help="File of measured curves to compare with (text, .mat, universal file); several times."),
+        typer.Option(help="File of measured curves to compare with (text, .mat, universal file); may be repeated."),
     ] = None,
     compare_force: Annotated[
-        str | None, typer.Option(metavar="F1,F2,...", help="N; force of these curves, for files without a column of it.")
+        str | None,
+        typer.Option(metavar="F1,F2,...", help="Force of each of these curves in N, for files without a force column."),
     ] = None,
     column: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=COLUMN", help="As for identify-response; its columns unless given.")
+        list[str] | None,
+        typer.Option(metavar="NAME=COLUMN", help="Column of a quantity, as in identify-response; default: its columns."),
     ] = None,
-    unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column of these files.")] = None,
-    by: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column that distinguishes curves of one file.")] = None,
+    unit: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column of these files, such as real=mm/N.")
+    ] = None,
+    by: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column that distinguishes the curves of a file.")] = None,
     folder: Annotated[
-        Path, typer.Option(help="Folder of the relative paths in the study of the identification; the current one unless given.")
+        Path,
+        typer.Option(help="Folder that relative paths in the study of the identification start from."),
     ] = Path(),
-    out: Annotated[Path | None, typer.Option(help="Folder of the results; FOLDER_prediction beside the identification.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; default: FOLDER_prediction beside that of the identification.")
+    ] = None,
     workers: Workers = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
     figures: Figures = False,
 ) -> None:
-    """Predict responses that were not measured, with intervals, from an identification by measured responses."""
+    """Predict responses that were not measured, with intervals, from parameters identified by `identify-response`."""
     from stickslip import study
     from stickslip.results.files import open_results
     from stickslip.study.run import Run

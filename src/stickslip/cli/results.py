@@ -79,13 +79,15 @@ def plot(
     results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")],
     figure: Annotated[
         list[str] | None,
-        typer.Option(help="One by its name; motion and deformed_shape where there are; several times. All figures unless given."),
+        typer.Option(
+            help="Name of a figure; also motion and deformed_shape, if available; may be repeated. Default: all figures."
+        ),
     ] = None,
     format: Annotated[
         list[str] | None,
-        typer.Option(help="png, svg, pdf; gif, mp4, webp, html of what moves; several times. png and svg unless given, or gif."),
+        typer.Option(help="png, svg, pdf; for motion gif, mp4, webp, html; may be repeated. Default: png and svg, or gif."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the figures; `figures` beside the results unless given.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the figures; default: `figures` beside the results.")] = None,
 ) -> None:
     """Draw the figures of results as files for papers and slides, and what moves as films or pages."""
     from stickslip.results.files import open_results
@@ -113,11 +115,13 @@ def export(
     quantity: Annotated[
         str | None,
         typer.Option(
-            help="displacement, velocity, acceleration; receptance, mobility, inertance. That of the result's peaks unless given."
+            help="displacement, velocity, acceleration; receptance, mobility, inertance. Default: that of the result's peaks."
         ),
     ] = None,
-    per_force: Annotated[bool, typer.Option("--per-force", help="The quantity per force: of a velocity the mobility.")] = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")] = False,
+    per_force: Annotated[
+        bool, typer.Option("--per-force", help="Divide the quantity by the force, which makes a velocity a mobility.")
+    ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
 ) -> None:
     """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force, or
     the deformed shapes for VTK (.vtu), in the units of the study."""

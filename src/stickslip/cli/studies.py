@@ -31,11 +31,11 @@ FAST_MASSES, FAST_LEVELS, FAST_HARMONICS = (4.6,), (1.0, 20.0, 80.0), 3
 
 
 Resume = Annotated[bool, typer.Option("--resume", help="Resume an interrupted run of the same study.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace results that DIR holds.")]
-Figures = Annotated[bool, typer.Option("--figures", help="Write the figures as files too; `stickslip plot` does so later.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")]
+Figures = Annotated[bool, typer.Option("--figures", help="Write the figures as files too; `stickslip plot` can do so later.")]
 Workers = Annotated[
     int | None,
-    typer.Option(min=1, help="Curves computed side by side; unless given the number of cores, or one for brief studies."),
+    typer.Option(min=1, help="Curves computed at the same time; default: the number of cores, or one for short studies."),
 ]
 Scheduler = Annotated[
     str | None,
@@ -47,7 +47,7 @@ Scheduler = Annotated[
 def demo(
     ctx: typer.Context,
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("results/demo"),
-    preload_mass: Annotated[list[float] | None, typer.Option(help="kg; may be given several times.")] = None,
+    preload_mass: Annotated[list[float] | None, typer.Option(help="Preload mass in kg; may be repeated.")] = None,
     fast: Annotated[bool, typer.Option("--fast", help="One preload, three force levels, three harmonics.")] = False,
     resume: Resume = False,
     overwrite: Overwrite = False,
@@ -81,9 +81,9 @@ def published(mass: float) -> float:
 @guarded
 def new(
     ctx: typer.Context,
-    kind: Annotated[str | None, typer.Argument(help="The kind of study; all kinds are listed when left out.")] = None,
-    file: Annotated[Path | None, typer.Argument(help="The study file; KIND.toml when left out.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite.")] = False,
+    kind: Annotated[str | None, typer.Argument(help="Kind of study; without it, all kinds are listed.")] = None,
+    file: Annotated[Path | None, typer.Argument(help="Study file; default: KIND.toml.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a commented study file to begin with, or list the kinds of studies."""
     from stickslip.study.renamed import TEMPLATES
@@ -103,7 +103,7 @@ def new(
 @guarded
 def check(
     ctx: typer.Context,
-    study: Annotated[Path, typer.Argument(help="The study file.")],
+    study: Annotated[Path, typer.Argument(help="Study file.")],
     show: Annotated[bool, typer.Option("--show", help="Draw the model into STUDY_model.html: mesh, contacts, forces.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -153,7 +153,7 @@ def written_model(job: Job, study: Path) -> Path:
 @guarded
 def run(
     ctx: typer.Context,
-    studies: Annotated[list[Path], typer.Argument(metavar="STUDY...", help="The study file, or several.")],
+    studies: Annotated[list[Path], typer.Argument(metavar="STUDY...", help="One or more study files.")],
     out: Annotated[Path, typer.Option(help="Folder of the results; each of several studies has its own folder in it.")],
     resume: Resume = False,
     overwrite: Overwrite = False,
@@ -184,17 +184,20 @@ def run(
 @guarded
 def identify(
     ctx: typer.Context,
-    loops: Annotated[list[Path], typer.Argument(help="Measured loops (CSV), one file a case.")],
+    loops: Annotated[list[Path], typer.Argument(help="Measured loops (CSV), one file for each loop.")],
     damper: Annotated[Path, typer.Option(help="Study of an identification; these loops replace its own.")],
     out: Annotated[Path, typer.Option(help="Folder of the results.")],
     law: Annotated[
         list[str] | None,
-        typer.Option(help="macroslip, iwan or microslip, instead of the study's; several times: loops held out choose."),
+        typer.Option(
+            help="macroslip, iwan or microslip, instead of that of the study; of several, the errors on loops held out choose."
+        ),
     ] = None,
     load_removal: Annotated[
         list[Path] | None,
         typer.Option(
-            metavar="FILE", help="Readings while the load is removed (CSV), for the zeros: one for all loops or one each."
+            metavar="FILE",
+            help="Readings while the load is removed (CSV), which give the zeros: one file for all loops or one for each.",
         ),
     ] = None,
     resume: Resume = False,

@@ -34,8 +34,8 @@ _SENTENCES = {
         "unable to balance the static load. Use slider offsets, or other ratios."
     ),
     Outcome.BODY_HELD_BY_NOTHING: (
-        "A body is held by nothing in some direction at harmonic 0: only friction of prescribed or saturated size acts "
-        "there. Add a stiffness to ground, or use slider offsets."
+        "A body is held by nothing in its mean position (harmonic 0): only friction of fixed size acts on it in some "
+        "direction. Add a spring to ground, or use slider offsets as start states."
     ),
     Outcome.MOST_STARTS_UNSOLVED: (
         "Most start states have no solution, so no bounds can be given. Use another rule, or one for each "

@@ -57,8 +57,8 @@ def application(solver: Solver, token: str) -> Dash:
 def _layout(solver: Solver) -> Any:
     shown = ""
     if solver.analysis != "forced_response":
-        tuned = " with all sectors alike" if solver.analysis == "mistuned_population" else ""
-        shown = f"Forced response of the problem of this study{tuned}; the study itself is {solver.analysis!r}."
+        tuned = ", with all sectors alike" if solver.analysis == "mistuned_population" else ""
+        shown = f"Forced response of the problem of this study{tuned}. The analysis of the study is {solver.analysis}."
     header = html.Header(
         [
             html.Div([html.H1(solver.job({}).title), html.P(shown, className="note")]),
@@ -116,7 +116,7 @@ def _controls(solver: Solver, outputs: Sequence[str]) -> Any:
             html.H2("Parameters"),
             *map(_control, solver.sliders),
             html.Fieldset([html.Legend("Output"), choice]),
-            dcc.Checklist([{"label": "logarithmic", "value": "log"}], ["log"], id="scale"),
+            dcc.Checklist([{"label": "Logarithmic scale", "value": "log"}], ["log"], id="scale"),
             html.Div(buttons, className="buttons"),
             html.Pre("", id="python", hidden=True, tabIndex=0),
         ],
@@ -156,12 +156,15 @@ def _control(slider: Slider) -> Any:
 def _results() -> Any:
     response = [
         dcc.Graph(id="curve", config=CONFIG, figure=NOTHING, style={"height": "470px"}),
-        html.P("A click on the curve shows that point below; else the peak is shown.", className="note"),
+        html.P(
+            "Click a point of the curve, or the button below it, to see how the contacts and the structure move there.",
+            className="note",
+        ),
         html.Div(html.Button("Show the peak", id="show", type="button"), className="buttons"),
         html.Div(id="details"),
     ]
     performance = [
-        html.P("Pull over excitation, the line is this study; from three harmonics.", className="note"),
+        html.P("Highest peak over the ratio of pull to excitation. The vertical line marks this study.", className="note"),
         dcc.Loading(dcc.Graph(id="performance", config=CONFIG, figure=NOTHING)),
         html.P("", id="performance-message"),
     ]
@@ -271,7 +274,7 @@ def _answered(solver: Solver, wanted: Wanted) -> Any:
             "numbers": peak_words(answer, output),
             "changes": change_words(answer, pinned, output),
             "message": " ".join(answer.sentences)
-            or ("" if fine else f"Coarse: at most {COARSE} harmonics. The curve of the study follows."),
+            or ("" if fine else f"Preview with at most {COARSE} harmonics. The curve with the settings of the study follows."),
             "failed": False,
             "seconds": answer.seconds,
         }
@@ -303,7 +306,7 @@ def _detailed(solver: Solver, clicks: int, clicked: Any, answer: Any, wanted: Wa
         else:
             point = peak_place(solved, output)
         if point is None:
-            return html.P("The curve has no point to show.")
+            return html.P("No point of the curve converged.")
         hertz = float(solved.response.dataset["frequency"].values[0, point])
         figures = detail_figures(solved, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
     except InputError as error:
@@ -332,7 +335,7 @@ def _performed(solver: Solver, wanted: Wanted) -> Any:
         level = float(wanted["values"].get("force_level", 1.0))
         excitation = max((abs(a) for force in problem.forces for a in force.amplitudes.values()), default=0.0) * level
         if not pull or not excitation:
-            return no_update, "A performance curve needs a static pull and an excitation."
+            return no_update, "A performance curve needs a pull, which is a static force, and an excitation."
         ratio = pull / excitation
         ratios = np.geomspace(ratio / RATIO_REACH, ratio * RATIO_REACH, RATIOS)
         output = _output(solver, wanted)

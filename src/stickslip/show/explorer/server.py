@@ -38,7 +38,7 @@ def explore(path: Path, port: int = 0, open_browser: bool = True) -> None:
         pass
     finally:
         server.server_close()
-    say("Ended.")
+    say("Explorer stopped.")
 
 
 def prepared(path: Path, token: str) -> tuple[Solver, Any]:

@@ -118,7 +118,9 @@ class Solver:
     def not_computed(self) -> str:
         """A sentence on the tables of the study that no view computes; empty where there are none."""
         tables = sorted(toml(self.text).keys() - self.document.keys() - {"performance_curve"})
-        return f"Not computed here: {', '.join(f'[{key}]' for key in tables)} of the study. Use `run`." if tables else ""
+        return (
+            f"The explorer leaves out {', '.join(f'[{key}]' for key in tables)}; `stickslip run` computes this." if tables else ""
+        )
 
     @cached_property
     def analysis(self) -> str:
@@ -226,7 +228,7 @@ class Solver:
         fine = output is None
         report("Reading the model", 0.0)
         sweep = self._sweep(values, lambda share, text: report("Reading the model", TRACING * share))
-        words = "Solving the curve" if fine else "Solving a coarse curve"
+        words = "Solving the curve" if fine else "Solving a preview"
         report(words, 0.0)
         work = ForcedResponseWork.of(sweep) if output is None else _coarse(sweep, output)
         solve = work.solve if fine else work.solve_without_errors

@@ -38,6 +38,8 @@ AGAINST = {"stuck": "Against stuck contacts", "free": "Against no contacts"}
 """Heads of the columns that compare with the linear responses."""
 PERCENT = re.compile(r"(\d[\d.]*) %")
 """An error in a warning."""
+WORDLESS = re.compile(r"\W+")
+"""What an identifier of the page cannot hold."""
 LEVEL = 24
 """Characters of the words for a force level, which stand in front of its warnings."""
 BESIDE = 4
@@ -64,7 +66,9 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     heads += ["Fatigue margin"] if has_fatigue(dataset) else []
     margins = smallest_margins(dataset) if has_fatigue(dataset) else {}
     rows = [_row(dataset, case, output, len(outputs) > 1, limits, margins) for case, output in shown]
-    answer = table(f"answer-{label}", f"Highest peak{name} at each force level.", heads, rows, stacked=len(heads) > BESIDE)
+    answer = table(
+        "answer-" + WORDLESS.sub("-", label), f"Highest peak{name} at each force level.", heads, rows, stacked=len(heads) > BESIDE
+    )
 
     def least_certain_first(case: int) -> float:
         errors = (error for k in range(dataset.sizes["output"]) for error in errors_of(dataset, case, k).values())

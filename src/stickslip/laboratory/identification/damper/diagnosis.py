@@ -110,8 +110,8 @@ def never_sliding(fit: DamperFit, theta: Array, rig: BetweenPlatforms) -> tuple[
         work += np.abs(slip_work(model, steady_cycle(model, drive)))
     still = work <= STILL * work.max()
     return tuple(
-        f"{p.name}: its contact never slides in the steady cycles. The value rests on slip while the pull was laid on, which is "
-        "taken to have begun with virgin sliders; a bound from below is what the loops themselves show."
+        f"{p.name}: its contact never slides in the steady cycles. The value follows from slip while the centrifugal "
+        "load was applied to sliders that are assumed to be virgin; the loops themselves only show a lower bound."
         for p in fit.unknowns
         if p.part == "mu" and all(still[p.lines(fit.lines)])
     )

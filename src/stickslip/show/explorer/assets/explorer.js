@@ -71,11 +71,11 @@
       const share = Math.floor(100 * (doing.share ?? 0));
       place.querySelector("progress").value = doing.share ?? 0;
       place.querySelector("span").textContent =
-        doing.words ? `${doing.words}: ${share} % after ${Math.round(doing.seconds)} s` : "Waiting for another curve";
+        doing.words ? `${doing.words}: ${share} % after ${Math.round(doing.seconds)} s` : "Waiting until another curve is finished";
       place.hidden = false;
     } catch {
       place.hidden = true;
-      set_props("message", { children: "The explorer has ended: nothing is solved any more." });
+      set_props("message", { children: "The explorer has stopped. Start `stickslip explore` again to go on." });
     }
   }
 
@@ -87,7 +87,7 @@
     awaited = null;
     stopped = version;
     document.getElementById("doing").hidden = true;
-    set_props("message", { children: "Stopped. The next change of a value solves again." });
+    set_props("message", { children: "Stopped. Change a value to solve again." });
   }
 
   function refine() {
@@ -122,7 +122,7 @@
       }
       const known = values.map((value, k) => value === null || value === undefined ? NaN : value);
       if (known.some(Number.isNaN)) {
-        set_props("message", { children: "A number is missing: the curve is that of the last ones." });
+        set_props("message", { children: "A number is missing. The curve still shows the last complete values." });
         return dash.no_update;
       }
       const named = Object.fromEntries(sliders.map((s, k) => [s.name, values[k]]));
