@@ -10,6 +10,7 @@ from stickslip.analyses.truncation import ALL_NODES
 from stickslip.show.report.answer import peaks_at_a_glance
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.failures import warnings_of
+from stickslip.show.report.responses import level_line
 from stickslip.show.report.sections import energies
 from stickslip.support.outcome import Outcome
 
@@ -136,6 +137,16 @@ def test_the_output_stands_in_the_head_of_its_only_column(dataset):
     html = peaks_at_a_glance("a", dataset)
     assert f">Amplitude of {name} in " in html
     assert not [row for row in cells_of(html) if name in row]
+
+
+def test_the_console_shows_peaks_in_the_unit_of_the_report(dataset):
+    small = dataset.copy(deep=True)
+    for name in ("amplitude", "peak_amplitude"):
+        small[name] *= 1e-5
+    head = re.search(r"Amplitude of \S+ in ([^<]+)<", peaks_at_a_glance("a", small))[1]
+    size = float(small["peak_amplitude"][1, 0, 0])
+    assert head == "µm"
+    assert f"{1e6 * size:12.6g} µm" in level_line(small, 1)
 
 
 def test_each_force_level_has_its_smallest_fatigue_margin(dataset):

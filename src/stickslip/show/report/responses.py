@@ -15,7 +15,6 @@ from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
-from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.stability import (
     NOT_JUDGED,
     has_stability,
@@ -24,7 +23,7 @@ from stickslip.results.stability import (
     peak_unjudged,
     stability_sentences,
 )
-from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in
+from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in, shown_unit
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.report.bounds import bounds_table
@@ -188,8 +187,10 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
 
 
 def _unit(dataset: xr.Dataset, variable: str) -> tuple[float, str]:
-    """The factor from SI to the unit that a variable is shown in, and its name."""
-    return in_system(dataset[variable].attrs["units"], system_of(dataset))
+    """The factor from SI to the unit that a variable is shown in, and its name; displacements are in µm or m by the largest."""
+    sizes = dataset[variable if dataset[variable].size else "amplitude"].values
+    unit = shown_unit(dataset[variable].attrs["units"], float(np.max(sizes[np.isfinite(sizes)], initial=0.0)), dataset)
+    return 1.0 / unit.metres, unit.name
 
 
 def failures(dataset: xr.Dataset) -> list[str]:

@@ -25,6 +25,7 @@ from stickslip.results.view import (
     largest_loops,
     length_unit,
     level_text,
+    levels_in_newtons,
     measure_in,
     peak_unit,
     per_force_unit,
@@ -166,7 +167,9 @@ def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets)
     unit = peak_unit(*datasets.values())
     rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(every) > 1, unit)]
     word = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
-    heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"{word} in {unit.name}", f"{word} per force"]
+    heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"{word} in {unit.name}"]
+    newtons = all(levels_in_newtons(dataset) for dataset in datasets.values())
+    heads.append(f"{word} per force" if newtons else f"{word} per unit force level")
     heads += [f"Largest in {unit.name}"] if measure.kind != "max_abs" else []
     heads = [*_result_head(every), *heads, "Loss factor"]
     of = "first harmonic" if measure == DISPLACEMENT_AMPLITUDE else measure.words
