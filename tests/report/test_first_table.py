@@ -10,8 +10,11 @@ from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.analyses.damper_alone.cycles import damper_evolution, steady_cycles
 from stickslip.model.dampers import in_phase, out_of_phase
 from stickslip.model.rigs import laboratory_damper
+from stickslip.show.plots.damper_cycles import damper_cycles
+from stickslip.show.report import plain
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.plain import overview
+from stickslip.show.report.presentation import Presentation
 
 
 def shown(analysis, dataset):
@@ -84,3 +87,14 @@ def test_a_design_without_an_optimum_opens_without_a_table():
     headline, cells, _ = shown("damper_design", found.dataset)
     assert "break a constraint" in headline
     assert cells == []
+
+
+def test_warnings_of_curves_stand_before_the_chart(monkeypatch):
+    """As speed sweeps and nonlinear modes word them on the console, behind the numbers."""
+    lines = ["highest peak 1 mm", "  curve 1: 1 mm", "  warning, curve 1: Too few samples. Take 512."]
+    shown = Presentation("Curves", lambda _: lines, lambda _: [], lambda _: {"damper_cycles": damper_cycles}, lambda _: {})
+    monkeypatch.setattr(plain, "presentation_of", lambda _: shown)
+    dataset = steady_cycles(damper(), out_of_phase(0.3e-6), starts=1, steps=50).dataset
+    html = overview({"a": dataset}, Charts(["a"]))
+    warning = '<details class="warning"><summary>Curve 1: Too few samples.</summary>Take 512.</details>'
+    assert html.index(warning) < html.index('class="place"') < html.index("<li>curve 1: 1 mm</li>")

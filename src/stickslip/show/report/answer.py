@@ -75,10 +75,15 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
         return -max(errors, default=0.0)
 
     order = sorted(range(dataset.sizes["case"]), key=least_certain_first)
-    warnings = [_warning(sentences) for sentences in (*failures_of(dataset), *warnings_of(dataset, order))]
-    first, more = "".join(warnings[:MOST_WARNINGS]), "".join(warnings[MOST_WARNINGS:])
-    count = counted(len(warnings) - MOST_WARNINGS, "more warning")
-    return answer + first + (f"<details><summary>{count}</summary>{more}</details>" if more else "")
+    return answer + warnings_at_a_glance([*failures_of(dataset), *warnings_of(dataset, order)])
+
+
+def warnings_at_a_glance(warnings: Sequence[str]) -> str:
+    """The first warnings, and the others folded."""
+    shown = [_warning(sentences) for sentences in warnings]
+    first, more = "".join(shown[:MOST_WARNINGS]), "".join(shown[MOST_WARNINGS:])
+    count = counted(len(shown) - MOST_WARNINGS, "more warning")
+    return first + (f"<details><summary>{count}</summary>{more}</details>" if more else "")
 
 
 def _warning(words: str) -> str:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.results.view import energy_unit, shown_unit
+from stickslip.show.report.answer import warnings_at_a_glance
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.markup import cell, section, table, text
 from stickslip.show.report.numbers import number
@@ -29,7 +30,7 @@ ROUNDING = 1e-11
 BESIDE = 5
 """Columns that stand beside each other on a narrow screen."""
 
-PREFIX = re.compile(r"^(note|Warning): ")
+PREFIX = re.compile(r"^((note|Warning): |warning, )")
 """Before a warning on the console."""
 
 SYMBOL = re.compile(r"\w+_\w+|\w+ (=|≥|×|is not found)")
@@ -45,10 +46,13 @@ def overview(datasets: Datasets, charts: Charts) -> str:
     parts = []
     for place, (label, dataset) in enumerate(datasets.items()):
         shown = presentation_of(dataset)
-        said = [PREFIX.sub("", sentence.strip()) for sentence in shown.sentences(dataset)]
         warned = {line for key in ("warnings", "notes") for line in str(dataset.attrs.get(key, "")).splitlines()}
-        warnings = "".join(f'<p class="warning">{text(_sentence(sentence))}</p>' for sentence in said if sentence in warned)
-        sentences, answer = [sentence for sentence in said if sentence not in warned], ""
+        warnings: list[str] = []
+        sentences: list[str] = []
+        answer = ""
+        for line in map(str.strip, shown.sentences(dataset)):
+            sentence = PREFIX.sub("", line)
+            (warnings if sentence in warned or line.startswith("warning, ") else sentences).append(sentence)
         if (frame := shown.tables(dataset).get(shown.answer)) is not None:
             answer = _table(place, shown.answer, frame, stacked=len(frame.columns) > BESIDE)
             sentences = [sentence for sentence in sentences if not _is_row(sentence, frame)]
@@ -58,7 +62,8 @@ def overview(datasets: Datasets, charts: Charts) -> str:
         note = "" if seconds is None else f'<p class="note">{text(f"{float(seconds):.3g} s of processor time")}.</p>'
         figure = "".join(_figure(charts, place, name, draw, dataset) for name, draw in [*shown.figures(dataset).items()][:1])
         parts.append(
-            f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{answer}{warnings}{figure}'
+            f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{answer}'
+            f"{warnings_at_a_glance([_sentence(warning) for warning in warnings])}{figure}"
             f"<ul>{lines}</ul>{note}"
         )
     return section("overview", "Overview", *parts)
