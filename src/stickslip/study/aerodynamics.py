@@ -47,7 +47,7 @@ class AerodynamicsTable(Table):
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="at which the coefficients hold")] = None
     direction: Annotated[
         Place | None,
-        Field(description="of the sector, on which they act; unless given the coordinate of the blade-alone mode `mode`"),
+        Field(description="of the sector, on which they act; default: the coordinate of the blade-alone mode `mode`"),
     ] = None
     modal_mass: Annotated[Positive | None, MASS, Field(description="of damping ratios along a direction")] = None
     mode: Annotated[int, Field(ge=1, le=MOST, description="number of the blade-alone mode, where no direction is given")] = 1

@@ -75,10 +75,10 @@ class SurfaceTable(ContactTable):
         str | None, Field(min_length=1, description='what lies opposite: a [[body]], another set of nodes, or "ground"')
     ] = None
     facing: Annotated[
-        Vector | None, Field(description="direction out of the surface; unless given, to the side of what lies opposite")
+        Vector | None, Field(description="direction out of the surface; default: to the side of what lies opposite")
     ] = None
     tangent: Annotated[
-        Vector | None, Field(description="t1, as far as it lies in the surface; unless given, along its greatest length")
+        Vector | None, Field(description="t1, as far as it lies in the surface; default: along its greatest length")
     ] = None
     mesh_gap: Annotated[
         bool, Field(description="add to `gap` how far the set of nodes opposite stands off each node of the mesh")
@@ -237,13 +237,17 @@ class IwanTable(SliderTable):
         Field(description="of the displacements at which the elements slip: by a Hertzian or parabolic pressure, or Segalman's"),
     ] = "hertz"
     edge: Annotated[
-        NotNegative | None, Field(description="parabolic: pressure at the edge over that in the middle; 0 unless given")
+        NotNegative | None, Field(description="parabolic: pressure at the edge over that in the middle; default: 0")
     ] = None
-    chi: Annotated[Number | None, Field(description="four_parameter: exponent, above -1; -0.5 unless given")] = None
-    beta: Annotated[NotNegative | None, Field(description="four_parameter: stiffness ratio; 0.5 unless given")] = None
+    chi: Annotated[Number | None, Field(description="four_parameter: exponent, above -1; default: -0.5")] = None
+    beta: Annotated[NotNegative | None, Field(description="four_parameter: stiffness ratio; default: 0.5")] = None
     count: Annotated[
         int | None,
-        Field(ge=2, le=10000, description="about how many springs and sliders; as many as 0.2 % accuracy takes unless given"),
+        Field(
+            ge=2,
+            le=10000,
+            description="approximate number of springs and sliders; default: as many as an accuracy of 0.2 % takes",
+        ),
     ] = None
 
     def law_in_si(self, values: dict[str, Any]) -> Law:

@@ -21,7 +21,7 @@ class LoadDependentFrictionTable(Table):
     over: Annotated[
         Annotated[list[Positive], ENTRIES] | None,
         FORCE,
-        Field(description="normal loads, ascending; of a power law the lowest and the highest, at/100 and 100 at unless given"),
+        Field(description="normal loads, ascending; of a power law the lowest and the highest, by default at/100 and 100 at"),
     ] = None
     values: Annotated[
         Annotated[list[Positive], ENTRIES] | None, Field(description="µ at each of these loads; µN must not fall as N grows")

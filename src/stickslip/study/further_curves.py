@@ -39,7 +39,7 @@ class IsolatedTable(Table):
     """Isolas, closed curves that the sweeps do not meet, from nonlinear modes and from the next force levels."""
 
     mode: Annotated[
-        ModeNumbers | None, Field(description="number of a mode of the stuck structure, or a list; none unless given")
+        ModeNumbers | None, Field(description="number of a mode of the stuck structure, or a list; default: none")
     ] = None
     amplitude: Amplitudes = None
     periods: Annotated[

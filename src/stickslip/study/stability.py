@@ -14,7 +14,7 @@ class StabilityTable(Table):
     highest: Number | None = Field(
         default=None,
         gt=0.0,
-        description="natural frequency in Hz up to which modes move by themselves; eight times the highest harmonic unless given",
+        description="natural frequency in Hz up to which modes move by themselves; default: eight times the highest harmonic",
     )
 
 

@@ -129,7 +129,7 @@ class SectorTable(Table):
     high: Annotated[
         str, Field(min_length=1, description="that of the face to the following sector: low turned by 360°/N about the axis")
     ]
-    axis: Annotated[AxisTable, Field(description="of rotation; z through the origin unless given"), Words("table")] = Field(
+    axis: Annotated[AxisTable, Field(description="of rotation; default: z through the origin"), Words("table")] = Field(
         default_factory=AxisTable
     )
     faces: Annotated[
@@ -200,7 +200,7 @@ class StructureTable(Table):
         Field(
             ge=0,
             le=MOST,
-            description="fixed-interface modes of the reduction, 30 unless given; of a sector for each nodal diameter",
+            description="number of fixed-interface modes of the reduction, of a sector for each nodal diameter; default: 30",
         ),
     ] = None
     stress: Annotated[
@@ -266,7 +266,7 @@ class BodyTable(Table):
         Field(
             min_length=2,
             max_length=2,
-            description="x and y of the body, at right angles, in the coordinates of the model; those of the model unless given",
+            description="x and y of the body, at right angles, in the coordinates of the model; default: those of the model",
         ),
     ] = None
     pull: Annotated[Vector, FORCE, Field(description="static force at the mass centre, such as the centrifugal pull")] = Field(

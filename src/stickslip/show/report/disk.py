@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NOTE = (
-    '<p class="note">Dampers at the largest amplitude; of a tuned disk all are alike, each later than the one before. The mean '
-    "normal load under vibration differs from the static one where slip lets friction carry less of the pull.</p>"
+    '<p class="note">Dampers are shown at the largest amplitude. In a tuned disk all of them behave alike, each later than the '
+    "one before. The mean normal load under vibration differs from the static one where slip reduces the part of the centrifugal "
+    "load that friction carries.</p>"
 )
 
 

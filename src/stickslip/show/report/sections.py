@@ -53,8 +53,8 @@ Datasets = Mapping[str, "xr.Dataset"]
 ENERGY_RESIDUAL_LIMIT, SLIP_WORK_LIMIT = 1e-8, 1e-3
 """What a trustworthy point stays below: consistency of the solution, and the physics of slip at enough samples."""
 CYCLE_NOTE = (
-    "Loops at the kept point nearest to the click, redrawn from the harmonics that the result keeps: corners are rounded, and "
-    "the force may overshoot. Exact loops at the highest peak stand below."
+    "Loops at the saved point nearest to the click, drawn from the saved harmonics: corners are rounded, and the force may "
+    "overshoot. The section on hysteresis loops shows the exact loops at the highest peak."
 )
 MOST_SHOWN = 12
 """Cases whose loops and states are drawn, and that the overview lists."""
@@ -110,8 +110,8 @@ def curves(datasets: Datasets, charts: Charts) -> str:
     known = any(has_linear_curves(dataset) for dataset in datasets.values())
     linear = "Thin dotted: without contacts; thin dashed: with stuck contacts. " if known else ""
     note = (
-        f'<p class="note">{linear}Dots mark the highest peaks of what is '
-        "shown; crosses at the bottom mark frequencies that did not converge. Click a point for its loops.</p>"
+        f'<p class="note">{linear}Dots mark the highest peaks of the quantity shown; crosses at the bottom mark frequencies that '
+        "did not converge. Click a point to see its loops.</p>"
     )
     return section("curves", "Response curves", html, note)
 
@@ -216,7 +216,9 @@ def loops(datasets: Datasets, charts: Charts) -> str:
         rows = {row.label: row for row in (every if len(every) <= MOST_LOOPS else largest_loops(dataset, every, MOST_LOOPS))}
         if rows:
             if len(rows) < len(every):
-                html += f'<p class="note">To choose from: the {len(rows)} of {len(every)} directions with the largest loops.</p>'
+                html += (
+                    f'<p class="note">The list has the {len(rows)} of {len(every)} contact directions with the largest loops.</p>'
+                )
             first = largest_loops(dataset, [*rows.values()], 1)[0].label
             many = 2 * MOST_SHOWN * len(rows) * dataset.sizes["sample"] > NUMBERS_OF_LOOPS
             step = max(1, dataset.sizes["sample"] // SAMPLES_OF_MANY) if many else 1
@@ -274,7 +276,7 @@ def failures(datasets: Datasets, charts: Charts) -> str:
         causes = "".join(f"<li>{text(sentence)}</li>" for sentence in failures_of(dataset))
         fine = f"<p>Every point converged: {counted(count, 'point')} on {counted(dataset.sizes['case'], 'curve')}.</p>"
         warnings = "".join(f"<li>{text(sentence)}</li>" for sentence in warnings_of(dataset))
-        warned = f'<p>To be looked at:</p><ul class="warnings">{warnings}</ul>' if warnings else ""
+        warned = f'<p>Warnings:</p><ul class="warnings">{warnings}</ul>' if warnings else ""
         parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine) + warned)
     return section("failures", "What failed, and why", *parts)
 
@@ -298,7 +300,7 @@ def versions(datasets: Datasets, charts: Charts) -> str:
     for name in names:
         values = "".join(cell(str(dataset.attrs.get(name, ""))) for dataset in datasets.values())
         rows.append(f'<tr><th scope="row">{text(name)}</th>{values}</tr>')
-    return section("versions", "Versions and settings", table("attributes", "Kept with the results", ["", *datasets], rows))
+    return section("versions", "Versions and settings", table("attributes", "Saved with the results", ["", *datasets], rows))
 
 
 def _result_head(datasets: Datasets) -> list[str]:

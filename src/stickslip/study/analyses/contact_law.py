@@ -46,7 +46,7 @@ class ContactLawTable(Table):
     ] = None
     harmonics: Annotated[
         int | None,
-        Field(ge=5, le=2000, description="to which every cycle is smoothed; as many as the displacement needs unless given"),
+        Field(ge=5, le=2000, description="to which every cycle is smoothed; default: as many as the displacement needs"),
     ] = None
     lag: Annotated[
         Number,
@@ -55,7 +55,7 @@ class ContactLawTable(Table):
     friction_over: Annotated[
         Annotated[list[Positive], Field(min_length=2)] | None,
         FORCE,
-        Field(description="normal loads at which the friction coefficient is found, ascending; one coefficient unless given"),
+        Field(description="normal loads at which the friction coefficient is identified, ascending; default: one coefficient"),
     ] = None
     columns: Annotated[
         dict[ColumnName, Column], Field(description="titles or numbers (from 1) of columns that are not understood")

@@ -55,7 +55,7 @@ class DamperTable(Table):
         NotNegative, Field(description="of microslip: g; the gaps of five elements reach 2 g N/kn, N the pull over the lines")
     ] = 0.0
     platform_stiffness: Annotated[
-        Positive | None, STIFFNESS, Field(description="of the rig under the right platform, in x and y; rigid unless given")
+        Positive | None, STIFFNESS, Field(description="of the rig under the right platform, in x and y; default: rigid")
     ] = None
 
     def rig(self, units: Units) -> BetweenPlatforms:
@@ -113,7 +113,7 @@ class CycleTable(Table):
     tolerance: Annotated[Positive, Field(description="change of the forces from cycle to cycle, relative to the largest")] = 1e-9
     cycles: Annotated[int, Field(ge=1, le=MOST, description="the most")] = 100
     method: Annotated[
-        Literal["generalised_alpha", "newmark"] | None, Field(description="with inertia, in time; quasi-static unless given")
+        Literal["generalised_alpha", "newmark"] | None, Field(description="with inertia, in time; default: quasi-static")
     ] = None
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion in time")] = None
 

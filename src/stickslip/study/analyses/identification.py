@@ -40,12 +40,12 @@ class IdentificationTable(Table):
     loops: Annotated[list[str], Field(min_length=1, description="files of the measured loops (CSV), one a case")]
     unknown: Annotated[
         list[str] | None,
-        Field(min_length=1, description="kt, kn, mu of all lines or of some (mu_L1, mu_R); kt, kn, all friction unless given"),
+        Field(min_length=1, description="kt, kn, mu of all lines or of some (mu_L1, mu_R); default: kt, kn and all friction"),
     ] = None
     law: Annotated[
         list[LawName], Field(min_length=1, description="of the lines; of several the simplest that loops held out confirm")
     ] = Field(default_factory=lambda: [MACROSLIP])
-    frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion; found in the loops unless given")] = None
+    frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion; default: found in the loops")] = None
     harmonics: Annotated[int, Field(ge=8, le=200, description="to which every cycle is smoothed")] = 30
     pulls: Annotated[list[Positive] | None, FORCE, Field(description="centrifugal load of each loop, if they differ")] = None
     load_removal: Annotated[

@@ -55,7 +55,7 @@ class MistuningTable(Table):
     )
     blade_nodes: Annotated[
         list[str] | None,
-        Field(min_length=1, description="what of a sector is its blade; nodes of outputs and modes unless given"),
+        Field(min_length=1, description="what of a sector is its blade; default: nodes of outputs and modes"),
     ] = None
     peak_tolerance: Annotated[Positive, Field(lt=0.1, description="relative, of the maximum of a blade")] = PEAK_TOLERANCE
     run_in: Annotated[bool, Field(description="start from where slip has brought the tuned disk's sliders")] = False

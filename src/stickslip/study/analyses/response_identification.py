@@ -57,7 +57,7 @@ class ResponseIdentificationTable(Table):
     ] = None
     quantity: Annotated[
         Literal["displacement", "velocity", "acceleration"] | None,
-        Field(description="that was measured; as the titles of the files say unless given"),
+        Field(description="that was measured; default: as the titles of the files say"),
     ] = None
     force: Annotated[
         list[Positive],
@@ -65,7 +65,7 @@ class ResponseIdentificationTable(Table):
     ] = Field(default_factory=list)
     phase_of: Annotated[
         Literal["displacement", "quantity"] | None,
-        Field(description="what a column of phases is of; the displacement unless given, for responses per force the quantity"),
+        Field(description="what a column of phases refers to; default: the displacement, for responses per force the quantity"),
     ] = None
     columns: Annotated[
         dict[ColumnName, Column],
@@ -80,7 +80,7 @@ class ResponseIdentificationTable(Table):
     most_points: Annotated[
         int, Field(ge=3, le=MOST, description="points of a curve that are used at most, every so many; each is solved many times")
     ] = 1000
-    output: Annotated[str | None, Field(description="name of the output that was measured; the first unless given")] = None
+    output: Annotated[str | None, Field(description="name of the measured output; default: the first")] = None
     held: Annotated[
         Literal["force", "response"], Field(description="what each computed point takes as measured; the other is computed")
     ] = "force"

@@ -40,7 +40,8 @@ class ResponsePredictionTable(Table):
     """Responses that were not measured, from the identification of [response_identification], with 95 % intervals."""
 
     identification: Annotated[
-        str | None, Field(description="results.nc of the identification, or its folder; unless given, it is carried out first")
+        str | None,
+        Field(description="results.nc of the identification, or its folder; without it, the identification is carried out first"),
     ] = None
     force: Annotated[list[Positive], Field(description="force levels, N")] = Field(default_factory=list)
     amplitude: Annotated[
@@ -64,7 +65,7 @@ class ResponsePredictionTable(Table):
     ] = Field(default_factory=list)
     columns: Annotated[
         dict[ColumnName, Column],
-        Field(description="of these files, where they differ from those of the identification, which hold unless given"),
+        Field(description="of these files, if they differ from those of the identification, which are the default"),
     ] = Field(default_factory=dict)
     column_units: Annotated[dict[ColumnName, str], Field(description="units of these columns")] = Field(default_factory=dict)
     by: Annotated[

@@ -44,7 +44,7 @@ class SpeedSweepTable(Table):
     ]
     stiffness_at_rest: Annotated[
         Annotated[Annotated[str, Tag("<single>")] | Annotated[list[list[Number]], Tag("<list>")], by_form()] | None,
-        Field(description="K at speed 0, in the order of `dofs`, or a file .npz or .mat; constant unless given"),
+        Field(description="K at speed 0, in the order of `dofs`, or a file .npz or .mat; default: constant"),
     ] = None
 
 
