@@ -156,7 +156,7 @@ def _trace(layer: Line | Area | Bars | Cells | Shades | Key, panel: Panel) -> di
             return _cells(layer)
         case Shades():
             x, y = _floats(layer.x), _floats(layer.y)
-            title = {"text": "<br>".join(map(escaped, wrapped(layer.scale.label, 24)))}
+            title = {"text": "<br>".join(map(escaped, wrapped(layer.scale.label, 24))), "side": "top"}
             bar = {"title": title, "orientation": "h", "y": 1.0, "yanchor": "bottom", "thickness": 12}
             marker = {"color": _floats(layer.value), "colorscale": "Viridis", "cmin": float(np.min(layer.value))}
             marker |= {"cmax": layer.high, "size": 9, "line": {"width": 0.5, "color": "@paper"}, "colorbar": bar}
