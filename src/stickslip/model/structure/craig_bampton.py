@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg, sparse
-from scipy.sparse import linalg as sparse_linalg
 
+from stickslip.model.structure.block_lanczos import eigenpairs_above
 from stickslip.model.structure.factor import Factor, Singular, solver
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.sparse import Report, symmetric_sparse
@@ -22,9 +22,6 @@ Progress = Callable[[float, str], None]
 
 DENSE_SIZE = 400
 """Interior problems up to this size, or with more than half of their modes wanted, are solved densely."""
-
-LANCZOS_TOLERANCE = 1e-10
-"""Relative error of 1/ω² at which Lanczos ends: a sixth fewer solutions than to the last digit, for the same ω² to 1e-14."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,12 +123,8 @@ class _Interior:
             return np.zeros(0), np.zeros((size, 0))
         if number is None or size <= DENSE_SIZE or 2 * number > size:
             return self._dense_modes(number)
-        inverse = sparse_linalg.LinearOperator(self.K.shape, matvec=self, dtype=float)
-        start = np.random.default_rng(1).standard_normal(size)
-        mass = sparse.csr_array(self.M)  # its products, three for each step of Lanczos, are faster by rows
-        squares, shapes = sparse_linalg.eigsh(self.K, number, mass, sigma=0.0, OPinv=inverse, v0=start, tol=LANCZOS_TOLERANCE)
-        order = np.argsort(squares)
-        return squares[order], _fixed_sign(shapes[:, order])
+        squares, shapes = eigenpairs_above(self, self.M, number)
+        return squares, _fixed_sign(shapes)
 
     def _dense_modes(self, number: int | None) -> tuple[Array, Array]:
         """From M φ = θ K φ with θ = 1/ω², so that massless motions (θ = 0) do no harm: they are left out."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import linalg
 
+from stickslip.model.structure.block_lanczos import eigenpairs_above
 from stickslip.model.structure.factor import Factor, Singular
 from stickslip.model.structure.modes import MASSLESS, Modes, modes_as_solved
 from stickslip.model.structure.rigid_motions import unresisted
@@ -98,12 +98,9 @@ def _above(shift: float, M: Sparse, K: Sparse, number: int, known: Array) -> tup
     factor = Factor(sparse.csc_array(K - shift * M))
     weights = M @ known
 
-    def solve(load: Array) -> Array:
-        motion = factor.solve(load)
-        return np.asarray(motion - known @ (weights.T @ motion))
+    def solve(loads: Array) -> Array:
+        motions = factor.solve(loads)
+        return np.asarray(motions - known @ (weights.T @ motions))
 
-    inverse = linalg.LinearOperator(K.shape, matvec=solve, dtype=float)
-    start = np.random.default_rng(1).standard_normal(K.shape[0])
-    squares, shapes = linalg.eigsh(K, number, M, sigma=shift, which="LA", OPinv=inverse, v0=start)
-    order = np.argsort(squares)
-    return Modes(squares[order], shapes[:, order]), factor.negative, factor.megabytes
+    squares, shapes = eigenpairs_above(solve, M, number, shift)
+    return Modes(squares, shapes), factor.negative, factor.megabytes

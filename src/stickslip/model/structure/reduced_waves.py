@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
-from scipy.sparse import linalg as sparse_linalg
 
-from stickslip.model.structure.craig_bampton import DENSE_SIZE, LANCZOS_TOLERANCE
+from stickslip.model.structure.block_lanczos import eigenpairs_above
+from stickslip.model.structure.craig_bampton import DENSE_SIZE
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian, refuse_on_faces
 from stickslip.model.structure.factor import HermitianFactor, Singular
 from stickslip.support.checks import Array, Index, InputError, fault
@@ -79,13 +78,7 @@ def _lowest(K: sparse.csc_array, M: sparse.csc_array, factor: HermitianFactor, n
     if size <= DENSE_SIZE or 2 * number > size:
         squares, shapes = linalg.eigh(K.toarray(), M.toarray(), subset_by_index=[0, number - 1])
     else:
-        # SciPy's objects for ARPACK refer to themselves; through a proxy they do not keep the factor until garbage is collected.
-        held = weakref.proxy(factor)
-        inverse = sparse_linalg.LinearOperator(K.shape, matvec=lambda load: held.solve(load), dtype=K.dtype)
-        start = np.random.default_rng(1).standard_normal(size).astype(K.dtype)
-        rows = sparse.csr_array(M)
-        squares, shapes = sparse_linalg.eigsh(K, number, rows, sigma=0.0, OPinv=inverse, v0=start, tol=LANCZOS_TOLERANCE)
-        squares, shapes = _orthonormal(np.asarray(K @ shapes), np.asarray(rows @ shapes), shapes)
+        squares, shapes = eigenpairs_above(factor.solve, M, number, dtype=K.dtype)
     largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(number)]
     return squares, shapes * (np.abs(largest) / largest)
 
@@ -95,10 +88,3 @@ def lowest_frequencies(sector: Sector, nodal_diameter: int, number: int) -> Arra
     M, K = sector.matrices(nodal_diameter)
     squares, _ = _lowest(K, M, HermitianFactor(K), number)
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
-
-
-def _orthonormal(stiff: NDArray[Any], heavy: NDArray[Any], shapes: NDArray[Any]) -> tuple[Array, NDArray[Any]]:
-    """Rayleigh–Ritz of shapes (n, k): Arnoldi's method for complex matrices does not make equal ω² orthogonal."""
-    K, M = (hermitian(shapes.conj().T @ product) for product in (stiff, heavy))
-    squares, turned = linalg.eigh(K, M)
-    return squares, shapes @ turned

@@ -1,0 +1,82 @@
+"""Block Lanczos method for the eigenvalues of K φ = λ M φ next to a shift, of large sparse matrices.
+
+A factor of K − σM is read from memory once for a block of vectors. One vector at a time, as ARPACK takes them, reading it is what
+costs: of a blade of 60 864 rows a solution took 0.14 s for one vector and 0.02 s for each of eight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from stickslip.model.structure.sparse import Sparse
+from stickslip.support.checks import Array
+
+BLOCK = 8
+"""Vectors of a block."""
+RESIDUAL = 1e-10
+"""Residual of S φ = θ φ, relative to θ, at which the iteration ends; the error of θ is about its square."""
+LOST = 1e-10
+"""Length of a vector, relative to what it was, below which nothing but rounding is left of it."""
+
+
+def eigenpairs_above(
+    solve: Callable[[NDArray[Any]], NDArray[Any]], M: Sparse, number: int, shift: float = 0.0, dtype: Any = float
+) -> tuple[Array, NDArray[Any]]:
+    """The lowest `number` eigenvalues λ > σ, ascending, and shapes (n, number) with φᴴMφ = 1.
+
+    solve: (K − σM)⁻¹ of a block (n, b), with K Hermitian. M (n, n) may be singular, but not indefinite. The basis V of the Krylov
+    space of S = (K − σM)⁻¹M is M-orthonormal, so that VᴴMSV is Hermitian with eigenvalues θ = 1/(λ − σ), the largest of which
+    converge first: Grimes, Lewis and Simon, A shifted block Lanczos algorithm (1994). It is orthogonalised in full, twice.
+    """
+    start = np.random.default_rng(1).standard_normal((M.shape[0], BLOCK)).astype(dtype)
+    blocks, products = np.empty((M.shape[0], 0), dtype=dtype, order="F"), np.empty((0, 0), dtype=dtype)
+    image = solve(M @ start)
+    block, _ = _orthonormal(image, M, blocks, _longest(image, M @ image))
+    done = 0
+    while True:
+        begun, done = done, done + block.shape[1]
+        if done > blocks.shape[1]:  # room is doubled, so that what is there is copied a few times only
+            room = np.empty((M.shape[0], max(4 * number, 2 * done)), dtype=dtype, order="F")
+            room[:, :begun] = blocks[:, :begun]
+            blocks = room
+        blocks[:, begun:done] = block
+        basis = blocks[:, :done]
+        image = solve(M @ block)
+        weighted = M @ image
+        column = basis.conj().T @ weighted
+        products = np.block([[products, column[:begun]], [column[:begun].conj().T, column[begun:]]])
+        block, rest = _orthonormal(image - basis @ column, M, basis, _longest(image, weighted))
+        thetas, turned = linalg.eigh(0.5 * (products + products.conj().T))
+        thetas, turned = thetas[::-1][:number], turned[:, ::-1][:, :number]
+        residuals = np.linalg.norm(rest @ turned[begun:], axis=0)
+        exhausted = block.shape[1] == 0 or done >= M.shape[0]
+        if exhausted or (thetas.size == number and np.all(residuals <= RESIDUAL * np.abs(thetas))):
+            break
+    found = thetas > 0.0
+    return shift + 1.0 / thetas[found], basis @ turned[:, found]
+
+
+def _longest(vectors: NDArray[Any], weighted: NDArray[Any]) -> float:
+    """The largest of √(vᴴMv), weighted being M v."""
+    return float(np.sqrt(np.max(np.sum(vectors.conj() * weighted, axis=0).real, initial=0.0)))
+
+
+def _orthonormal(vectors: NDArray[Any], M: Sparse, basis: NDArray[Any], length: float) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Q (n, k) with QᴴMQ = 1 and VᴴMQ = 0, and R (k, b): what is left of vectors (n, b) off the basis V is Q R.
+
+    Directions that are rounding beside the length that the vectors once had are left out: the space is then exhausted there.
+    """
+    vectors = vectors - basis @ (basis.conj().T @ (M @ vectors))
+    triangle = np.eye(vectors.shape[1], dtype=vectors.dtype)
+    for _ in range(2):  # the second time removes what rounding left of the first
+        squares, turned = linalg.eigh(vectors.conj().T @ (M @ vectors))
+        kept = squares > (LOST * length) ** 2
+        lengths, length = np.sqrt(squares[kept]), 1.0
+        vectors = vectors @ (turned[:, kept] / lengths)
+        triangle = (lengths[:, None] * turned[:, kept].conj().T) @ triangle
+    return vectors, triangle
