@@ -260,6 +260,8 @@ def normal(path, kind):
         return [line for before, line in zip([[], *tokens], tokens, strict=False) if before[1:] != [1.0, 1.0]]
     if kind.startswith("dmig"):
         return _dmig_terms(tokens)
+    if kind == "abaqus":  # node and direction of row and of column, of which either may come first
+        tokens = [[*sorted((line[:2], line[2:4])), *line[4:]] for line in tokens]
     return sorted(tokens, key=str) if kind in UNORDERED else tokens
 
 
