@@ -40,8 +40,8 @@ def test_a_curve_of_too_many_points_says_where_it_got_to_and_how_to_go_on(start,
     reached = found.points[-1].point.omega
     assert found.outcome == Outcome.NOT_CONVERGED
     assert found.message == (
-        f"The curve was not finished within 10 points. It got to {reached / (2.0 * np.pi):.6g} Hz; compute the rest from the "
-        "other end of the band, in a band that starts beyond, or as a list of frequencies there."
+        f"The curve was not finished within 10 points. The sweep stopped at {reached / (2.0 * np.pi):.6g} Hz. For the rest, "
+        "sweep from the other end of the band, start a new band beyond, or list single frequencies there (`at` in a study)."
     )
     assert cause_of(found.message) == "The curve was not finished within 10 points."
     assert cause_of(curve.ARRIVED) == curve.ARRIVED
@@ -85,7 +85,7 @@ def test_a_curve_that_turns_back_says_where_and_the_rest_can_be_had():
     found = curve.solve_curve(balance, ends, case.level, exactly=False)
     farthest = max(point.point.omega for point in found.points)
     assert found.points[-1].point.omega < 0.9 * farthest
-    words = f"{TURNED_BACK} It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest from the other end of the band"
+    words = f"{TURNED_BACK} The sweep stopped at {farthest / (2.0 * np.pi):.6g} Hz. For the rest, sweep from the other end"
     assert found.message.startswith(words)
     beyond = [curve.solve_curve(balance, [start, ends[1]], case.level, exactly=False) for start in (1.1, 1.3, 1.5)]
     assert Outcome.CONVERGED in [each.outcome for each in beyond]
@@ -135,9 +135,9 @@ def test_a_lost_curve_names_what_may_be_the_cause():
         return str(ss.forced_response(problem, BAND, force=LEVEL).dataset["case_message"].values[0])
 
     assert "friction" not in message(0.5)
-    assert "there. Large friction coefficients (" in message(1e4)
+    assert "there (`at` in a study). Large friction coefficients (" in message(1e4)
     assert "up to mu = 1e+04" in message(1e4)
-    assert "there. Very stiff contacts (" in message(0.5, kt=1e4)
+    assert "there (`at` in a study). Very stiff contacts (" in message(0.5, kt=1e4)
 
 
 def test_a_curve_without_any_point_names_what_may_be_the_cause():

@@ -167,7 +167,7 @@ def test_a_contact_far_stiffer_than_the_structure(tmp_path, text, limit):
     for kt in (1.01 * limit * joined, 5e11):
         note = job(text.replace("kt = 0.5", f"kt = {kt}"), tmp_path, "stiff").notes[0]  # then that kn is left behind
         assert f"Very stiff contacts (contact 1): up to {kt / joined:.2g} times what they join." in note
-        assert note.endswith(f"lowered to {limit:g} times, a stuck contact is rigid but for one part in {limit:g}.")
+        assert note.endswith(f"a stuck contact is then rigid to within one part in {limit:g}.")
     with pytest.raises(InputError, match="so stiff that rounding hides the structure"):
         job(text.replace("kt = 0.5", "kt = 5e15"), tmp_path, "far too stiff")
 

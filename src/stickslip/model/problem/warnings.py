@@ -80,8 +80,8 @@ def _stiffness(problem: Problem) -> str:
     largest, lowest = f"{problem.stiffness_ratios[stiff].max():.2g}", f"{limits[stiff].min():g}"
     return (
         f"Very stiff contacts ({_named([owners[row].name for row in stiff])}): up to {largest} times what they join. Where "
-        f"they slip or lift off, points may not be found. With kt and kn lowered to {lowest} times, a stuck contact is rigid "
-        f"but for one part in {lowest}."
+        f"they slip or lift off, points may not be found. Lower kt and kn to {lowest} times that stiffness: a stuck "
+        f"contact is then rigid to within one part in {lowest}."
     )
 
 

@@ -24,7 +24,9 @@ DRIFTS = "A body drifts: all contacts that hold it slip, and nothing else does."
 DRIFT_STEPS = 10
 """Steps in a row in which means alone move, after which a body drifts."""
 
-STANDS_STILL = "The curve stands still: positions change and nothing else does. A body that friction alone holds may drift."
+STANDS_STILL = (
+    "The sweep no longer advances: mean positions change and nothing else does. A body that friction alone holds may drift."
+)
 
 STANDING_STEPS = 300
 """Steps in a row within `STILL` of the parameter, after which a curve stands still."""

@@ -232,15 +232,15 @@ def ended(
 
 def _lost_message(balance: HarmonicBalance, swept: Sweep, ends: tuple[float, float]) -> str:
     """Why a curve ended before the end of its band, how far it got, how the rest can be had, and what may be the cause."""
-    rest = "from the other end of the band, in a band that starts beyond, or as a list of frequencies there"
+    rest = "sweep from the other end of the band, start a new band beyond, or list single frequencies there (`at` in a study)."
     problem, omegas = balance.problem, [point.point.omega for point in swept.points]
     if ends[0] == ends[1]:
         where = ""
     elif omegas:
         farthest = max(omegas) if ends[1] > ends[0] else min(omegas)
-        where = f"It got to {balance.hertz(farthest):.6g} Hz; compute the rest {rest}."
+        where = f"The sweep stopped at {balance.hertz(farthest):.6g} Hz. For the rest, {rest}"
     else:
-        where = f"Compute it {rest}."
+        where = f"To compute it, {rest}"
     return " ".join(filter(None, (swept.lost, where, *problem.warnings, *_causes(balance))))
 
 
