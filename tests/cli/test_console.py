@@ -167,7 +167,7 @@ def test_the_remaining_time_is_that_at_the_last_pace_and_unknown_where_a_curve_f
         for fraction in (0.57, 0.57, 0.58, 0.58, 0.9):
             report(fraction, "level 8")
     ends = [line.partition(" after ")[2] for line in capfd.readouterr().err.splitlines()]
-    unknown = "the curve folds there, and the remaining time is unknown; stop it"
+    unknown = "the remaining time is unknown; stop it"
     assert ends == [
         "31 s, about 23 s left",
         f"62 s, no progress for 31 s: {unknown}",

@@ -8,6 +8,8 @@ from each import each
 
 import stickslip as ss
 from stickslip.cli import main
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation import continuation
 from stickslip.study import job, read
 from stickslip.study.model_summary import model_summary
 from stickslip.study.templates import write_new
@@ -178,6 +180,21 @@ def test_one_sector_is_the_whole_wheel(folder, tmp_path):
     amplitudes = all_sectors.dataset["amplitude"].values.ravel()
     assert amplitudes.size == 12
     np.testing.assert_allclose(amplitudes, one.dataset["amplitude"].item(), rtol=1e-9)
+
+
+def test_a_response_is_found_from_start_offsets_far_from_the_stuck_state(folder):
+    """Newton's method, the ramp of the force level and patience all fail from these; offsets that are raised from zero do not."""
+    problem = changed(folder, ("points = 6", "points = 2")).sweep.problem
+    balance, omega = HarmonicBalance(problem, 1, 96), 2.0 * np.pi * 1030.0
+    solved = {"at once": 0, "in the end": 0}
+    for seed in range(6):
+        drawn = 2e-5 * np.random.default_rng(seed).normal(size=balance.table.start_value.size)
+        moved = balance.with_starts(drawn)
+        solved["at once"] += continuation.solve_cold(moved, omega, 5.0).converged
+        found = continuation.first_point(moved, omega, 5.0)
+        solved["in the end"] += found.converged and moved.evaluate(found.evaluation.point).error < 1e-8
+    assert solved["at once"] <= 2
+    assert solved["in the end"] >= 5
 
 
 def test_several_engine_orders(folder):

@@ -22,7 +22,7 @@ Report = Callable[[float, str], None]
 
 LEAST_KNOWN = 0.02
 """Share of the work below which the remaining time is anybody's guess."""
-FOLDING = "the curve folds there, and the remaining time is unknown"
+UNKNOWN = "the remaining time is unknown"
 STANDING = 0.05
 """Share of what was done at all below which the second half of the time brought nothing; at a steady pace it brings half."""
 CONTROLS = {code: "\ufffd" for code in (*range(32), *range(127, 160)) if chr(code) not in "\t\n"}
@@ -130,7 +130,7 @@ def _left(known: Sequence[tuple[float, float]], remedy: str) -> str:
         return ""
     if fraction - before < STANDING * fraction:
         since = next(time for time, share in known if fraction - share < STANDING * fraction)
-        return f", no progress for {_duration(now - since)}: {FOLDING}{remedy and f'; {remedy}'}"
+        return f", no progress for {_duration(now - since)}: {UNKNOWN}{remedy and f'; {remedy}'}"
     return f", about {_duration((now - half) * (1.0 - fraction) / (fraction - before))} left"
 
 

@@ -17,7 +17,7 @@ from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.limits import refuse_cut
 from stickslip.model.readers.numbers import table, triplets, whole
 from stickslip.model.structure.sparse import Sparse, both_triangles
-from stickslip.support.checks import Array, counted, fault
+from stickslip.support.checks import Array, InputError, counted, fault
 
 ENDINGS = (".sti", ".mas", ".dof")
 DIRECTIONS = ("1", "2", "3", "4", "5", "6")
@@ -32,7 +32,9 @@ def read(path: Path) -> Content:
         if not file.is_file():
             packed = file.with_name(f"{file.name}.gz")
             remedy = f"Unpack it: gunzip {packed.name}" if packed.is_file() else WRITE_THEM
-            raise fault("A model of CalculiX", f"must have {file.name} beside {path.name}", "missing", remedy)
+            raise InputError(
+                f"A model of CalculiX must have {file.name} beside {path.name}, but the file does not exist. {remedy}"
+            )
     dofs, several = _names(names)
     entries = {}
     for letter, file in (("K", stiffness), ("M", mass)):

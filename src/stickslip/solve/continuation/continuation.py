@@ -51,6 +51,9 @@ GROWN = 100.0
 FEW = 20
 """Harmonics up to which a ramp is cheap; more are reached from fewer."""
 
+RISES, LEAST_RISE = 200, 1e-3
+"""How often start offsets are raised at most, and the least share of them at a time."""
+
 MET = 1e-7
 """Arc length within which a curve is back at a point; below the smallest step."""
 
@@ -58,7 +61,7 @@ MET = 1e-7
 def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correction:
     """A solved point at a frequency and level: Newton from the stuck state by descent, else with few harmonics first, else a
     ramp of the force level from a thousandth of it, else Newton with the patience to cross kinks, which costs more than the ramp
-    and fails more often.
+    and fails more often; else from the point without start offsets, which are raised then.
 
     Where the balance holds an amplitude, the level is the one that holds it.
     """
@@ -75,7 +78,32 @@ def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correct
     if ramped is not None and ramped.converged:
         return ramped
     patient = _patient(balance, omega, level)
-    return patient if patient.converged else descent
+    if patient.converged:
+        return patient
+    raised = _with_raised_offsets(balance, omega, level)
+    return descent if raised is None else raised
+
+
+def _with_raised_offsets(balance: HarmonicBalance, omega: float, level: float) -> Correction | None:
+    """The point reached from that without start offsets, which are raised in steps that Newton's method can follow; None where
+    there are none, and where no such point is found."""
+    offsets = balance.table.start_value
+    if not np.any(offsets):
+        return None
+    found = first_point(balance.with_starts(np.zeros_like(offsets)), omega, level)
+    if not found.converged:
+        return None
+    share, step = 0.0, 1.0
+    for _ in range(RISES):
+        ahead = min(share + step, 1.0)
+        raised = balance.with_starts(ahead * offsets)
+        moved = correct(raised, found.evaluation.point, fixed("omega", omega), iterations=30, halvings=12)
+        if moved.converged and ahead == 1.0:
+            return moved
+        found, share, step = (moved, ahead, 1.5 * step) if moved.converged else (found, share, 0.5 * step)
+        if step < LEAST_RISE:
+            break
+    return None
 
 
 def _from_fewer(balance: HarmonicBalance, omega: float, level: float) -> Correction | None:
