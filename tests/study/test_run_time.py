@@ -1,11 +1,12 @@
 """How long a run will take, as `check` says it."""
 
 import pytest
+from each import each
 
 import stickslip as ss
 from stickslip.cli import main
 from stickslip.study import read
-from stickslip.study.run_time import _with_harmonics, estimated_seconds, stays_long
+from stickslip.study.run_time import _in_words, _with_harmonics, estimated_seconds, stays_long
 from stickslip.study.run_time import run_time as sentence
 from stickslip.study.templates import write_new
 
@@ -74,3 +75,21 @@ def test_a_population_says_how_long_it_takes_and_on_how_many_coordinates(tmp_pat
     large = read(study(tmp_path / "large", "mistuned_population", ("count = 20", "count = 1")))
     assert stays_long(large)
     assert large.plan.works[""].coordinates <= 24 * large.sweep.problem.structure.size
+
+
+@each(
+    ("seconds", "words"),
+    [
+        (3.0, "seconds"),
+        (60.0, "about a minute"),
+        (100.0, "about 2 minutes"),
+        (1100.0, "about 20 minutes"),
+        (1300.0, "about 20 minutes"),
+        (5300.0, "about 90 minutes"),
+        (6000.0, "about 2 hours"),
+        (1e5, "about 30 hours"),
+        (4e6, "about 50 days"),
+    ],
+)
+def test_estimates_that_differ_little_read_alike(seconds, words):
+    assert _in_words(seconds) == words

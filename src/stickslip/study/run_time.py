@@ -34,8 +34,10 @@ FEWEST, TRIED, LONGEST = 4, 15, 1.0
 AUTOMATIC = 7
 """Harmonics that stand for those which an analysis other than the forced response chooses during the run."""
 
-STEPS = ((10.0, "seconds"), (90.0, "about a minute"), (1200.0, "minutes"), (5400.0, "about an hour"), (40000.0, "hours"))
-"""CPU seconds up to which computing takes so long: what is estimated is right to a factor of five."""
+STEPS = ((10.0, "seconds"), (90.0, "about a minute"))
+"""CPU seconds up to which computing takes so long."""
+LONGER = ((5400.0, 60.0, "minutes"), (36.0 * 3600.0, 3600.0, "hours"), (float("inf"), 24.0 * 3600.0, "days"))
+"""CPU seconds up to which a time is given in this unit, s, with one digit: what is estimated is right to a factor of five."""
 
 MANY_SECONDS = 1200.0
 """CPU seconds from which on a remedy is given beside the estimate."""
@@ -68,7 +70,7 @@ def run_time(job: Job, seconds: float | None) -> str:
         return "The first run on this machine compiles for about a minute; a check after it estimates the time of a run."
     if seconds is None:
         return ""
-    words = next((words for limit, words in STEPS if seconds < limit), "days")
+    words = _in_words(seconds)
     if population is None:
         return f"Computing {counted(_curves(job), 'curve')} takes {words} of one core, by a rough estimate from a few points."
     whole = population.disk.sectors * population.disk.structure.size
@@ -76,6 +78,15 @@ def run_time(job: Job, seconds: float | None) -> str:
     cure = " Fewer contact points (`points`) and harmonics shorten it most." if seconds > MANY_SECONDS else ""
     what = f"{counted(population.count, 'mistuned disk')}{few}"
     return f"Computing {what} takes {words} of one core, by a rough estimate from a few points of the tuned disk.{cure}"
+
+
+def _in_words(seconds: float) -> str:
+    """A CPU time as a person would say it."""
+    for limit, words in STEPS:
+        if seconds < limit:
+            return words
+    size, unit = next((size, unit) for limit, size, unit in LONGER if seconds < limit)
+    return f"about {float(f'{seconds / size:.1g}'):g} {unit}"
 
 
 def _population(job: Job) -> PopulationWork | None:
