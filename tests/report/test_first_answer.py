@@ -52,6 +52,9 @@ def test_the_largest_estimate_is_shown_with_its_cause(dataset):
     found[ALL_NODES.variable] = ("case", "output"), np.array([[-0.05], [0.0], [np.nan]])
     sure = [row[3] for row in cells_of(peaks_at_a_glance("a", found))]
     assert sure == ["5.0\xa0%, contact points", "below 0.1\xa0%", "not estimated"]
+    found[ALL_NODES.variable][0] = np.nan  # the peak could not be solved with a contact at each node
+    sure = [row[3] for row in cells_of(peaks_at_a_glance("a", found))]
+    assert sure[0] == "2.0\xa0%, harmonics; that of contact points is unknown"
 
 
 def test_the_least_certain_curve_warns_first(dataset):

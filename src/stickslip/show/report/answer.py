@@ -34,6 +34,8 @@ SOURCES = {
     ALL_NODES.variable: "contact points",
 }
 """What can be too few for a peak, by the variable with its relative change by more of them."""
+FINER = (ALL_MODES.variable, ALL_NODES.variable)
+"""Those that are found by solving the peak once more, and unknown where that fails."""
 AGAINST = {"stuck": "Against stuck contacts", "free": "Against no contacts"}
 """Heads of the columns that compare with the linear responses."""
 PERCENT = re.compile(r"(\d[\d.]*) %")
@@ -176,4 +178,6 @@ def error_words(dataset: xr.Dataset, case: int, output: int) -> str:
     if not errors:
         return "not estimated"
     source = max(errors, key=lambda name: errors[name])
-    return f"{percent(errors[source])}, {source}" if errors[source] >= LEAST else f"below {percent(LEAST)}"
+    words = f"{percent(errors[source])}, {source}" if errors[source] >= LEAST else f"below {percent(LEAST)}"
+    unknown = [SOURCES[name] for name in FINER if name in dataset and SOURCES[name] not in errors]
+    return words + (f"; that of {' and '.join(unknown)} is unknown" if unknown else "")
