@@ -5,11 +5,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from meshed_waves import cyclic_frequencies
 from scipy.sparse import linalg
 
 from stickslip.model.rigs.blisk_sector import BliskSector, reduced_sector
 from stickslip.model.rigs.octopus_blisk import octopus_blisk
-from stickslip.model.structure.cyclic_reduction import cyclic_craig_bampton, cyclic_frequencies, rotation, sector_of
+from stickslip.model.structure.cyclic_reduction import cyclic_craig_bampton, rotation, sector_of
 from stickslip.model.structure.modes import natural_modes
 from stickslip.model.structure.solid import solid
 from stickslip.model.structure.spin import spinning

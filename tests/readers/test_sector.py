@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from meshed_waves import cyclic_frequencies
 from scipy import linalg, sparse
 
 import stickslip as ss
@@ -13,7 +14,7 @@ from stickslip.model.readers.sector import Faces, sector_of_model
 from stickslip.model.readers.sector_faces import _weights
 from stickslip.model.readers.spin_softening import prestress_note, spin_softening
 from stickslip.model.rigs.blisk_sector import BliskSector
-from stickslip.model.structure.cyclic_reduction import cyclic_frequencies, rotation
+from stickslip.model.structure.cyclic_reduction import rotation
 from stickslip.model.structure.reduced_waves import lowest_frequencies
 from stickslip.model.structure.rotation_axis import RotationAxis
 

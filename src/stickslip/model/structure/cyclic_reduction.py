@@ -15,7 +15,6 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 from scipy import linalg, sparse
-from scipy.sparse import linalg as sparse_linalg
 
 from stickslip.model.structure.craig_bampton import Reduction, craig_bampton, mode_names
 from stickslip.model.structure.cyclic import CyclicStructure, cyclic
@@ -186,17 +185,6 @@ def _condensed(
     T[kept:, kept:] = shapes * (np.abs(largest) / largest)
     mass, stiffness = (hermitian(T.conj().T @ A @ T) for A in (M, K))
     return mass, stiffness, first.transformation @ (joined @ T), squares
-
-
-def cyclic_frequencies(sector: Sector, nodal_diameter: int, number: int) -> Array:
-    """The lowest natural frequencies of a nodal diameter of the meshed disk, Hz, without reduction."""
-    M, K = sector.matrices(nodal_diameter)
-    options = {"SymmetricMode": True}
-    factor = sparse_linalg.splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
-    inverse = sparse_linalg.LinearOperator(K.shape, matvec=lambda load: factor.solve(load.astype(K.dtype)), dtype=K.dtype)
-    start = np.random.default_rng(1).standard_normal(K.shape[0]).astype(K.dtype)
-    squares = sparse_linalg.eigsh(K, number, M, sigma=0.0, OPinv=inverse, v0=start, return_eigenvectors=False)
-    return np.asarray(np.sqrt(np.sort(np.maximum(squares.real, 0.0))) / (2.0 * pi))
 
 
 def hermitian(matrix: Any) -> Any:
