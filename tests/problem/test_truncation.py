@@ -21,6 +21,7 @@ from stickslip.model.structure.matrices import Structure
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.linear_response import linear_amplitudes
 from stickslip.solve.balance.receptance import REAL_MODE
+from stickslip.solve.balance.without_contacts import WithoutContacts
 from stickslip.solve.continuation.all_modes import solved_on_all_modes
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.continuation.newton import correct, fixed
@@ -162,14 +163,31 @@ def test_coordinates_are_uncoupled_by_modal_damping(balances):
     assert all(np.all(balance.linear.modes.kind == REAL_MODE) for balance in balances)
 
 
-def test_linear_curves_by_coordinates_are_those_by_contact_rows(balances, monkeypatch):
-    frequencies = np.array([0.4, 0.9, 1.3]) / (2.0 * np.pi)
+def test_linear_curves_of_many_contact_rows_are_those_by_rows(balances, monkeypatch):
+    frequencies = np.linspace(0.4, 1.3, 450) / (2.0 * np.pi)
     for balance in balances:
         curves = []
-        for coordinates in (0, balance.rows):
-            monkeypatch.setattr(type(balance.problem.systems), "coordinates", coordinates)
+        for by_rows in (0, balance.rows):
+            monkeypatch.setattr("stickslip.solve.balance.linear_response.BY_ROWS", by_rows)
             curves.append(linear_amplitudes(balance, frequencies))
-        np.testing.assert_allclose(*curves, rtol=1e-9)
+        np.testing.assert_allclose(*curves, rtol=1e-8)
+
+
+def test_the_structure_without_contacts_is_solved_exactly_at_few_frequencies(balances, monkeypatch):
+    alone = WithoutContacts.of(balances[0])
+    solved, solve = [], WithoutContacts._at
+    monkeypatch.setattr(WithoutContacts, "_at", lambda self, omega: (solved.append(omega), solve(self, omega))[1])
+    omegas = np.linspace(0.4, 1.3, 450)
+    found = alone.outputs_at(omegas)
+    assert len(solved) < 20
+    np.testing.assert_allclose(found[::50], [alone.outputs @ solve(alone, omega) for omega in omegas[::50]], rtol=1e-8)
+
+
+def test_an_undamped_resonance_met_exactly_has_no_size():
+    one = np.eye(1)
+    alone = WithoutContacts(one, 0.0 * one, one, np.ones((1, 1)), one, None)
+    assert np.isnan(alone.outputs_at(np.array([1.0]))).all()
+    np.testing.assert_allclose(alone.outputs_at(np.array([0.5, 2.0])), [[4.0 / 3.0], [-1.0 / 3.0]], rtol=1e-12)
 
 
 def test_dashpots_and_rayleigh_damping_are_projected(whole):

@@ -14,7 +14,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.structure.stress import COMPONENTS, StressRecovery, critical_plane, joined, principal_size, von_mises
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
-from stickslip.solve.balance.linear_response import without_contacts
+from stickslip.solve.balance.without_contacts import WithoutContacts
 from stickslip.support.checks import Array, fault
 from stickslip.support.outcome import Outcome
 
@@ -122,13 +122,13 @@ def _without_contacts(
     if "linear_frequency" not in dataset or points.balance.periods > 1 or not points.problem.C.any():
         return largest, principal, where  # without damping the resonance has no height
     low, high = dataset["linear_frequency"].values[[0, -1]]
-    moved = without_contacts(points.balance)
+    alone = WithoutContacts.of(points.balance)
     problem = points.problem
     rows = recovery.at(problem.engine_order) if isinstance(problem, TunedDisk) else recovery.rows
     turns = np.exp(2j * np.pi * np.arange(TURNS) / TURNS)
     for hertz in dataset["natural_frequency_free"].values:
         if low <= hertz <= high:
-            stress = rows @ moved(2.0 * np.pi * hertz)[here]
+            stress = rows @ alone.motion(2.0 * np.pi * hertz)[here]
             over_time = (stress[:, None] * turns[:, None]).real
             size = von_mises(over_time).max(axis=1)
             larger = np.isfinite(size) & ~(size <= largest)
