@@ -12,7 +12,8 @@ mass = ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x",), "Mass
 frequencies, force = np.linspace(15.4, 17.6, 12), 1.5  # N
 upwards = ss.stepped_sine(mass, frequencies, force, dwell=15, steps_per_period=400)
 downwards = ss.stepped_sine(mass, frequencies[::-1], force, dwell=15, steps_per_period=400, start=upwards.end)
-steady = ss.forced_response(mass, frequencies.tolist(), force, harmonics=7).dataset["amplitude"].values[0, :, 0]
+upwards = upwards.with_response(ss.forced_response(mass, frequencies.tolist(), force, harmonics=7))
+steady = upwards.dataset["balance_amplitude"].values[:, 0]
 
 for k in range(0, frequencies.size, 3):
     up, down = (1e3 * float(sweep.dataset["amplitude"][j, 0]) for sweep, j in ((upwards, k), (downwards, -1 - k)))

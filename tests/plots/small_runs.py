@@ -67,6 +67,7 @@ LESS = {
     "response_samples": {"points": "3", "count": "3", "harmonics": "3", "samples": "64"},
     "sensitivity_indices": {"draws": "8", "harmonics": "1", "samples": "64", "kn": None, "preload": None, "slider_offset": None},
     "strip_damper": {"points": "2", "frequency": "[498.0, 502.0]", "force_levels": "[1.0]", "harmonics": "3", "samples": "64"},
+    "stepped_sine": {"count": "9", "dwell": "20", "steps_per_period": "100", "harmonics": "1", "samples": "64"},
     "steady_cycles": {"steps": "200", "count": "3"},
     "two_blades": {"points": "2", "frequency": "[395.0, 410.0]", "force_levels": "[1.0]", "harmonics": "1", "samples": "64"},
 }

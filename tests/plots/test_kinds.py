@@ -69,6 +69,12 @@ def decays(data):
     yield 1e6 * data["mode_amplitude"].values[0, :, 0], 100.0 * data["mode_damping_ratio"].values[0]
 
 
+def stepped_sines(data):
+    for key in ("amplitude", "balance_amplitude"):
+        yield data["frequency"].values, 1e6 * data[key].values[:, 0]
+    yield data["frequency"].values, data["distance"].values
+
+
 def performance(data):
     for case in range(2):
         yield data["force_ratio"].values, data["normalised_amplitude"].values[case]
@@ -160,6 +166,7 @@ SHOWN = {
     "response_identification": identified_responses,
     "response_prediction": predicted_responses,
     "free_decay": decays,
+    "stepped_sine": stepped_sines,
 }
 """Numbers that a curve, points or bars show, x and y in the units of the axes; None: places of bars, in any order."""
 
@@ -182,7 +189,7 @@ NUMBERS = (
         "damper after blade",
         "start variable",
     ),
-    *("damper mass", "platform angle", "friction coefficient μ"),
+    *("damper mass", "platform angle", "friction coefficient μ", "distance from the steady motion"),
 )
 """Axes without a unit that need none, and variables of a design, of which a study knows no unit."""
 WITHOUT_UNIT = re.compile(r"(relative to|over (tuned|pull|its)|samples in which|number of|^μ of|amplification|half its range)")

@@ -24,9 +24,9 @@ from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.time.march import no_history, state_at
 from stickslip.solve.time.methods import DEFAULT_METHOD, Method
-from stickslip.solve.time.model import time_model
+from stickslip.solve.time.model import refuse_waves, time_model
 from stickslip.solve.time.period import Loads, march_period, settle
-from stickslip.solve.time.start import TimeStart, from_rest
+from stickslip.solve.time.start import TimeStart, checked_start, from_rest
 from stickslip.support.checks import Array, InputError, fault, finite, of_kind, positive
 from stickslip.support.machine import one_blas_thread
 
@@ -94,6 +94,7 @@ class FreeDecayWork(Settings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        refuse_waves(self.problem)
         given = (self.start is not None, self.frequency is not None, self.displacement is not None or self.velocity is not None)
         if sum(given) > 1:
             raise InputError(
@@ -106,11 +107,7 @@ class FreeDecayWork(Settings):
         if not isinstance(self.method, Method):
             raise fault("method", "must be a GeneralisedAlpha or a Newmark", self.method)
         if self.start is not None:
-            sizes = [np.shape(values) for values in vars(of_kind("start", self.start, TimeStart)).values()]
-            wanted = [np.shape(values) for values in vars(from_rest(self.problem)).values()]
-            if sizes != wanted:
-                rule = f"must have motion, velocity and intercepts of shapes {wanted}"
-                raise fault("start", rule, sizes, "Take that of this problem.")
+            checked_start(self.problem, self.start)
         elif self.frequency is None:
             _at(self.problem, self.displacement or {}, self.velocity or {})
 

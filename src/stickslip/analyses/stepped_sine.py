@@ -5,20 +5,30 @@ What a laboratory records is then not the steady motion, but what is left after 
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import KW_ONLY, dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from stickslip.analyses.arguments import force_levels
+from stickslip.analyses.arguments import OfProblem
+from stickslip.analyses.forced_response import ForcedResponse
+from stickslip.analyses.settings import OfKind, Setting, Settings, Whole, takes
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.problem import Problem
+from stickslip.results.files import save
 from stickslip.results.result import Result
-from stickslip.solve.time.march import March, MarchOutcome, TimeCycle, march
+from stickslip.results.schema import stamped
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Report
+from stickslip.solve.time.march import March, MarchOutcome, march
 from stickslip.solve.time.methods import DEFAULT_METHOD, Method
-from stickslip.solve.time.start import TimeStart, from_rest
-from stickslip.support.checks import Array, InputError, between, fault, of_kind, positive
+from stickslip.solve.time.model import refuse_waves
+from stickslip.solve.time.start import TimeStart, checked_start, from_rest
+from stickslip.support.checks import InputError, fault, of_kind, positive
+from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band, followed
 
 if TYPE_CHECKING:
@@ -32,23 +42,96 @@ NEVER = 1e-30
 class SteppedSine(Result):
     """`dataset`, along `step`: frequency [Hz]; of the last period of each dwell amplitude [m] of the first harmonic and max_abs
     [m] (step, output), and distance (step,), the estimated relative distance from the steady motion. `end`: the state after the
-    last dwell, from which another test or a free decay may go on."""
+    last dwell, from which another test or a free decay may go on. Of a harmonic balance beside it (`with_response`):
+    balance_amplitude [m] (step, output)."""
 
     dataset: xr.Dataset
     problem: Problem
     end: TimeStart
 
+    def with_response(self, response: ForcedResponse) -> SteppedSine:
+        """A copy that holds the steady response by harmonic balance too, for its figure: that of the same problem, frequencies,
+        in their order, and force level. NaN where the balance has no solution."""
+        of_kind("response", response, ForcedResponse)
+        if response.problem.fingerprint != self.problem.fingerprint:
+            raise InputError("The response must be that of the problem that was marched, but is of another one.")
+        return replace(self, dataset=beside_balance(self.dataset, response.dataset))
 
-def stepped_sine(
-    problem: Problem,
-    frequencies: Sequence[float],
-    force: float = 1.0,
-    dwell: int = 20,
-    *,
-    start: TimeStart | None = None,
-    steps_per_period: int = 1000,
-    method: Method = DEFAULT_METHOD,
-) -> SteppedSine:
+    def save(self, path: str | Path) -> Path:
+        """Write the dataset as NetCDF."""
+        return save(stamped(self.dataset, "stepped_sine"), path)
+
+
+def _in_order(name: str, frequencies: Any) -> list[float]:
+    if isinstance(frequencies, Band):
+        remedy = f"Such as numpy.linspace({frequencies.start:g}, {frequencies.stop:g}, 20)."
+        raise fault("frequencies", "must be a list of frequencies in Hz, in the order of the test", frequencies, remedy)
+    return followed(frequencies)
+
+
+@dataclass(frozen=True, eq=False)
+class SteppedSineWork(Settings):
+    """A stepped sine as one case."""
+
+    problem: OfProblem
+    frequencies: Annotated[Sequence[float], Setting(_in_order)]
+    force: Annotated[float, Setting(positive, "force level, a factor on every harmonic force")] = 1.0
+    dwell: Annotated[int, Setting(Whole(2), "periods at each frequency; 1/ζ for a damping ratio ζ leave 2e-3 of a transient")] = (
+        20
+    )
+    _: KW_ONLY
+    start: Annotated[TimeStart | None, Setting(OfKind(TimeStart))] = None
+    steps_per_period: Annotated[int, Setting(Whole(8), "time steps of a period")] = 1000
+    method: Method = DEFAULT_METHOD
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_waves(self.problem)
+        _ = self._march
+        if self.start is not None:
+            checked_start(self.problem, self.start)
+
+    @property
+    def _march(self) -> March:
+        return March(self.steps_per_period, self.method, NEVER, self.dwell)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything that the stepped sine depends on."""
+        start = () if self.start is None else [values.tolist() for values in vars(self.start).values()]
+        return (f"stepped sine, {self.identity('start')}, start {start}",)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return ("stepped sine",)
+
+    def prepare(self) -> None:
+        """Nothing: there is one case, and this process computes it."""
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """Along the frequencies what is left of each dwell, and the state at the end."""
+        started, state = time.process_time(), from_rest(self.problem) if self.start is None else self.start
+        first, largest, distance = [], [], []
+        for k, frequency in enumerate(self.frequencies):
+            report(k / len(self.frequencies))
+            cycle = march(self.problem, 2.0 * np.pi * frequency, self.force, state, self._march)
+            if cycle.outcome in (MarchOutcome.STEP_FAILED, MarchOutcome.UNBOUNDED):
+                raise InputError(f"The dwell at {frequency:g} Hz must have a motion. {cycle.sentence}")
+            first.append(np.abs(harmonics_of(cycle.outputs, 1)[:, 1]))
+            largest.append(np.max(np.abs(cycle.outputs), axis=1))
+            distance.append(cycle.distance)
+            state = cycle.end
+        marched = {"amplitude": first, "max_abs": largest, "distance": distance, "cpu_seconds": time.process_time() - started}
+        return {name: np.array(values) for name, values in marched.items()} | vars(state)
+
+    def gathered(self, results: Sequence[Arrays]) -> SteppedSine:
+        """The stepped sine of the only case."""
+        end = TimeStart(**{each.name: results[0][each.name] for each in fields(TimeStart)})
+        return SteppedSine(_dataset(self, results[0]), self.problem, end)
+
+
+@takes(SteppedSineWork)
+def stepped_sine(work: SteppedSineWork) -> SteppedSine:
     """Integrate M q̈ + C q̇ + K q + Bᵀ f(B q) = p(t) over `dwell` periods at each of the frequencies, Hz, in their order,
     which may go up and down.
 
@@ -57,43 +140,46 @@ def stepped_sine(
     test: the contacts of a second sweep are then as the first one left them. A dwell of about 1/ζ periods, ζ the damping ratio,
     leaves 2e-3 of a transient. Raises `InputError` where a step has no solution or the motion grows without bound.
     """
-    of_kind("problem", problem, Problem)
-    if isinstance(frequencies, Band):
-        remedy = f"Such as numpy.linspace({frequencies.start:g}, {frequencies.stop:g}, 20)."
-        raise fault("frequencies", "must be a list of frequencies in Hz, in the order of the test", frequencies, remedy)
-    wanted, (level,) = followed(frequencies), force_levels([force])
-    settings = March(steps_per_period, method, NEVER, between("dwell", dwell, 2))
-    state = from_rest(problem) if start is None else of_kind("start", start, TimeStart)
-    sizes = [values.shape for values in vars(from_rest(problem)).values()]
-    if [np.shape(values) for values in vars(state).values()] != sizes:
-        raise fault(
-            "start", f"must have motion, velocity and intercepts of shapes {sizes}", "others", "Take that of this problem."
-        )
-    cycles: list[TimeCycle] = []
-    for frequency in wanted:
-        cycle = march(problem, 2.0 * np.pi * positive("A frequency", frequency), level, state, settings)
-        if cycle.outcome in (MarchOutcome.STEP_FAILED, MarchOutcome.UNBOUNDED):
-            raise InputError(f"The dwell at {frequency:g} Hz must have a motion. {cycle.sentence}")
-        cycles.append(cycle)
-        state = cycle.end
-    return SteppedSine(_dataset(problem, wanted, cycles, level, dwell), problem, state)
+    return work.gathered(all_cases(work))
 
 
-def _dataset(problem: Problem, frequencies: Sequence[float], cycles: Sequence[TimeCycle], level: float, dwell: int) -> xr.Dataset:
+def beside_balance(dataset: xr.Dataset, response: xr.Dataset) -> xr.Dataset:
+    """The dataset of a stepped sine with the amplitudes of a forced response at its frequencies and force level."""
+    order, level = dataset["frequency"].values, float(dataset.attrs["force_level"])
+    solved = response.isel(case=0)
+    converged = solved["outcome"].values == Outcome.CONVERGED
+    steady = np.full((order.size, response.sizes["output"]), np.nan)
+    if response.sizes["case"] != 1 or float(solved["force_level"]) != level:
+        raise InputError(f"The response must be at the one force level {level:g} of the stepped sine, but is at others.")
+    if converged.any():
+        if not np.array_equal(solved["frequency"].values, order):
+            raise InputError("The response must be at the frequencies of the stepped sine in their order, but is at others.")
+        steady[converged] = solved["amplitude"].values[converged]
+    words = "first harmonic of the steady response by harmonic balance", "how the harmonic balance ended"
+    about = [{"units": units, "long_name": meaning} for units, meaning in zip(("m", "1"), words, strict=True)]
+    added = {
+        "balance_amplitude": (("step", "output"), steady, about[0]),
+        "balance_message": ((), str(solved["case_message"].values), about[1]),
+    }
+    return dataset.assign(added)
+
+
+def _dataset(work: SteppedSineWork, arrays: Arrays) -> xr.Dataset:
     import xarray as xr
 
     def named(dims: tuple[str, ...], values: Any, units: str, words: str) -> tuple[Any, ...]:
         return dims, values, {"units": units, "long_name": words}
 
-    first: Array = np.array([np.abs(harmonics_of(cycle.outputs, 1)[:, 1]) for cycle in cycles])
-    largest = np.array([np.max(np.abs(cycle.outputs), axis=1) for cycle in cycles])
+    along = ("step", "output")
     data = {
-        "amplitude": named(("step", "output"), first, "m", "first harmonic of the last period of the dwell"),
-        "max_abs": named(("step", "output"), largest, "m", "largest absolute value in the last period of the dwell"),
-        "distance": named(("step",), [cycle.distance for cycle in cycles], "1", "estimated distance from the steady motion"),
+        "amplitude": named(along, arrays["amplitude"], "m", "first harmonic of the last period of the dwell"),
+        "max_abs": named(along, arrays["max_abs"], "m", "largest absolute value in the last period of the dwell"),
+        "distance": named(("step",), arrays["distance"], "1", "estimated distance from the steady motion"),
     }
     coords = {
-        "frequency": named(("step",), list(frequencies), "Hz", "frequency of the dwell"),
-        "output": named(("output",), list(problem.output_names), "1", "output"),
+        "frequency": named(("step",), work.frequencies, "Hz", "frequency of the dwell"),
+        "output": named(("output",), list(work.problem.output_names), "1", "output"),
     }
-    return xr.Dataset(data, coords, {"title": problem.heading, "force_level": level, "dwell": dwell})
+    attrs = {"title": work.problem.heading, "force_level": work.force, "dwell": work.dwell}
+    about = {"steps_per_period": work.steps_per_period, "method": repr(work.method), "cpu_seconds": float(arrays["cpu_seconds"])}
+    return xr.Dataset(data, coords, attrs | about)

@@ -86,8 +86,8 @@ class TimeModel:
         )
 
 
-def time_model(problem: Problem) -> TimeModel:
-    """Decompose a problem once; `step_matrices` then serves every step size."""
+def refuse_waves(problem: Problem) -> None:
+    """Refuse problems whose harmonics do not move one structure."""
     refuse_speed(problem, "Time integration")
     if not problem.systems.alike or problem.mean_springs:
         raise InputError(
@@ -95,6 +95,11 @@ def time_model(problem: Problem) -> TimeModel:
             "mean springs act on harmonic 0 alone, and aerodynamics of a disk on vibration alone. Integrate the full disk, "
             "`disk.full()`, without mean springs and aerodynamics."
         )
+
+
+def time_model(problem: Problem) -> TimeModel:
+    """Decompose a problem once; `step_matrices` then serves every step size."""
+    refuse_waves(problem)
     stiffness = problem.stuck_stiffness
     mass, shapes = linalg.eigh(problem.structure.M, stiffness)
     mass = np.where(mass > 1e-15 * mass.max(), mass, 0.0)

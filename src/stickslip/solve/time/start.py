@@ -15,7 +15,7 @@ from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.solve.balance.fourier import fourier
-from stickslip.support.checks import Array
+from stickslip.support.checks import Array, fault, of_kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +33,16 @@ def from_rest(problem: Problem) -> TimeStart:
     rest = contact_cycle(table, fourier(1, 6), np.zeros((table.rows, 3)), 0.0)
     nothing = np.zeros(problem.structure.size)
     return TimeStart(nothing, nothing.copy(), rest.intercept)
+
+
+def checked_start(problem: Problem, start: TimeStart) -> TimeStart:
+    """A start, refused unless its motion, velocity and intercepts have the sizes of a problem."""
+    states = of_kind("start", start, TimeStart), from_rest(problem)
+    sizes, wanted = ([np.shape(values) for values in vars(state).values()] for state in states)
+    if sizes != wanted:
+        rule = f"must have motion, velocity and intercepts of shapes {wanted}"
+        raise fault("start", rule, sizes, "Take that of this problem.")
+    return start
 
 
 def from_harmonics(balance: HarmonicBalance, forces: Array, omega: float, level: float) -> TimeStart:

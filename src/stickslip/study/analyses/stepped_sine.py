@@ -1,0 +1,91 @@
+"""Stepped sine in a study: the table [stepped_sine], over the frequencies of [sweep], and the harmonic balance beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from pydantic import Field
+
+from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.stepped_sine import SteppedSineWork, beside_balance
+from stickslip.runs.work import Arrays, Work
+from stickslip.study.analyses.forced_response import sweep_of
+from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.settings_table import check_of, table_of, values_of
+from stickslip.support.checks import counted, fault
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TABLE = "stepped_sine"
+
+COUNT = 41
+"""Frequencies of a band unless a study says how many."""
+
+STEADY = "steady"
+"""The work of the harmonic balance, by its name among those of the plan."""
+
+SteppedSineTable = table_of(
+    SteppedSineWork,
+    "A test that dwells at one frequency after the other, from rest, integrated in time.",
+    count=(
+        Annotated[int | None, Field(ge=2, le=100_000, description=f"frequencies of the band, equally spaced; default: {COUNT}")],
+        None,
+    ),
+    back=(Annotated[bool, Field(description="whether they go back to the first after the last")], False),
+    balance=(
+        Annotated[bool, Field(description="the steady response by harmonic balance is computed at the same frequencies")],
+        True,
+    ),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SteppedSinePlan(Plan):
+    """The dwells, and the steady response beside them."""
+
+    work: SteppedSineWork
+    steady: ForcedResponseWork | None
+
+    @classmethod
+    def of(cls, asked: Asked) -> SteppedSinePlan:
+        """The plan of a study."""
+        table, sweep = asked.tables[TABLE], sweep_of(asked)
+        count, back, balance = (getattr(table, key) for key in ("count", "back", "balance"))
+        if sweep.listed and count is not None:
+            raise fault(f"[{TABLE}]: count", "must go with a band, but [sweep] lists its frequencies (`at`)", count)
+        f = sweep.frequencies
+        forth = list(f) if sweep.listed else np.linspace(f[0], f[-1], COUNT if count is None else count).tolist()
+        order = forth + forth[-2::-1] if back else forth
+        work = SteppedSineWork(sweep.problem, order, **values_of(SteppedSineWork, table))
+        beside = replace(sweep, band=order, force=work.force)
+        return cls(work, ForcedResponseWork.of(beside) if balance else None)
+
+    @property
+    def summary(self) -> str:
+        periods = counted(self.work.dwell, "period")
+        beside = "" if self.steady is None else ", beside the harmonic balance"
+        return f"stepped sine of {periods} at each of {len(self.work.frequencies)} frequencies in time{beside}"
+
+    @property
+    def works(self) -> Mapping[str, Work]:
+        return {"": self.work, **({} if self.steady is None else {STEADY: self.steady})}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        marched = self.work.gathered(results[""]).dataset
+        return marched if self.steady is None else beside_balance(marched, self.steady.gathered(results[STEADY]).dataset)
+
+
+KINDS = {
+    TABLE: Kind(
+        SteppedSinePlan.of,
+        {TABLE: SteppedSineTable},
+        required=(TABLE,),
+        checks={TABLE: check_of(SteppedSineWork)},
+        repeats=True,
+        without=("force_levels", "peak_tolerance", "quantity", "measure"),
+    )
+}
