@@ -42,7 +42,7 @@ def test_one_of_several_structs_is_chosen(tmp_path):
     for said in (
         "The vectors of test.mat must be those of one response, of one length",
         "Signal_0.y_values.values (51), Signal_1.y_values.values (51), Signal_0.x_values (51)",
-        "(--column amplitude=FRF.H)",
+        "(--column 'amplitude=Signal_0.y_values.values')",
     ):
         assert said in str(raised.value)
     assert "hyst" not in str(raised.value)

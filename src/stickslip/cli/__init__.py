@@ -4,6 +4,7 @@ from stickslip.cli.app import app, main
 from stickslip.cli.compile_kernels import compile_kernels
 from stickslip.cli.contact_law import contact_law
 from stickslip.cli.contact_stiffness import contact_stiffness
+from stickslip.cli.decay import decay
 from stickslip.cli.explore import explore
 from stickslip.cli.identify_response import identify_response
 from stickslip.cli.models import info
@@ -22,6 +23,7 @@ COMMANDS = (
     explore,
     identify,
     contact_law,
+    decay,
     identify_response,
     predict,
     report,

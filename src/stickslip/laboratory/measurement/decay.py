@@ -17,9 +17,12 @@ from numpy.typing import ArrayLike
 from stickslip.analyses.arguments import output_of
 from stickslip.analyses.free_decay import beside_modes
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
-from stickslip.laboratory.measurement.number_table import NumberTable, named_column, text_table
+from stickslip.laboratory.measurement.matlab_columns import response_columns
+from stickslip.laboratory.measurement.number_table import NumberTable, matlab_arrays, named_column, text_table
 from stickslip.laboratory.measurement.records import UNITS
 from stickslip.laboratory.measurement.response_units import MOTIONS, known_unit, response_unit
+from stickslip.laboratory.measurement.universal_file import is_universal
+from stickslip.laboratory.measurement.universal_response import time_history
 from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.results.schema import stamped
@@ -129,9 +132,11 @@ def read_decay(
     quantity: str | None = None,
     **settings: Any,
 ) -> MeasuredDecay:
-    """A decay from a text file with a title for each column: "time [s], acceleration [m/s2]".
+    """A decay from a text file with a title for each column, "time [s], acceleration [m/s2]", from vectors or structs of a MATLAB
+    file (.mat), or from a time history of a universal file (58, 58b).
 
-    columns: {"time" or "signal": title or number (from 1) of the column} where titles are not understood. units: {the same names:
+    columns: {"time" or "signal": title or number (from 1) of the column} where titles are not understood; "signal" is the name or
+    number of a vector or function in the other files. units: {the same names:
     unit} where the file states none: s, and m, m/s or m/s² of the quantity, are assumed. quantity: as title or unit say unless
     given. Further arguments are those of `measured_decay`.
     """
@@ -145,8 +150,15 @@ def read_decay(
     for what, given in (("columns", columns), ("units", units)):
         for key in given:
             among(what, key, WORDS)
-    table = text_table(path, lambda title: any(title.lower() in words for words in WORDS.values()))
-    at = {key: _column(table, key, columns.get(key)) for key in WORDS}
+    if quantity is not None:
+        among("quantity", quantity, MOTIONS)
+    if is_universal(path):
+        table, columns = time_history(path, columns.get("signal"), quantity, units.pop("signal", None)), {}
+    elif path.suffix.lower() == ".mat":
+        table, columns = response_columns(path.name, matlab_arrays([path])[0], columns, "signal")
+    else:
+        table = text_table(path, lambda title: any(title.lower() in words for words in WORDS.values()))
+    at = _columns(table, columns)
     title = (table.titles[at["signal"]] if table.titles else "").lower()
     stated = units.get("signal") or table.units[at["signal"]] or ""
     unit = response_unit(stated) if stated else None
@@ -154,9 +166,11 @@ def read_decay(
         named = [motion for motion in MOTIONS if title and motion.startswith(title[:3]) and len(title) > 2]
         quantity = unit.kind if unit is not None and unit.kind in MOTIONS else named[0] if named else None
     if quantity is None:
-        remedy = 'Give it: quantity="acceleration".'
+        remedy = "Give it: quantity='acceleration' (--quantity acceleration)."
         raise fault(f"The quantity of {path.name}", "must be stated by title or unit", title or "none", remedy)
     factor = known_unit(f"The unit of the signal in {path.name}", stated, (quantity,)).factor if stated else 1.0
+    if unit is not None and unit.per_force:
+        raise fault(f"The unit of the signal in {path.name}", "must be of a motion by itself, not per force", stated)
     text = units.get("time") or table.units[at["time"]] or "s"
     if text not in UNITS or UNITS[text][0] != "s":
         raise fault(f"The unit of time in {path.name}", "must be one of s, ms, us, min", text)
@@ -172,17 +186,28 @@ def _ends(band: tuple[float, float] | Band) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _column(table: NumberTable, key: str, which: str | int | None) -> int:
-    """The number of the column of the time or of the signal: as given, by its title, or the first and the second of two."""
-    if which is not None:
-        return named_column(table, key, which)
-    found = [k for k, title in enumerate(table.titles or ()) if title.strip().lower() in WORDS[key]]
-    if len(found) == 1:
-        return found[0]
-    if not found and table.numbers.shape[1] == 2:
-        return 0 if key == "time" else 1
-    titles = ", ".join(table.titles or ()) or "none"
-    raise fault(f"The column of the {key} in {table.name}", "must be known", titles, f'Give it: columns={{"{key}": 2}}.')
+def _columns(table: NumberTable, chosen: Mapping[str, str | int]) -> dict[str, int]:
+    """The numbers of the columns of time and signal: as chosen, by their titles, or the first and the second of two."""
+    found: dict[str, int] = {}
+    titles = [title.strip().lower() for title in table.titles or ()]
+    for key, words in WORDS.items():
+        fitting = [k for k, title in enumerate(titles) if title in words]
+        if key in chosen:
+            found[key] = named_column(table, key, chosen[key])
+        elif len(fitting) == 1:
+            found[key] = fitting[0]
+    if len(found) < 2 and table.numbers.shape[1] == 2:
+        found = {"time": 1 - found["signal"] if "signal" in found else 0} | found
+        found = {"signal": 1 - found["time"]} | found
+    for key in WORDS:
+        if key not in found:
+            remedy = f"Give it: columns={{'{key}': 2}} (--column {key}=2)."
+            raise fault(
+                f"The column of the {key} in {table.name}", "must be known", ", ".join(table.titles or ()) or "none", remedy
+            )
+    if found["time"] == found["signal"]:
+        raise fault(f"Time and signal in {table.name}", "must be two columns", found["time"] + 1)
+    return found
 
 
 def _step(t: Array) -> float:

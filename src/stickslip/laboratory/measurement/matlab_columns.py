@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.laboratory.measurement.number_table import NumberTable, bare, stated_unit
+from stickslip.laboratory.measurement.records import UNITS
 from stickslip.laboratory.measurement.response_units import response_unit
 from stickslip.support.checks import fault, first_of, nearest
 
@@ -16,17 +17,18 @@ FEWEST = 3
 LISTED = 12
 """Vectors that a message lists."""
 COLUMN = "(:,"
+TIMES = tuple(unit for unit, (kind, _) in UNITS.items() if kind == "s")
 AXIS = ("start_value", "increment", "number_of_values")
 """Fields of a struct that stands for evenly spaced values."""
 
 
 def response_columns(
-    name: str, arrays: Mapping[str, Any], named: Mapping[str, str | int]
+    name: str, arrays: Mapping[str, Any], named: Mapping[str, str | int], what: str = "amplitude"
 ) -> tuple[NumberTable, dict[str, str | int]]:
     """The table of the vectors of one length in one struct, or beside all structs, and `named` with the titles in it.
 
-    arrays: those of the file by name, "FRF.f". named: vectors by what they hold; that of the amplitude may be given by its struct
-    alone. A complex vector becomes two columns, real and imaginary part.
+    arrays: those of the file by name, "FRF.f". named: vectors by what they hold; one may be given by its struct alone.
+    what: of these names the one that a message asks for. A complex vector becomes two columns, real and imaginary part.
     """
     vectors = dict(_vectors(arrays))
     chosen = {
@@ -45,7 +47,8 @@ def response_columns(
         several = [keys for keys in groups.values() if len(keys) > 1]
         if len(several) != 1:
             shown = first_of([f"{key} ({values.size})" for key, values in vectors.items()], LISTED) or "no vectors of numbers"
-            remedy = "Say which is the response, such as columns={'amplitude': 'FRF.H'} (--column amplitude=FRF.H)."
+            example = next(iter(vectors), "FRF.H")
+            remedy = f"Say which it is, such as columns={{'{what}': '{example}'}} (--column '{what}={example}')."
             raise fault(f"The vectors of {name}", "must be those of one response, of one length", shown, remedy)
         used = several[0]
     columns: dict[str, tuple[Any, str | None]] = {}
@@ -97,8 +100,10 @@ def _meant(name: str, vectors: Mapping[str, Any], which: str) -> str:
 def _title(key: str, arrays: Mapping[str, Any]) -> str:
     """What a vector is called: without its struct, unless the rest says nothing; evenly spaced frequencies by their unit."""
     if f"{key}.{AXIS[0]}" in arrays:
-        unit = response_unit(_label(key, arrays))
-        return "frequency" if unit is not None and unit.kind == "frequency" else key
+        label = _label(key, arrays)
+        unit = response_unit(label)
+        kind = "frequency" if unit is not None and unit.kind == "frequency" else "time" if label in TIMES else ""
+        return kind or key
     whole, _, column = key.removesuffix(")").partition(COLUMN)
     struct, _, rest = whole.partition(".")
     return f"{bare(rest if rest and not rest.endswith('values') else f'{struct} {rest}'.strip())} {column}".strip()
@@ -109,7 +114,8 @@ def _unit(key: str, arrays: Mapping[str, Any]) -> str | None:
     owner = key if f"{key}.{AXIS[0]}" in arrays else key.rpartition(".")[0]
     label = _label(owner, arrays)
     factor = np.ravel(arrays.get(f"{owner}.quantity.unit_transformation.factor", (1.0,)))
-    return label if response_unit(label) is not None and np.all(factor == 1.0) else stated_unit(key.partition(COLUMN)[0])
+    known = response_unit(label) is not None or label in TIMES
+    return label if known and np.all(factor == 1.0) else stated_unit(key.partition(COLUMN)[0])
 
 
 def _label(owner: str, arrays: Mapping[str, Any]) -> str:

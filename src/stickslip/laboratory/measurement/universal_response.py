@@ -24,7 +24,7 @@ from stickslip.support.checks import LARGEST, Array, fault, nearest
 BY_FUNCTION = "function"
 """Value of `by` that takes each function for a test."""
 
-GENERAL, RESPONSE, SPECTRUM = 0, 4, 12
+GENERAL, HISTORY, RESPONSE, SPECTRUM = 0, 1, 4, 12
 KINDS = (
     "a function of unknown type",
     "a time history",
@@ -44,7 +44,7 @@ KINDS = (
 
 MOTION = {8: "displacement", 11: "velocity", 12: "acceleration"}
 FORCE = (9, 13)
-FREQUENCY = 18
+TIME, FREQUENCY = 17, 18
 UNSTATED = (0, 1)
 """Specific data types."""
 
@@ -113,6 +113,36 @@ def universal_tables(wanted: Wanted, each: bool) -> list[tuple[str, NumberTable]
         (one.name if len(fitting) == 1 else f"{one.name} ({one.number})", _table(file, one, wanted, (k, len(fitting))))
         for k, one in enumerate(fitting)
     ]
+
+
+def time_history(path: Path, which: str | int | None, quantity: str | None, unit: str | None) -> NumberTable:
+    """The columns time and motion of the time history that is meant, the motion in SI where its unit is stated.
+
+    which: name or number of the function, where several are histories of motion; quantity, unit: where the file states none.
+    """
+    file, wanted = read_universal(path), Wanted(path, which, None, quantity, {"amplitude": unit or ""}, True)
+    named = [*file.functions] if which is None else _named(file, "signal", which)
+    fitting = [
+        one
+        for one in named
+        if one.kind in (GENERAL, HISTORY)
+        and (one.abscissa.kind == TIME or (one.kind == HISTORY and one.abscissa.kind in UNSTATED))
+        and _motion(one, wanted) in MOTIONS
+        and not np.iscomplexobj(one.y)
+    ]
+    if len(fitting) != 1:
+        number = fitting[0].number if fitting else 1
+        remedy = f"Say which: columns={{'signal': {number}}} (--column signal={number})." if fitting else ""
+        if not fitting and which is None and quantity is None:
+            remedy = (
+                "Give the quantity where the file does not say it, such as quantity='acceleration' (--quantity acceleration)."
+            )
+        shown = _listed(file, fitting or named) or "no functions"
+        raise fault(f"The time histories of motion in {file.name}", "must be one", shown, remedy)
+    (one,), motion = fitting, str(_motion(fitting[0], wanted))
+    factor, stated = _factor(file, one.ordinate, motion, unit, one.units, [])
+    units = one.abscissa.unit or "s", SI[motion] if stated else None
+    return NumberTable(file.name, np.column_stack([one.x, factor * one.y]), ("time", motion), units, file.notes)
 
 
 def _fitting(file: UniversalFile, wanted: Wanted) -> list[UniversalFunction]:

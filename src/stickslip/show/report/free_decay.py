@@ -18,8 +18,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+ANSWER = "frequency and damping over the amplitude"
+
+ROWS = 9
+"""Windows of a measured decay in its first table."""
+
+
 def sentences(dataset: xr.Dataset) -> list[str]:
-    """Of each output the first and the last half cycle and the most damping, and how far the nonlinear modes are from them."""
+    """Of each output the first and the last half cycle and the most damping."""
     lines = []
     for k, name in enumerate(dataset["output"].values):
         amplitude, frequency, damping = (dataset[key].values[k] for key in ("amplitude", "frequency", "damping_ratio"))
@@ -58,23 +64,52 @@ def figures(dataset: xr.Dataset) -> Figures:
 
 
 def measured_sentences(dataset: xr.Dataset) -> list[str]:
-    """The first and the last window and the most damping, with standard errors."""
+    """The first and the last window and the most damping, with standard errors, and how far the nonlinear modes are from all."""
     amplitude, frequency, ratio = (dataset[key].values for key in ("amplitude", "frequency", "damping_ratio"))
     errors = [dataset[f"{key}_error"].values for key in ("frequency", "damping_ratio")]
-    return [
+    lines = [
         f"{words}: {length_text(float(amplitude[k]), dataset)}, {hertz(frequency[k])} Hz (standard error {errors[0][k]:.2g} Hz), "
         f"damping {percent(ratio[k])} (standard error {100.0 * errors[1][k]:.2g} %)"
         for words, k in (("first window", 0), ("most damping", int(np.argmax(ratio))), ("last window", -1))
     ]
+    for mode in range(dataset.sizes.get("mode", 0)):
+        x = dataset["mode_amplitude"].values[mode, :, 0]
+        known = np.isfinite(x)
+        order = np.argsort(x[known])
+        along = x[known][order]
+        inside = (amplitude >= along.min(initial=np.inf)) & (amplitude <= along.max(initial=0.0))
+        if not inside.any():
+            continue
+        at = [
+            np.interp(amplitude[inside], along, dataset[key].values[mode][known][order])
+            for key in ("mode_frequency", "mode_damping_ratio")
+        ]
+        apart = at[0] / frequency[inside] - 1.0, 100.0 * (at[1] - ratio[inside])
+        lines.append(
+            f"nonlinear mode {int(dataset['mode'].values[mode])} at the same amplitudes: frequency "
+            f"{100.0 * apart[0].min():+.2g} to {100.0 * apart[0].max():+.2g} % from the measured one, damping ratio "
+            f"{apart[1].min():+.2g} to {apart[1].max():+.2g} percentage points"
+        )
+    return lines
 
 
 def measured_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """All windows."""
+    """Windows at amplitudes in equal ratios, and all windows."""
     import pandas as pd
 
     keys = [str(key) for key, variable in dataset.data_vars.items() if variable.dims == ("window",)]
     columns = {f"{key.replace('_', ' ')} [{dataset[key].attrs['units']}]": dataset[key].values for key in keys}
-    return {"windows": pd.DataFrame(columns)}
+    size, windows = np.log(dataset["amplitude"].values), pd.DataFrame(columns)
+    shown = np.unique([int(np.argmin(np.abs(size - at))) for at in np.linspace(size.max(), size.min(), ROWS)])
+    titles = {
+        "amplitude [m]": "amplitude [m]",
+        "frequency [Hz]": "frequency [Hz]",
+        "frequency error [Hz]": "standard error [Hz]",
+    }
+    answer = windows[list(titles)].rename(columns=titles)
+    for key, title in (("damping_ratio", "damping ratio [%]"), ("damping_ratio_error", "standard error [%]")):
+        answer[title] = 100.0 * dataset[key].values
+    return {ANSWER: answer.iloc[shown].reset_index(drop=True), "windows": windows}
 
 
 def measured_figures(dataset: xr.Dataset) -> Figures:
@@ -83,6 +118,6 @@ def measured_figures(dataset: xr.Dataset) -> Figures:
 
 
 MEASURED = presents(
-    "measured_decay", Presentation("Measured decay", measured_sentences, failures, measured_figures, measured_tables)
+    "measured_decay", Presentation("Measured decay", measured_sentences, failures, measured_figures, measured_tables, ANSWER)
 )
 PRESENTATION = presents("free_decay", Presentation("Free decay", sentences, failures, figures, tables))
