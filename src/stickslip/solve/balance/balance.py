@@ -172,7 +172,7 @@ class Factors:
     def solve_many(self, right: Array) -> Array:
         """Solutions (k, rows) for several right-hand sides (k, rows)."""
         solutions = np.array(right, order="C")
-        newton_parts.solve(self.system, self.bordered, solutions)
+        newton_parts.solve_called(self.system, self.bordered, solutions)
         return solutions
 
     def solve_transposed(self, right: Array) -> Array:
@@ -294,7 +294,7 @@ class HarmonicBalance:
 
     def evaluate(self, point: Point) -> Evaluation:
         """Motion, residual and derivatives at a point."""
-        state = newton_parts.evaluate(
+        state = newton_parts.evaluate_called(
             self.placed_system, np.ascontiguousarray(point.forces), float(point.omega), float(point.level)
         )
         return Evaluation(point, self.table, state)
@@ -316,13 +316,13 @@ class HarmonicBalance:
         """The bordered Newton matrix of an evaluation, factorised once."""
         point = evaluation.point
         state = self._derived(evaluation)
-        bordered = newton_parts.factorise(self.placed_system, state, point.omega, point.level, condition.border)
+        bordered = newton_parts.factorise_called(self.placed_system, state, point.omega, point.level, condition.border)
         return Factors(bordered, self.system)
 
     def newton_step(self, evaluation: Evaluation, condition: PathCondition, factors: Factors) -> tuple[Array, float]:
         """Newton's change of λ (rows, 2H+1) and of the parameter."""
         point, short = evaluation.point, condition.gap(evaluation)
-        return newton_parts.newton_step(
+        return newton_parts.newton_step_called(
             self.placed_system, self._derived(evaluation), point.omega, point.level, condition.border, short, factors.bordered
         )[:2]
 
@@ -330,7 +330,7 @@ class HarmonicBalance:
         """Direction along the curve, the path condition growing at rate one."""
         point, by_level = evaluation.point, parameter == "level"
         state = self._derived(evaluation)
-        return newton_parts.tangent(self.placed_system, state, point.omega, point.level, by_level, factors.bordered)
+        return newton_parts.tangent_called(self.placed_system, state, point.omega, point.level, by_level, factors.bordered)
 
     def pushed(self, evaluation: Evaluation, offsets: Index, dw: Array) -> Array:
         """E dw on the unknowns (N,): what a change of motion (rows, 2H+1) does to λ̂ there."""

@@ -15,7 +15,7 @@ system is
 Rows that stay stuck have E = 0: there δλ = −R, and only the rows that move remain to be factorised. If the force level is unknown
 as well, because an amplitude is held, a second row and column of the same kind stand beside p.
 
-The parts, in the order of an iteration (compiled in `harmonic.iteration`, for nonlinear modes in `harmonic.mode_iteration`):
+The parts, in the order of an iteration (compiled in `balance.iteration`, for nonlinear modes in `balance.mode_iteration`):
 
 * `evaluate`: w, λ̂, R and E at a point; the size of R relative to the contact forces or to the load is the error;
 * `gap`: g, in arc length;
@@ -38,7 +38,7 @@ from numba import float64, int64, typeof
 from stickslip.solve.balance.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
 from stickslip.solve.balance.iteration import gap, missed_amplitude, no_factors
 from stickslip.solve.balance.mode_iteration import empty_mode_system
-from stickslip.solve.balance.newton_parts import AnySystem, evaluate, factorise, newton_step, tangent
+from stickslip.solve.balance.newton_parts import AnySystem, evaluate, factorise, kind_of, newton_step, tangent
 from stickslip.solve.balance.system import (
     BORDER,
     BORDERED,
@@ -48,7 +48,6 @@ from stickslip.solve.balance.system import (
     Bordered,
     Direction,
     State,
-    System,
     empty_system,
 )
 from stickslip.support.checks import Array
@@ -229,7 +228,7 @@ def newton(
 
 def compile_newton(system: AnySystem) -> None:
     """Compile `newton` for a kind of system, or take it from disk."""
-    compiled(newton, number=0 if isinstance(system, System) else 1)
+    compiled(newton, number=kind_of(system))
 
 
 @kernel

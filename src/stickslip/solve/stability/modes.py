@@ -33,7 +33,7 @@ class BlockModes(NamedTuple):
 
 
 def block_modes(states: States, rows: int, highest: float) -> BlockModes | None:
-    """Blocks of the states of a real structure (`harmonic.decoupling`) with natural frequencies up to `highest` [rad/s].
+    """Blocks of the states of a real structure (`balance.decoupling`) with natural frequencies up to `highest` [rad/s].
 
     None for states that drive each other: two critically damped motions of one frequency.
     """

@@ -86,20 +86,30 @@ def separate(*signatures: Callable[[], Any]) -> Callable[[_Function], _Function]
 
     def decorated(function: _Function) -> _Function:
         made = [_Separate(function, signature, number) for number, signature in enumerate(signatures)]
-
-        def call(context: Any, *arguments: Any) -> tuple[Any, Callable[..., Any]]:
-            given = tuple(types.unliteral(each) for each in arguments)
-            for each in made:
-                wanted = each.signature()
-                if given == wanted.args:
-                    return wanted, each.code
-            raise numba.TypingError(f"{made[0].name} takes {wanted.args}, but is called with {arguments}.")
-
-        found = _intrinsic(call, made[0].name, function)
-        _SEPARATE[found] = made
-        return found  # type: ignore[no-any-return]
+        return _called_by_types(made)  # type: ignore[no-any-return]
 
     return decorated
+
+
+def by_types(*kernels: Callable[..., Any]) -> Any:
+    """Of several separate kernels the one whose types a call has; their numbers for `compiled` are those of this order."""
+    return _called_by_types([each for kernel in kernels for each in _SEPARATE[kernel]])
+
+
+def _called_by_types(made: list[_Separate]) -> Any:
+    """What stands for some kernels in those that call them."""
+
+    def call(context: Any, *arguments: Any) -> tuple[Any, Callable[..., Any]]:
+        given = tuple(types.unliteral(each) for each in arguments)
+        for each in made:
+            wanted = each.signature()
+            if given == wanted.args:
+                return wanted, each.code
+        raise numba.TypingError(f"{made[0].name} takes {made[0].signature().args}, but is called with {arguments}.")
+
+    found = _intrinsic(call, made[0].name, made[0].function)
+    _SEPARATE[found] = made
+    return found
 
 
 def _intrinsic(call: Callable[..., Any], name: str, function: Callable[..., Any]) -> Any:

@@ -23,7 +23,7 @@ FOLDERS = (
 _TAKES_PART = re.compile(r"^@(kernel|inner|inlined|separate|numbered|overload)\b|\(NamedTuple\)", re.MULTILINE)
 """In a file with kernels, or with named tuples, which are the types that kernels take."""
 
-_SEPARATE = re.compile(r"^@(?:separate|numbered)\([^)]*\)\ndef (\w+)", re.MULTILINE)
+_SEPARATE = re.compile(r"^@(?:separate|numbered)\(.*\)\ndef (\w+)", re.MULTILINE)
 _PLAIN = re.compile(r"(?<=\n\n)def (\w+)")
 _OVERLOADED = re.compile(r"^@overload\((\w+)", re.MULTILINE)
 _IMPORT = re.compile(r"^ *from (stickslip[\w.]*) import (\([^)]*\)|[^\n(]*)", re.MULTILINE)
