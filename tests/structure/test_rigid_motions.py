@@ -185,6 +185,7 @@ def test_slow_modes_are_elastic_in_any_unit():
     problem = ss.Problem(structure, (contact,), (ss.Force("a.x", 1.0),), ("a.x",))
     diagram = ss.campbell({0.0: problem, 100.0: problem}, speed=(1.0, 100.0), engine_orders=(1,), points=2)
     assert float(diagram.dataset.frequency.sel(state="free").min()) == pytest.approx(0.01)
+    assert "crossing_speed [rev/min]" in str(diagram)
 
 
 def test_energy_alone_tells_a_soft_spring_from_none():

@@ -136,7 +136,10 @@ def test_a_sample_that_fails_is_marked_and_the_rest_goes_on(tmp_path):
     dataset = open_results(save(stamped(found), tmp_path / "results.nc"))
     report = presentation_of(dataset)
     assert "failed, the first is" in report.failures(dataset)[0]
-    assert len(report.tables(dataset)["samples"]) == 4
+    samples = report.tables(dataset)["samples"]
+    assert len(samples) == 4
+    assert np.array_equal(samples["worst blade"].isna(), failed)
+    assert samples["busiest damper"].isna()[failed].all()
     assert all(draw(dataset).plot().axes for draw in report.figures(dataset).values())
 
 

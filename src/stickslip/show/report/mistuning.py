@@ -118,8 +118,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         {
             "sample": range(1, dataset.sizes["sample"] + 1),
             "amplification": dataset["amplification"].values,
-            "worst blade": dataset["worst_blade"].values,
-            "busiest damper": dataset["busiest_damper"].values,
+            "worst blade": _known(dataset["worst_blade"]),
+            "busiest damper": _known(dataset["busiest_damper"]),
             f"largest amplitude [{units}]": dataset["blade_peak"].max("blade").values,
             "dampers missing": dataset["damper_missing"].sum("blade").values,
         }
@@ -140,6 +140,14 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         columns |= {name.replace("_", " "): top[name] for name in map(str, top) if name.endswith("_deviation")}
         frames["blades of the worst sample"] = pd.DataFrame({name: each.values for name, each in columns.items()})
     return frames
+
+
+def _known(numbers: xr.DataArray) -> pd.Series:
+    """Numbers of sectors; nothing in place of 0, where a sample failed or no damper slips."""
+    import pandas as pd
+
+    found = pd.Series(numbers.values).astype("Int64")
+    return found.where(found > 0)
 
 
 def figures(dataset: xr.Dataset) -> Figures:

@@ -20,7 +20,8 @@ MOST_FAILURES = 5
 
 @SENTENCES.of("Result")
 def summary(result: Result) -> list[str]:
-    """The title, what came out in sentences, and what failed; where the analysis has no report, what the result holds."""
+    """The title, what came out in sentences, and what failed; where the analysis has no report, its table or what it
+    holds."""
     dataset: xr.Dataset | None = getattr(result, "dataset", None)
     analysis = analysis_named(type(result).__name__)
     if dataset is None or analysis not in presentations():
@@ -28,7 +29,12 @@ def summary(result: Result) -> list[str]:
         if dataset is None:
             return [head]
         variables = (f"{name} ({', '.join(map(str, variable.dims))})" for name, variable in dataset.data_vars.items())
-        return [head, *filter(None, (f"dataset: {', '.join(variables)}", str(dataset.attrs.get("message", ""))))]
+        held = f"dataset: {', '.join(variables)}"
+        if hasattr(result, "table"):
+            units = {name: variable.attrs.get("units", "1") for name, variable in dataset.variables.items()}
+            named = result.table().rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "1"})
+            held = named.to_string(index=False, na_rep="", float_format="{:.6g}".format)
+        return [head, *filter(None, (held, str(dataset.attrs.get("message", ""))))]
     presentation = presentations()[analysis]
     sentences = list(presentation.sentences(dataset))
     failures = [failure for failure in presentation.failures(dataset) if failure not in sentences]
