@@ -15,7 +15,7 @@ blade = ss.Problem(structure, (damper,), (ss.Force("tip.y", 1.0),), ("tip.y",), 
 
 decay = ss.free_decay(blade, duration=0.15, velocity={"tip.y": 0.5}, steps=30_000)  # m/s
 half = decay.dataset.isel(output=0)
-for k in (0, 8, 16, 20, 24):
+for k in (1, 8, 16, 20, 24):
     amplitude, damping = 1e6 * half.amplitude[k], 100.0 * half.damping_ratio[k]
     print(f"{amplitude:6.1f} µm: {half.frequency[k]:6.1f} Hz, damping ratio {damping:.2f} %")
 

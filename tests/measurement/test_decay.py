@@ -56,6 +56,33 @@ def test_rigid_friction_damps_by_its_closed_form():
     np.testing.assert_allclose(np.diff(far["amplitude"].values), -2.0 * loss, rtol=0.06)
 
 
+def test_a_decay_ends_where_friction_stops_the_motion():
+    """The same down to the stop, where nothing but a part of a cycle is left in a window; 1e-7 m of noise."""
+    loss, start, omega = 2e-6, 1e-4, 100.0  # F/k, m; rad/s
+    time = np.arange(0.0, 3.0, 1e-3)
+    half = np.minimum(np.floor(time * omega / np.pi), np.floor(0.5 * (start - loss) / loss))
+    left = start - loss - 2.0 * loss * half
+    turning = np.where(left > 0.0, np.cos(np.minimum(time * omega, np.pi * (half + 1.0)) - np.pi * half), 0.0)
+    signal = (-1.0) ** half * (loss + left * turning)
+    for noise in (0.0, 1e-7):
+        data = ss.measured_decay(time, signal + noise * np.random.default_rng(0).normal(size=time.size)).dataset
+        amplitude = data["amplitude"].values
+        apart = data["damping_ratio"].values / (2.0 * loss / (np.pi * amplitude)) - 1.0
+        assert amplitude[-1] < 8.0 * loss
+        assert np.abs(apart[amplitude > 10.0 * loss]).max() < 0.02
+        assert np.abs(apart).max() < 0.1
+        assert data["damping_ratio_error"].values.min() > 1e-6
+
+
+@pytest.mark.parametrize(("other", "share"), [(30.0, 0.1), (45.0, 0.5)])
+def test_a_second_mode_makes_errors_larger(other, share):
+    time = np.arange(0.0, 6.0, 1.0 / 500.0)
+    one, two = (np.exp(-0.01 * w * time) * np.cos(w * time) for w in 2.0 * np.pi * np.array([20.0, other]))
+    data = ss.measured_decay(time, one + share * two).dataset
+    apart = np.abs(data["damping_ratio"] - 0.01 / np.sqrt(1.0 + 0.01**2))
+    assert float((apart < 2.0 * data["damping_ratio_error"]).mean()) > 0.7
+
+
 def test_a_decay_in_a_file_is_that_of_its_structure(tmp_path):
     """A computed decay of a mass on a slider, written as mm and ms with noise: frequency and damping of its half cycles."""
     structure = ss.Structure(np.eye(1), 1e4 * np.eye(1), ("1.x",), C=np.array([[0.2]]))

@@ -50,7 +50,9 @@ class FreeDecay(Result):
 
     For each output and each half cycle from one turning point to the next (output, half_cycle), NaN after the last:
     turning_time [s] and turning_point [m] at its beginning; amplitude [m], half the distance to the next; frequency [Hz],
-    1/(2 Δt); damping_ratio ζ from the logarithmic decrement of two successive amplitudes, δ = ln(a_k/a_{k+1}) = πζ/√(1 − ζ²).
+    1/(2 Δt); damping_ratio ζ from the logarithmic decrement δ = ln(A_k/A_{k+1}) = πζ/√(1 − ζ²) of the amplitudes at its two ends,
+    A_k = (a_{k−1} + a_k)/2, exact for viscous damping and for rigid friction; NaN of the first and the last, which have one
+    neighbour.
     Of nonlinear modes beside it (`with_modes`): mode_amplitude [m] (mode, output, mode_point), mode_frequency [Hz] and
     mode_damping_ratio (mode, mode_point).
     """
@@ -234,9 +236,13 @@ def turning_points(time: Array, signal: Array) -> tuple[Array, Array]:
 
 
 def half_cycles(times: Array, values: Array) -> tuple[Array, Array, Array]:
-    """Amplitude, frequency [Hz] and damping ratio of the half cycles between turning points; the last has no damping ratio."""
+    """Amplitude, frequency [Hz] and damping ratio of the half cycles between turning points; the first and the last have no
+    damping ratio."""
     amplitude = 0.5 * np.abs(np.diff(values))
-    decrement = np.append(np.log(amplitude[:-1] / amplitude[1:]), np.nan)[: amplitude.size]
+    decrement = np.full(amplitude.size, np.nan)
+    if amplitude.size > 2:
+        ends = 0.5 * (amplitude[:-1] + amplitude[1:])
+        decrement[1:-1] = np.log(ends[:-1] / ends[1:])
     return amplitude, 0.5 / np.diff(times), decrement / np.sqrt(np.pi**2 + decrement**2)
 
 
@@ -268,7 +274,7 @@ def _dataset(work: FreeDecayWork, arrays: Arrays) -> xr.Dataset:
         "turning_point": (half, table[1], "m", "displacement at the turning point"),
         "amplitude": (half, table[2], "m", "half the distance to the next turning point"),
         "frequency": (half, table[3], "Hz", "frequency of the half cycle"),
-        "damping_ratio": (half, table[4], "1", "damping ratio by the logarithmic decrement to the next half cycle"),
+        "damping_ratio": (half, table[4], "1", "damping ratio of the half cycle by the logarithmic decrement"),
     }
     return xr.Dataset(
         {

@@ -1,7 +1,11 @@
 """Measured decays: amplitude, frequency and damping ratio along a ring-down test, each with its standard error.
 
-A damped sine is fitted to one window after the other, x(t) = m + exp(−δ t) (a cos ω t + b sin ω t), by Gauss and Newton; what it
-leaves, noise and change within the window, makes the errors.
+A damped sine is fitted to one window after the other, by Gauss and Newton,
+
+    x(s) = m + exp(−δ s − κ s²) (a cos(ω s + ν s²) + b sin(ω s + ν s²)),
+
+s from the middle of the window, κ and ν the change of δ and ω within it. What it leaves makes the errors,
+larger where it is no noise.
 """
 
 from __future__ import annotations
@@ -43,6 +47,12 @@ SURE = 5.0
 
 SMALLEST = 1e-3
 """Share of the largest amplitude at which a decay ends in any case."""
+
+DRIFTING = 1.5
+"""Cycles of a window from which the change of frequency and damping within it is fitted too."""
+
+MOST = 50.0
+"""Largest exponent of the amplitude within a window."""
 
 EVEN = 1e-3
 """Relative deviation of the time steps up to which a record counts as evenly sampled."""
@@ -99,10 +109,11 @@ def measured_decay(
     acceleration in m, m/s or m/s².
 
     The decay begins at the largest sample and is looked at window by window, `cycles` long and half a cycle apart, until its
-    amplitude is below five standard errors or a thousandth of the largest. band [Hz]: in which the frequency is looked for; other
-    modes in a window disturb the fit, and their part is in the errors. Amplitudes are those of the displacement, A/ω of a
-    velocity and A/ω² of an acceleration. Damping ratios are those of the measured amplitude, δ/√(δ² + ω²): where the stiffness
-    changes along a decay, they differ between the quantities.
+    amplitude is below five standard errors or a thousandth of the largest, or friction stops it within the window. band [Hz]: in
+    which the frequency is looked for. Errors count what other modes leave in a window; two modes closer than one cycle of their
+    difference in a window are one to the fit, and its values those of their beat: take more cycles. Amplitudes are those of the
+    displacement, A/ω of a velocity and A/ω² of an acceleration. Damping ratios are those of the measured amplitude, δ/√(δ² + ω²):
+    where the stiffness changes along a decay, they differ between the quantities.
     """
     among("quantity", quantity, MOTIONS)
     t = vector("time", time)
@@ -117,7 +128,9 @@ def measured_decay(
     omega = 2.0 * np.pi * _dominant(x[first:] - x[first:].mean(), step, (low, high))
     if 2.0 * np.pi / (omega * step) < FEWEST:
         raise fault("The samples of a cycle", f"must be {FEWEST} at least", 2.0 * np.pi / (omega * step), "Sample faster.")
-    rows = _windows(t[first:], x[first:], omega, cycles)
+    rows = _windows(t[first:], x[first:], omega, cycles, drifting=cycles >= DRIFTING)
+    if len(rows) < 2:  # other modes are strong
+        rows = _windows(t[first:], x[first:], omega, cycles, drifting=False)
     if len(rows) < 2:
         remedy = "Is it a free decay, and does the band hold its frequency?"
         raise fault("A decay", "must show two windows beyond its noise", len(rows), remedy)
@@ -233,14 +246,14 @@ def _dominant(x: Array, step: float, band: tuple[float, float]) -> float:
     return float(hertz[inside[np.argmax(spectrum[inside])]])
 
 
-def _windows(t: Array, x: Array, omega: float, cycles: float) -> list[list[float]]:
+def _windows(t: Array, x: Array, omega: float, cycles: float, drifting: bool) -> list[list[float]]:
     """Of each window its middle, amplitude, ω, δ and the standard errors of these three."""
     rows: list[list[float]] = []
     begin, end = t[0], t[-1]
     while begin + cycles * 2.0 * np.pi / omega <= end:
         inside = (t >= begin) & (t <= begin + cycles * 2.0 * np.pi / omega)
-        fitted = _damped_sine(t[inside], x[inside], omega)
-        if fitted is None or fitted[1] < SURE * fitted[4] or (rows and fitted[1] < SMALLEST * rows[0][1]):
+        fitted = _damped_sine(t[inside], x[inside], omega, drifting)
+        if fitted is None or (rows and fitted[1] < SMALLEST * rows[0][1]):
             break
         rows.append(fitted)
         omega = fitted[2]
@@ -248,33 +261,54 @@ def _windows(t: Array, x: Array, omega: float, cycles: float) -> list[list[float
     return rows
 
 
-def _damped_sine(t: Array, x: Array, omega: float) -> list[float] | None:
-    """The middle of a window, amplitude there, ω, δ and their standard errors; None where the fit fails."""
+def _damped_sine(t: Array, x: Array, omega: float, drifting: bool) -> list[float] | None:
+    """The middle of a window, amplitude there, ω, δ and their standard errors. drifting: fit κ and ν too.
+
+    None where the fit fails, the motion is lost in noise, or ends within the window: it falls ever faster, κ > δ²/4, and is gone
+    at the end.
+    """
     middle = 0.5 * float(t[0] + t[-1])
-    s, delta, least = t - middle, 0.0, omega
+    s, least = t - middle, omega
     scale = float(np.abs(x).max()) or 1.0
+    rates = np.array([omega, 0.0, 0.0, 0.0])[: 4 if drifting else 2]  # ω, δ, ν, κ
     for _ in range(ITERATIONS):
-        fading, angle = np.exp(-delta * s), omega * s
-        basis = np.column_stack([np.ones_like(s), fading * np.cos(angle), fading * np.sin(angle)])
+        turning, falling = rates[0] * s, rates[1] * s
+        if drifting:
+            turning, falling = turning + rates[2] * s**2, falling + rates[3] * s**2
+        fading = np.exp(-np.clip(falling, -MOST, MOST))
+        basis = np.column_stack([np.ones_like(s), fading * np.cos(turning), fading * np.sin(turning)])
         (m, a, b), *_ = np.linalg.lstsq(basis, x, rcond=None)
-        moving = a * basis[:, 1] + b * basis[:, 2]
-        by_omega = s * (b * basis[:, 1] - a * basis[:, 2])
-        J = np.column_stack([basis, by_omega, -s * moving])
+        moving, across = a * basis[:, 1] + b * basis[:, 2], b * basis[:, 1] - a * basis[:, 2]
+        columns = [s * across, -s * moving, s**2 * across, -(s**2) * moving]
+        J = np.column_stack([basis, *columns[: rates.size]])
         left = x - m - moving
-        change = np.linalg.lstsq(J, left, rcond=None)[0][3:]
-        omega, delta = omega + change[0], delta + change[1]
-        if not 0.5 * least < omega < 2.0 * least or abs(delta) > least:
+        change = np.linalg.lstsq(J / np.linalg.norm(J, axis=0), left, rcond=None)[0] / np.linalg.norm(J, axis=0)
+        rates = rates + change[3:]
+        if not 0.5 * least < rates[0] < 2.0 * least or abs(rates[1]) > least:
             return None
-        if np.abs(change).max() <= ENOUGH * omega:
+        if np.abs(change[3:5]).max() <= ENOUGH * rates[0]:
             break
     else:
         return None
+    if drifting and rates[1] * s[-1] > 1.0 and rates[3] > 0.25 * rates[1] ** 2:
+        return None
     noise = float(left @ left) / max(x.size - J.shape[1], 1) + (np.finfo(float).eps * scale) ** 2
-    covariance = noise * np.linalg.pinv(J.T @ J)
+    lengths = np.linalg.norm(J, axis=0)
+    covariance = noise * np.linalg.pinv((J / lengths).T @ (J / lengths)) / np.outer(lengths, lengths)
     amplitude = float(np.hypot(a, b))
-    towards = np.array([0.0, a, b, 0.0, 0.0]) / max(amplitude, 1e-300)
-    errors = [float(np.sqrt(towards @ covariance @ towards)), *np.sqrt(np.diag(covariance)[3:]).tolist()]
-    return [middle, amplitude, float(omega), float(delta), *errors]
+    towards = np.zeros(J.shape[1])
+    towards[1:3] = a / max(amplitude, 1e-300), b / max(amplitude, 1e-300)
+    errors = np.sqrt([towards @ covariance @ towards, *np.diag(covariance)[3:5]])
+    if amplitude < SURE * errors[0]:
+        return None
+    return [middle, amplitude, float(rates[0]), float(rates[1]), *(np.sqrt(_dependence(left)) * errors).tolist()]
+
+
+def _dependence(left: Array) -> float:
+    """By how much what a fit leaves is worse than noise: (1 + ρ)/(1 − ρ) of the correlation ρ of neighbours, if it is beyond
+    chance; other modes, and changes that the fit does not know, vary from sample to sample less than noise."""
+    correlation = float(left[1:] @ left[:-1]) / max(float(left @ left), np.finfo(float).tiny)
+    return (1.0 + correlation) / max(1.0 - correlation, 1e-6) if correlation > 3.0 / np.sqrt(left.size) else 1.0
 
 
 def _dataset(t: Array, x: Array, rows: Array, quantity: str, name: str) -> xr.Dataset:

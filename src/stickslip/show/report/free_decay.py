@@ -31,7 +31,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         amplitude, frequency, damping = (dataset[key].values[k] for key in ("amplitude", "frequency", "damping_ratio"))
         there = np.flatnonzero(np.isfinite(frequency) & np.isfinite(damping))
         if not there.size:
-            lines.append(f"{name}: fewer than two half cycles")
+            lines.append(f"{name}: fewer than three half cycles, so no damping ratio")
             continue
         first, last, most = there[0], there[-1], there[int(np.argmax(damping[there]))]
         lines.append(
