@@ -20,7 +20,7 @@ def test_the_slip_limit_is_straight_between_its_values_and_the_coefficient_const
     assert MU.limit(-1.0) == 0.0
 
 
-@pytest.mark.parametrize("exponent", [-1.0 / 3.0, -0.5, -0.9, 0.3])
+@pytest.mark.parametrize("exponent", [-1.0 / 3.0, -0.5, -0.9, -1.0, 0.3])
 def test_a_power_law_is_met_over_four_decades(exponent):
     found = ss.LoadDependentFriction.power(0.5, 50.0, exponent)
     loads = np.geomspace(0.5, 5000.0, 1777)
@@ -69,6 +69,24 @@ def test_limits_of_a_whole_table_are_those_of_its_laws():
     contacts = [ss.Contact(f"{k}", law, ({"1.x": 1.0},), {"1.y": 1.0}) for k, law in enumerate(laws)]
     found = slip_limits(contact_table(contacts), np.array([50.0, 120.0, 300.0]))
     np.testing.assert_allclose(found, [15.0, MU.limit(120.0), 2.0 * MU.limit(300.0)], rtol=1e-12)
+
+
+def test_the_points_of_a_strip_share_the_coefficient_of_its_overlap():
+    """Each platform carries half of the pull, so friction of the whole is μ(F_C/2) F_C/2, whatever the number of points."""
+    for points in (1, 8):
+        strip = ss.rigs.strip_damper(pull=160.0, mu=MU, points=points)
+        limits = [float(contact.law.mu.limit(contact.law.normal_load)) for contact in strip.contacts[:points]]
+        assert sum(limits) == pytest.approx(float(MU.limit(80.0)), rel=1e-12)
+    with pytest.raises(InputError, match="mu"):
+        ss.rigs.ring_damper(mu=MU)
+
+
+def test_an_array_under_constant_loads_has_a_loop():
+    """5 sliders of 6 N each: 4 μN (X − μN/kt) for all of them together."""
+    u = 1e-3 * np.sin(2.0 * np.pi * np.arange(400) / 400.0)
+    found = ss.hysteresis_loop(ss.MicroslipArray(kt=[4e4] * 5, mu=0.35, normal_load=[6.0] * 5), u)
+    limit = 0.35 * 30.0
+    assert found.energy == pytest.approx(4.0 * limit * (1e-3 - limit / 2e5), rel=1e-3)
 
 
 def test_a_factor_multiplies_every_coefficient():

@@ -92,6 +92,14 @@ def test_a_sliding_cylinder_is_held_by_the_coefficient_of_its_own_load(closes):
     assert np.all(ratio <= mu.coefficient(normal) * (1.0 + 1e-9))
 
 
+def test_a_damper_alone_says_where_its_loads_lie_beyond_those_of_its_coefficient():
+    damper, motion = ss.dampers.Cylinder().damper(pull=80.0), ss.dampers.in_phase(20e-6)
+    for first, beyond in ((1000.0, True), (10.0, False)):
+        mu = ss.LoadDependentFriction((first, 5.0 * first), (0.6, 0.4))
+        found = damper_cycle(BetweenPlatforms.macroslip(damper, 40e6, 60e6, mu), motion, steps=200)
+        assert (f"mu is given, {first:g} to" in found.dataset.attrs["message"]) == beyond
+
+
 def box(push, mu, weight=10.0, half=0.2):
     """A box on four points, its mass centre half its width above them, pushed along x."""
     structure = ss.RigidBody(1.0, np.eye(3), node="box").structure()

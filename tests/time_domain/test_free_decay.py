@@ -62,6 +62,16 @@ def test_a_linear_decay_has_its_frequency_and_damping_ratio():
     assert float(decay["viscous_work"]) == pytest.approx(given - left, rel=0.02)
 
 
+def test_a_steady_motion_of_light_damping_is_found_before_its_decay():
+    """A stuck mass of ζ = 0.05 %: from rest it would take thousands of periods to be steady."""
+    damping, kt = 0.1, 2000.0
+    omega = np.sqrt(STIFFNESS + kt)
+    problem = slider(kt, normal_load=1e6, damping=damping)
+    decay = ss.free_decay(problem, 0.1, frequency=0.9 * omega / (2.0 * np.pi), steps=200).dataset
+    size = 1.0 / abs((1.0 - 0.9**2) * omega**2 + 1j * 0.9 * omega * damping)
+    assert float(decay["displacement"][0, 0]) == pytest.approx(size, rel=1e-4)  # nearly in phase with the force
+
+
 @pytest.mark.parametrize("name", ["lifts off", "wedge"])
 def test_decays_are_those_of_integration_from_event_to_event(name):
     if name == "wedge":
@@ -132,7 +142,8 @@ def test_the_decay_begins_in_the_steady_motion():
     problem = slider(5000.0, damping=20.0)
     end = ss.time_response(problem, 14.0, 1.0).cycle.end
     ways = [ss.free_decay(problem, 0.1, steps=1000, **begin).dataset for begin in ({"frequency": 14.0}, {"start": end})]
-    np.testing.assert_array_equal(*(way["displacement"].values for way in ways))
+    by_frequency, by_end = (way["displacement"].values for way in ways)
+    np.testing.assert_allclose(by_frequency, by_end, atol=2e-4 * np.abs(by_end).max())
     with pytest.raises(ss.InputError, match="must not be given together"):
         ss.free_decay(problem, 0.1, {"1.x": 1.0}, frequency=14.0)
 
@@ -150,9 +161,8 @@ def test_a_lightly_damped_decay_lies_on_the_nonlinear_mode(tmp_path):
     x = data["mode_amplitude"].values[0, :, 0]
     at = np.interp(amplitude[inside], x, data["mode_frequency"].values[0])
     np.testing.assert_allclose(frequency[inside], at, rtol=5e-4)
-    between = np.sqrt(amplitude[inside] * amplitude[inside + 1])
-    excess = ratio[inside] / np.interp(between, x, data["mode_damping_ratio"].values[0])
-    assert np.all((excess > 0.98) & (excess < 1.1))
+    excess = ratio[inside] / np.interp(amplitude[inside], x, data["mode_damping_ratio"].values[0])
+    assert np.all((excess > 0.99) & (excess < 1.06))
     assert ss.open_results(found.save(tmp_path / "decay.nc")).attrs["analysis"] == "free_decay"
     with pytest.raises(ss.InputError, match="must be those of the problem"):
         ss.free_decay(slider(2000.0), 0.5, velocity={"1.x": 1.0}, steps=2000).with_modes(modes)

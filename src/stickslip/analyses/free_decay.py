@@ -22,11 +22,13 @@ from stickslip.results.result import Result
 from stickslip.results.schema import stamped
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.time.march import no_history, state_at
 from stickslip.solve.time.methods import DEFAULT_METHOD, Method
 from stickslip.solve.time.model import refuse_waves, time_model
 from stickslip.solve.time.period import Loads, march_period, settle
-from stickslip.solve.time.start import TimeStart, checked_start, from_rest
+from stickslip.solve.time.start import TimeStart, checked_start, from_harmonics, from_rest
 from stickslip.support.checks import Array, InputError, fault, finite, of_kind, positive
 from stickslip.support.machine import one_blas_thread
 
@@ -35,6 +37,13 @@ if TYPE_CHECKING:
 
 MOST_STEPS = 10_000_000
 """More would fill the memory with histories."""
+
+STEADY = 21
+"""Harmonics of the steady motion from which its time integration starts."""
+
+SETTLING, CLOSE = 10, 1e-5
+"""Periods of it, and the relative change in the last one up to which it is steady; from rest a lightly damped motion would take
+thousands."""
 
 FEWEST = 6
 """Steps of a half cycle, below which its amplitude and frequency would be those of the steps."""
@@ -132,10 +141,21 @@ class FreeDecayWork(Settings):
             return self.start
         if self.frequency is None:
             return _at(self.problem, self.displacement or {}, self.velocity or {})
+        if (begin := self._near_steady(self.frequency)) is not None:
+            steady = time_response(self.problem, self.frequency, self.force, periods=SETTLING, start=begin)
+            if steady.cycle.change <= CLOSE:
+                return steady.cycle.end
         steady = time_response(self.problem, self.frequency, self.force)
         if not steady.periodic:
             raise InputError(f"The motion at {self.frequency:g} Hz must be steady before it decays. {steady.sentence}")
         return steady.cycle.end
+
+    def _near_steady(self, frequency: float) -> TimeStart | None:
+        """The steady motion by harmonic balance, from which few periods are left to march; None where it finds none."""
+        balance = HarmonicBalance(self.problem, STEADY, 16 * STEADY)
+        omega = 2.0 * np.pi * frequency
+        found = first_point(balance, omega, self.force)
+        return from_harmonics(balance, found.evaluation.point.forces, omega, self.force) if found.converged else None
 
     def solve(self, case: int, report: Report) -> Arrays:
         """Outputs, motions and forces of the contacts over the time, and the energies."""

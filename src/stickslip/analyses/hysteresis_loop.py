@@ -73,7 +73,7 @@ def hysteresis_loop(
         remedy = "Leave normal_load away, or give the law kn in place of its normal_load."
         raise fault("normal_load", "must stay away where the law has a constant one", type(law).__name__, remedy)
     force = forces_of_motion(contact_table((contact,)), rows, 2.0 * np.pi * positive("frequency", frequency))
-    load = force[-1] if normal is not None else np.full(u.shape[1], float(getattr(law, "normal_load", np.nan)))
+    load = force[-1] if normal is not None else np.full(u.shape[1], float(np.sum(getattr(law, "normal_load", np.nan))))
     friction = force[: len(u)]
     return HysteresisLoop(given, friction[0] if given.ndim == 1 else friction, load)
 

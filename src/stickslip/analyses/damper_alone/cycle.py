@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from stickslip.analyses.damper_alone.cycle_dataset import contact_states, cycle_dataset, forces_on_platforms
 from stickslip.analyses.damper_alone.cycle_motion import cycle_motion
 from stickslip.analyses.settings import OfKind, Setting, Settings, Whole, takes
+from stickslip.model.contact.friction import LoadDependentFriction
 from stickslip.model.contact.period import STICK
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.jamming import jamming
@@ -106,7 +107,21 @@ def gathered(rig: BetweenPlatforms, motion: PlatformMotion, march: SteadyCycle, 
     # Where there is no sample at which every closed contact slips, the damper never slides out.
     if cause and (march.outcome == CycleOutcome.NOT_CONVERGED or np.all(np.any(contact_states(model, march) == STICK, axis=1))):
         march = replace(march, outcome=CycleOutcome.JAMMED)
-    return DamperCycle(cycle_dataset(rig, model, march, marching, _sentence(march, cause)), rig, motion, march)
+    dataset = cycle_dataset(rig, model, march, marching, _sentence(march, cause))
+    dataset.attrs["message"] += _beyond_friction(rig, dataset["normal_force"].values)
+    return DamperCycle(dataset, rig, motion, march)
+
+
+def _beyond_friction(rig: BetweenPlatforms, loads: Array) -> str:
+    """A sentence on a contact whose normal loads (samples, contacts) all lie beyond those of its coefficient of friction."""
+    for point, law, load in zip(rig.points, rig.laws, loads.T, strict=True):
+        mu = getattr(law, "mu", None)
+        if isinstance(mu, LoadDependentFriction) and (load.max() < mu.over[0] or load.min() > mu.over[-1]):
+            return (
+                f" The normal load of {point.name}, {load.min():.4g} to {load.max():.4g} N, lies beyond those for which mu is "
+                f"given, {mu.over[0]:.4g} to {mu.over[-1]:.4g} N: mu is constant there, {float(mu.coefficient(load.max())):.4g}."
+            )
+    return ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,10 @@ A_DECADE = 10
 """Loads of a power law a decade: the slip limit is then exact to 0.2 % for every exponent from −1 to 0."""
 
 
+ROUNDING = 1e-12
+"""Relative fall of the slip limit that is none: a constant one, from a table or a power of exponent −1."""
+
+
 @dataclass(frozen=True)
 class LoadDependentFriction:
     """A coefficient of friction μ(N), from a table: values μ_k at normal loads N_k [N] of the whole contact, ascending.
@@ -53,7 +57,7 @@ class LoadDependentFriction:
         if np.any(np.diff(loads) <= 0.0):
             raise fault("mu, over", "must ascend", loads.tolist())
         limits = loads * values
-        if np.any(fallen := np.diff(limits) < 0.0):
+        if np.any(fallen := np.diff(limits) < -ROUNDING * limits[:-1]):
             k = int(np.argmax(fallen))
             raise fault(
                 "mu",

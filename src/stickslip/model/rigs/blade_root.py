@@ -6,6 +6,7 @@ from math import cos, radians, sin
 
 import numpy as np
 
+from stickslip.model.contact.friction import Friction
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact
 from stickslip.model.contact.start import SliderOffset, Start
@@ -26,7 +27,7 @@ MOST_POINTS = 1000
 def blade_root(
     pull: float = 5e3,
     flank_angle: float = 45.0,
-    mu: float = 0.3,
+    mu: Friction = 0.3,
     *,
     points: int = 8,
     kt: float = 8e8,

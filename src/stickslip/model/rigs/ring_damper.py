@@ -86,10 +86,11 @@ def ring_damper(
     sliding = {"ring.t": 1.0, "rim.t": -1.0, "rim.rz": -e}
     pressing = rho * area * inner * step * finite("speed", speed) ** 2 + step * not_negative("line_load", line_load)
     forces = [Force("rim.r", positive("force", force) * 2.0 * pi * radius / points, name="wave")]
+    friction, stiffness = not_negative("mu", mu), positive("kt", kt) * step
     if kn is None:
-        contact = Contact("groove", Macroslip(positive("kt", kt) * step, mu, normal_load=pressing), (sliding,))
+        contact = Contact("groove", Macroslip(stiffness, friction, normal_load=pressing), (sliding,))
     else:
-        law = Macroslip(positive("kt", kt) * step, mu, positive("kn", kn) * step)
+        law = Macroslip(stiffness, friction, positive("kn", kn) * step)
         contact = Contact("groove", law, (sliding,), {"ring.r": 1.0, "rim.r": -1.0})
         forces.append(Force("ring.r", static=pressing, name="pressure"))
     title = f"Rim with a ring damper, nodal diameter {n}"

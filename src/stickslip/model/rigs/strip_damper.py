@@ -10,6 +10,7 @@ from math import sqrt
 
 import numpy as np
 
+from stickslip.model.contact.friction import Friction, share_of
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
@@ -30,7 +31,7 @@ MOST_POINTS = 200
 
 def strip_damper(
     pull: float = 600.0,
-    mu: float = 0.3,
+    mu: Friction = 0.3,
     *,
     engine_order: int = 4,
     sectors: int = 40,
@@ -73,7 +74,7 @@ def strip_damper(
         K[2 + k : 4 + k, 2 + k : 4 + k] += bar * np.array([[1.0, -1.0], [-1.0, 1.0]])
     strip = [f"strip_{k}.t" for k in range(1, count + 1)]
     disk = sector_chain(Structure(M, K, ("platform.t", "tip.t", *strip), C=C), sectors, np.zeros_like(K))
-    law = Macroslip(positive("kt", kt) / points, mu, normal_load=not_negative("pull", pull) / count)
+    law = Macroslip(positive("kt", kt) / points, share_of(mu, 1.0 / points), normal_load=not_negative("pull", pull) / count)
     platforms = ["platform.t"] * points + [NEXT + "platform.t"] * points
     contacts = tuple(
         Contact(dof.removesuffix(".t"), law, ({dof: 1.0, platform: -1.0},))
