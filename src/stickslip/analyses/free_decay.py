@@ -108,9 +108,9 @@ class FreeDecayWork(Settings):
         refuse_waves(self.problem)
         given = (self.start is not None, self.frequency is not None, self.displacement is not None or self.velocity is not None)
         if sum(given) > 1:
+            both = [name for name, one in zip(("start", "frequency", "displacement or velocity"), given, strict=True) if one]
             raise InputError(
-                "start must not be given together with displacement, velocity or frequency, since it contains both motion and "
-                "velocity. Leave out one."
+                f"{' and '.join(both)} must not be given together, but are: a decay has one beginning. Leave one out."
             )
         if self.frequency is None and self.force != 1.0:
             remedy = "A released motion has no force level: scale displacement and velocity."
