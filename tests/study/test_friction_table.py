@@ -74,7 +74,7 @@ def test_an_array_shares_the_loads_among_its_elements(tmp_path):
         ("{ over = [0.01, 0.1], values = [0.6] }", "must have 2 entries or more"),
         ("{ over = [0.01, 0.1], valves = [0.6, 0.4] }", "must be a known one, but is 'valves'. Did you mean 'values'"),
         ("{ value = 0.5, at = 0.05, exponent = -1.5 }", "between -1 and 1"),
-        ("[0.5, 0.4]", "must be written as the reference says"),
+        ("[0.5, 0.4]", "mu must be a single value or a table, but is"),
     ],
 )
 def test_what_is_no_table_is_refused(tmp_path, mu, words):

@@ -33,10 +33,21 @@ RULES = {
     "too_long": "must have at most {entries}",
     "string_too_short": "must not be empty",
     "literal_error": "must be {expected}",
-    "wrong_form": "must be written as the reference says",
+    "union_tag_invalid": "must be {forms}",
     "too_large": f"must not be larger than {LARGEST:g} in size",
     "too_small": f"must be at least {SMALLEST:g}",
 }
+FORMS = {
+    "<single>": "a single value",
+    "<table>": "a table",
+    "<list>": "a list",
+    "<several>": "a list of several",
+    "<place>": "a place",
+    "<title>": "a title",
+    "<number>": "a number",
+}
+"""The forms of a value that may be written in several (`fields.by_form`)."""
+
 REMEDIES = {"too_large": "Check its unit.", "too_small": "Check its unit."}
 
 
@@ -109,6 +120,8 @@ def sentence(model: type[Table], details: ErrorDetails) -> str:
         return f"{where(path)} must be given, but is missing."
     if kind in ("too_short", "too_long"):
         context = context | {"entries": counted(context.get("min_length") or context["max_length"], "entry", "entries")}
+    if kind == "union_tag_invalid":
+        context = context | {"forms": " or ".join(words for form, words in FORMS.items() if form in context["expected_tags"])}
     if isinstance(context.get("le"), int):
         return str(fault(where(path), f"must be at most {context['le']}", details["input"]))
     rule = RULES[kind].format(**context) if kind in RULES else details["msg"].removeprefix("Value error, ")

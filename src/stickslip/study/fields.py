@@ -55,8 +55,8 @@ def _places_form(value: Any) -> str:
 
 
 def by_form(form: Callable[[Any], str] = _form) -> Discriminator:
-    """A union discriminated by `form`; a form that no member has is reported with the union's description."""
-    return Discriminator(form, custom_error_type="wrong_form", custom_error_message="wrong form")
+    """A union discriminated by `form`; a form that no member has is reported with the forms of all (`faults.FORMS`)."""
+    return Discriminator(form)
 
 
 Column = Annotated[
