@@ -10,16 +10,18 @@ from scipy.optimize import least_squares
 
 from stickslip.cli import main
 from stickslip.laboratory.identification.damper.clues import plateaux_with_errors
-from stickslip.laboratory.identification.damper.diagnosis import lag_remarks, never_sliding
+from stickslip.laboratory.identification.damper.diagnosis import friction_over_load, lag_remarks, never_sliding
 from stickslip.laboratory.identification.damper.fit import MeasuringChain
 from stickslip.laboratory.identification.damper.intervals import Refits, likely_gaps
-from stickslip.laboratory.identification.damper.model import LINE_LAWS
+from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD
+from stickslip.laboratory.identification.damper.model import over_load as of_power
 from stickslip.laboratory.identification.damper.work import IdentificationWork, identify
 from stickslip.laboratory.measurement.cycles import analysis, whole_cycles
 from stickslip.laboratory.measurement.load_removal import LoadRemoval
 from stickslip.laboratory.measurement.records import Record, write_record
 from stickslip.laboratory.measurement.rig_errors import RigErrors
 from stickslip.laboratory.measurement.synthetic import NO_ERRORS, synthetic_record, true_cycle, with_microslip
+from stickslip.model.contact.friction import LoadDependentFriction
 from stickslip.model.dampers import Cylinder, Wedge
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
@@ -88,6 +90,63 @@ def test_newtons_march_takes_every_law_of_the_lines(law):
     relaxed, marched = (cycle(elements, 80.0, platform) for cycle in (relaxed_cycle, marched_cycle))
     np.testing.assert_allclose(relaxed[:, :2], marched[:, :2], atol=1e-5)
     np.testing.assert_allclose(relaxed[:, 4], marched[:, 4], atol=1e-10)
+
+
+def over_load(pulls, exponent, friction=FRICTION):
+    """The laboratory damper with coefficients that follow a power of the load, given at the middle load of a line."""
+    at = float(np.exp(np.mean(np.log(pulls)))) / 3.0
+    rig = laboratory_damper(37.0, pulls[0], friction)
+    laws = [replace(law, mu=LoadDependentFriction.power(law.mu, at, exponent)) for law in rig.laws]
+    return replace(rig, laws=tuple(laws)), at
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_friction_over_the_load_in_two_schemes(name):
+    """Newton's march of the rig with laws of its own, a fine table, against relaxation with the table of the fit, and the march
+    of its elements: the slip limits differ by 0.3 %."""
+    rig, at = over_load([80.0], -0.25)
+    platform, plain = MOTIONS[name].samples(400), elements_of(laboratory_damper(37.0, 80.0, FRICTION))
+    elements = of_power(plain, 10.0**-0.25, at)
+    relaxed, marched = (cycle(elements, 80.0, platform) for cycle in (relaxed_cycle, marched_cycle))
+    np.testing.assert_allclose(relaxed[:, :2], marched[:, :2], atol=1e-4)
+    forces = newton_forces(rig, platform)
+    np.testing.assert_allclose(relaxed[:, :2], forces, atol=3e-3 * np.abs(forces).max())
+    constant = relaxed_cycle(plain, 80.0, platform)
+    assert np.abs(constant[:, :2] - forces).max() > 0.03 * np.abs(forces).max()
+    parted = LINE_LAWS["iwan"][0](plain, {k: np.array(getattr(plain, k)) for k in ("kt", "kn", "mu")}, 80.0 / 3.0)
+    for k, load in enumerate((at / 10.0, at, 4.0 * at)):  # the sum of the elements of a line has the limit of the line
+        limit = []
+        for e in (of_power(plain, 0.6, at), of_power(parted, 0.6, at)):
+            own = e.line == k
+            share = load / own.sum()
+            limit.append(float(np.sum(e.mu[own])) * (share + e.change @ np.maximum(share - e.bend, 0.0)))
+        expected = plain.mu[k] * load * 0.6 ** np.log10(load / at)
+        np.testing.assert_allclose(limit, expected, rtol=3e-3)
+
+
+def test_the_power_of_the_load_is_fitted():
+    """From 40 to 160 N; the same fit with constant coefficients leaves the loops by a hundred times as much."""
+    pulls = (40.0, 160.0)
+    rig, at = over_load(pulls, -0.2, (0.19, 0.19, 0.6))
+    truths = {f"{pull:g} N": true_cycle(rig.with_pull(pull), MOTIONS["out"], 600) for pull in pulls}
+    loops = [
+        whole_cycles(synthetic_record(truth, NO_ERRORS, cycles=4, name=name), pull=pull)
+        for pull, (name, truth) in zip(pulls, truths.items(), strict=True)
+    ]
+    names = ("kt", "kn", "mu_L", "mu_R", TENFOLD)
+    work = IdentificationWork(tuple(loops), UNKNOWN_RIG, unknown=names, errors=NO_ERRORS)
+    fit = work.fit.steps(200)
+    assert fit.at == pytest.approx(at)
+    start = np.log([50e6, 90e6, 0.2, 0.55, 1.0])
+    found = fit.solved(start, evaluations=12)
+    assert np.log10(np.exp(found.x[-1])) == pytest.approx(-0.2, abs=0.02)
+    plain = replace(fit, unknowns=fit.unknowns[:-1])
+    assert plain.solved(start[:-1], evaluations=12).cost > 30.0 * found.cost
+    (said,) = friction_over_load(fit, found.x, np.full(5, 0.01))
+    assert f"at a normal load of {at:.4g} N on a line and follow its power -0." in said
+    (said,) = friction_over_load(fit, found.x, np.full(5, 1.0))
+    assert "do not show that friction depends on the load" in said
+    assert friction_over_load(plain, start[:-1], np.full(4, 0.01)) == ()
 
 
 def test_relaxation_alone_finds_the_balance_of_a_foot_that_carries_next_to_nothing():

@@ -52,7 +52,8 @@ ARM = 1e-2
 
 class Elements(NamedTuple):
     """Lines of contact and their elements: arm, tangent, normal (lines, 2); side 1 for left (moving), 0 for right; for every
-    element its line, kn, constant c (N = max(kn z + c, 0)), kt, and mu of its load or of the line's."""
+    element its line, kn, constant c (N = max(kn z + c, 0)), kt, and mu of its load. The slip limit is mu (N + Σ change max(N −
+    bend, 0)), with the same bends [N] (bends,) for all elements; none where the coefficient of friction is constant."""
 
     arm: Array
     tangent: Array
@@ -63,6 +64,8 @@ class Elements(NamedTuple):
     constant: Array
     kt: Array
     mu: Array
+    bend: Array = np.zeros(0)
+    change: Array = np.zeros(0)
 
 
 def elements_of(rig: BetweenPlatforms) -> Elements:
@@ -80,8 +83,9 @@ def elements_of(rig: BetweenPlatforms) -> Elements:
         if springs is None or not paired or friction.stiffness.size != springs.stiffness.size:
             raise fault(f"The law of {point.name}", "must pair each slider with a normal spring", type(law).__name__)
         if friction.bend.size:
-            rule, given = "must be a number, for one constant coefficient is identified", "a table over the normal load"
-            raise fault(f"mu of {point.name}", rule, given, "Measure loops of single contacts at several loads: `contact_law`.")
+            rule, given = "must be a number, the coefficient at the middle load", "a table over the normal load"
+            remedy = "Name `tenfold` among the unknown: it says how the coefficients change with the load."
+            raise fault(f"mu of {point.name}", rule, given, remedy)
         columns = (springs.stiffness, springs.constant, friction.stiffness, friction.friction)
         rows += [(index, *values) for values in zip(*columns, strict=True)]
     values, points = np.array(rows, dtype=float), rig.points
@@ -96,9 +100,11 @@ def elements_of(rig: BetweenPlatforms) -> Elements:
 
 
 class Balance(NamedTuple):
-    """Of one position: slider tensions and states (elements,), the sum on the damper (3,), force on the right platform (2,)."""
+    """Of one position: slider tensions, their change by the load where they slip, and states (elements,); the sum on the damper
+    (3,), force on the right platform (2,)."""
 
     tension: Array
+    slope: Array
     state: Index
     total: Array
     on_right: Array
@@ -114,7 +120,13 @@ def _out_of_balance(e: Elements, pull: float, q: Array, x: float, y: float, anch
         dx = e.moving[c] * x - q[0] + q[2] * ay
         dy = e.moving[c] * y - q[1] - q[2] * ax
         load = max(e.kn[k] * (e.normal[c, 0] * dx + e.normal[c, 1] * dy) + e.constant[k], 0.0)
-        limit = e.mu[k] * load
+        line, slope = load, 1.0
+        for b in range(e.bend.size):
+            if load <= e.bend[b]:
+                break
+            line += e.change[b] * (load - e.bend[b])
+            slope += e.change[b]
+        limit, now.slope[k] = e.mu[k] * line, e.mu[k] * slope
         trial = e.kt[k] * (e.tangent[c, 0] * dx + e.tangent[c, 1] * dy - anchor[k])
         now.state[k] = OPEN if load == 0.0 else (UP if trial > limit else (DOWN if trial < -limit else STUCK))
         now.tension[k] = min(max(trial, -limit), limit)
@@ -143,7 +155,7 @@ def _rest(e: Elements, now: Balance, matrix: Array, change: Array) -> bool:
         t[:2], n[:2] = e.tangent[c], e.normal[c]
         t[2] = (e.arm[c, 0] * t[1] - e.arm[c, 1] * t[0]) / ARM
         n[2] = (e.arm[c, 0] * n[1] - e.arm[c, 1] * n[0]) / ARM
-        slip = 0.0 if now.state[k] == STUCK else (e.mu[k] if now.state[k] == UP else -e.mu[k])
+        slip = 0.0 if now.state[k] == STUCK else (now.slope[k] if now.state[k] == UP else -now.slope[k])
         hold = e.kt[k] if now.state[k] == STUCK else 0.0
         for i in range(3):
             for j in range(3):
@@ -181,7 +193,7 @@ def carry(e: Elements, compliance: Array, pull: float, path: Array, q: Array, an
     """Carry the damper along a path (steps, 2); fills (steps, 5): force on the right platform, x, y, rotation of the damper.
     q (3,) and the sliders' anchors are changed in place. Returns 1 where a step finds no balance."""
     size = e.line.size
-    now = Balance(np.zeros(size), np.zeros(size, dtype=np.int64), np.zeros(3), np.zeros(2))
+    now = Balance(np.zeros(size), np.zeros(size), np.zeros(size, dtype=np.int64), np.zeros(3), np.zeros(2))
     states, matrix, change, kept = np.zeros(size, dtype=np.int64), np.zeros((3, 3)), np.zeros(3), np.zeros(3)
     for n in range(path.shape[0]):
         x, y = path[n, 0], path[n, 1]
@@ -289,9 +301,9 @@ def _as_model(e: Elements, pull: float) -> CycleModel:
         constant_limit=zero,
         load_first=number,
         load_last=number + 1,
-        bend_first=np.zeros(number.size + 1, dtype=np.int64),
-        bend=np.zeros(0),
-        change=np.zeros(0),
+        bend_first=e.bend.size * np.arange(number.size + 1),
+        bend=np.outer(e.mu, e.bend).ravel(),
+        change=np.tile(e.change, number.size),
         start_kind=0 * number,
         start_value=zero,
         kind=np.full(lines, SLIDERS),

@@ -40,7 +40,11 @@ class IdentificationTable(Table):
     loops: Annotated[list[str], Field(min_length=1, description="files of the measured loops (CSV), one a case")]
     unknown: Annotated[
         list[str] | None,
-        Field(min_length=1, description="kt, kn, mu of all lines or of some (mu_L1, mu_R); default: kt, kn and all friction"),
+        Field(
+            min_length=1,
+            description="kt, kn, mu of all lines or of some (mu_L1, mu_R); tenfold, the factor of mu at ten times the load; "
+            "default: kt, kn and all friction, which then is constant",
+        ),
     ] = None
     law: Annotated[
         list[LawName], Field(min_length=1, description="of the lines; of several the simplest that loops held out confirm")

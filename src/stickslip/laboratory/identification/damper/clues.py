@@ -34,7 +34,7 @@ class Clues:
         if part == "mu":
             levels = [p.level for case in self.plateaux.values() for key, p in case.items() if key in (line, line[:1])]
             return float(np.median(levels)) if levels else 0.25
-        return float(getattr(self.stiffness, part)) if self.stiffness is not None else otherwise
+        return float(getattr(self.stiffness, part, otherwise)) if self.stiffness is not None else otherwise
 
 
 def clues(cases: Sequence[CycleSet], rig: BetweenPlatforms, errors: RigErrors) -> Clues:

@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip.analyses.damper_alone.cycle_dataset import slip_work
 from stickslip.laboratory.identification.damper.fit import DamperFit
+from stickslip.laboratory.identification.damper.model import TENFOLD
 from stickslip.laboratory.identification.damper.result import CERTAINTY, misfits
 from stickslip.laboratory.measurement.cycles import CycleSet, synthesis, whole_cycles
 from stickslip.laboratory.measurement.records import Record
@@ -106,7 +107,8 @@ def never_sliding(fit: DamperFit, theta: Array, rig: BetweenPlatforms) -> tuple[
         return ()
     values, work = fit.values(theta), np.zeros(len(fit.lines))
     for pull, drive in zip(fit.pulls, fit.drives, strict=True):
-        model = CycleModel.of(rig.with_pull(pull)).with_parameters(values["kt"], values["kn"], values["mu"])
+        mu = values["mu"] * values[TENFOLD] ** np.log10(pull / (fit.at * len(fit.lines)))
+        model = CycleModel.of(rig.with_pull(pull)).with_parameters(values["kt"], values["kn"], mu)
         work += np.abs(slip_work(model, steady_cycle(model, drive)))
     still = work <= STILL * work.max()
     return tuple(
@@ -165,6 +167,25 @@ def lag_remarks(fit: DamperFit, theta: Array, error: float) -> tuple[str, ...]:
     )
 
 
+def friction_over_load(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
+    """What the unknown `tenfold` says: the power of the load that the coefficients follow, or that the loops do not show one."""
+    names = [p.name for p in fit.unknowns]
+    if TENFOLD not in names:
+        return ()
+    k = names.index(TENFOLD)
+    exponent, error = theta[k] / np.log(10.0), CERTAINTY * scatter[k] / np.log(10.0)
+    if not abs(exponent) > error:  # NaN too
+        return (
+            f"The loops do not show that friction depends on the load: {TENFOLD} = 1 lies in its interval. Leave {TENFOLD} out "
+            "of the unknown, or measure at pulls further apart.",
+        )
+    return (
+        f"The coefficients of friction hold at a normal load of {fit.at:.4g} N on a line and follow its power {exponent:.3f} "
+        f"(95 % between {exponent - error:.3f} and {exponent + error:.3f}): mu = {{ value = ..., at = {fit.at:.4g}, exponent = "
+        f"{exponent:.3f} }} in a study.",
+    )
+
+
 def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
     """What must be known of the result; a fit that explains the loops badly is refused."""
     computed = fit.predicted(theta)
@@ -192,6 +213,7 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
             warnings.append(f"{p.name} lies at the end of its range ({np.exp(t):.4g}): the loops do not bound it.")
         elif s > WIDE:
             warnings.append(f"{p.name} is hardly seen by these loops: its interval is wide.")
+    warnings += friction_over_load(fit, theta, scatter)
     if "rotation" not in fit.channels:
         warnings.append("No rotation was measured: another minimum may fit as well.")
     return tuple(warnings)

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from stickslip.laboratory.identification.damper.clues import Clues
-from stickslip.laboratory.identification.damper.model import BOUNDS, LINE_LAWS, PARTS, Parameter, microslip
+from stickslip.laboratory.identification.damper.model import BOUNDS, LINE_LAWS, PARTS, TENFOLD, Parameter, microslip, over_load
 from stickslip.laboratory.identification.least_squares import LeastSquares, Solution
 from stickslip.laboratory.measurement.cycles import CycleSet, analysis, delayed, synthesis
 from stickslip.laboratory.measurement.rig_errors import SIGNALS, RigErrors
@@ -80,7 +80,8 @@ class MeasuringChain:
 @dataclass(frozen=True, eq=False)
 class DamperFit(LeastSquares):
     """Measured cases, the model of each, and the unknowns. Data (cases, channels, 2H+1) are kept apart from the model, so
-    that resampled ones can be put in their place. law: of every line. gaps: above 0, every contact is three
+    that resampled ones can be put in their place. at [N]: the load of a line at which mu holds where it depends on
+    the load, the pulls' geometric mean shared over the lines. law: of every line. gaps: above 0, every contact is three
     parallel elements with gaps so wide: what a microslip law in place of macroslip changes. tally: cycles that were computed with
     this fit and its copies, and those of them that never became steady."""
 
@@ -94,6 +95,7 @@ class DamperFit(LeastSquares):
     data: Array
     spread: Array
     errors: RigErrors
+    at: float = 1.0
     law: str = "macroslip"
     gaps: float = 0.0
     step: float = WIDE
@@ -121,7 +123,8 @@ class DamperFit(LeastSquares):
             spread[:, c, 0] = np.hypot(spread[:, c, 0], zeros)
         names = tuple(point.name for point in rig.points)
         drives = tuple(_drive(case, steps) for case in cases)
-        return cls(tuple(cases), elements_of(rig), pulls, drives, unknowns, names, channels, data, spread, errors)
+        at = float(np.exp(np.mean(np.log(pulls)))) / len(names)
+        return cls(tuple(cases), elements_of(rig), pulls, drives, unknowns, names, channels, data, spread, errors, at)
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -145,7 +148,7 @@ class DamperFit(LeastSquares):
     def with_law(self, law: str) -> DamperFit:
         """A copy whose lines follow another law, with what that has unknown."""
         own = tuple(Parameter(name, *BOUNDS[name]) for name in LINE_LAWS[law][1])
-        return replace(self, law=law, unknowns=(*(p for p in self.unknowns if p.part in PARTS), *own))
+        return replace(self, law=law, unknowns=(*(p for p in self.unknowns if p.part in (*PARTS, TENFOLD)), *own))
 
     def only(self, numbers: Sequence[int]) -> DamperFit:
         """A copy with some of the cases."""
@@ -156,6 +159,7 @@ class DamperFit(LeastSquares):
     def values(self, theta: Array) -> dict[str, Array]:
         """kt, kn, mu and gaps of every line, (lines,), from logarithms of the unknowns."""
         found = {part: np.array(getattr(self.elements, part)) for part in PARTS} | {"gaps": np.full(len(self.lines), self.gaps)}
+        found[TENFOLD] = np.ones(len(self.lines))
         for p, value in sorted(zip(self.unknowns, np.exp(theta), strict=True), key=lambda pair: len(pair[0].name)):
             found[p.part][p.lines(self.lines)] = value
         return found
@@ -167,6 +171,8 @@ class DamperFit(LeastSquares):
             elements = microslip(self.elements, values, load, LAYERS)
         else:
             elements = LINE_LAWS[self.law][0](self.elements, values, load)
+        tenfold = float(values[TENFOLD][0])
+        elements = elements if tenfold == 1.0 else over_load(elements, tenfold, self.at)
         found, count = [], (self.data.shape[2] - 1) // 2
         for pull, drive in zip(self.pulls, self.drives, strict=True):
             cycle = relaxed_cycle(elements, pull, drive)

@@ -13,13 +13,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.laboratory.identification.contact_law.model import half_ellipse
+from stickslip.model.contact.friction import LoadDependentFriction, line_of
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.solve.platforms.relaxation import Elements
 from stickslip.support.checks import Array, fault
 
 PARTS = ("kt", "kn", "mu")
-BOUNDS = {"kt": (2e6, 1e9), "kn": (2e6, 2e9), "mu": (0.02, 1.2), "gaps": (0.02, 2.0)}
+TENFOLD = "tenfold"
+"""The unknown factor of all coefficients of friction from a normal load to one ten times as large: μ ∝ N^e, e its log10."""
+BOUNDS = {"kt": (2e6, 1e9), "kn": (2e6, 2e9), "mu": (0.02, 1.2), "gaps": (0.02, 2.0), TENFOLD: (0.25, 4.0)}
 """Range in which an unknown is looked for, N/m and 1, unless given."""
+
+LOADS = np.geomspace(1.0 / 30.0, 10.0, 16)
+"""Loads, as shares of the middle one, between which the slip limit of a power of the load is straight: exact to 0.3 %."""
 
 IWAN_ELEMENTS, GAP_ELEMENTS = 10, 5
 """Jenkins elements of a contact line: of an Iwan law, and one behind the other where gaps open in turn."""
@@ -30,7 +36,8 @@ Values = Mapping[str, Array]
 
 @dataclass(frozen=True)
 class Parameter:
-    """An unknown: its name (kt, kn or mu, then _ and how the names of its lines begin: mu_L1, mu_L, kt), and its bounds."""
+    """An unknown: its name (kt, kn or mu, then _ and how the names of its lines begin: mu_L1, mu_L, kt; or tenfold), and its
+    bounds."""
 
     name: str
     low: float
@@ -52,8 +59,8 @@ def parameters(names: Sequence[str], rig: BetweenPlatforms, bounds: Mapping[str,
     lines, found = [point.name for point in rig.points], []
     for name in names:
         part = name.split("_")[0]
-        if part not in PARTS:
-            raise fault("unknown", "must begin with kt, kn or mu", name)
+        if part not in PARTS and name != TENFOLD:
+            raise fault("unknown", f"must begin with kt, kn or mu, or be {TENFOLD}", name)
         low, high = bounds.get(name, BOUNDS[part])
         if not 0.0 < low < high:
             raise fault(f"Bounds of {name}", "must be positive and ascending", (low, high))
@@ -90,6 +97,13 @@ def microslip(elements: Elements, values: Values, load: float, count: int = GAP_
     """Elements that close one after the other; load: of a line, N."""
     gaps = 2.0 * load * np.outer(values["gaps"], np.linspace(0.0, 1.0, count))
     return _parted(elements, values, count)._replace(constant=-gaps.ravel() / count)
+
+
+def over_load(elements: Elements, tenfold: float, at: float) -> Elements:
+    """Elements whose mu holds at a normal load `at` [N] of their line, and changes by a factor with a load ten times as large."""
+    parts = elements.line.size / elements.arm.shape[0]
+    line = line_of(LoadDependentFriction(tuple(at * LOADS), tuple(tenfold ** np.log10(LOADS))))
+    return elements._replace(mu=line.slope * elements.mu, bend=line.loads / parts, change=line.changes)
 
 
 def _parted(elements: Elements, values: Values, count: int) -> Elements:

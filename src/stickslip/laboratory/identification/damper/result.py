@@ -116,7 +116,7 @@ def identification_dataset(
         "gain": _about(("channel",), chain.gains, "1", "gain error of the channel"),
         "misfit": _about(place, misfits(fit, computed), "1", "misfit, relative"),
     }
-    units = ["1" if p.part in ("mu", "gaps") else "N/m" for p in fit.unknowns]
+    units = ["N/m" if p.part in ("kt", "kn") else "1" for p in fit.unknowns]
     coordinates = {
         "parameter": _about("parameter", [p.name for p in fit.unknowns], "1", "unknown"),
         "parameter_units": _about("parameter", units, "1", "units of the unknown"),
