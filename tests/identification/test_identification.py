@@ -31,6 +31,7 @@ from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cyc
 from stickslip.solve.platforms.relaxation import carry, elements_of, marched_cycle, relaxed_cycle, stuck_stiffness
 from stickslip.study import read
 from stickslip.study.loops import with_loops
+from stickslip.study.templates import write_new
 from stickslip.support.checks import InputError
 
 FRICTION = (0.18, 0.199, 0.45)
@@ -122,6 +123,15 @@ def test_friction_over_the_load_in_two_schemes(name):
             limit.append(float(np.sum(e.mu[own])) * (share + e.change @ np.maximum(share - e.bend, 0.0)))
         expected = plain.mu[k] * load * 0.6 ** np.log10(load / at)
         np.testing.assert_allclose(limit, expected, rtol=3e-3)
+
+
+def test_a_table_of_friction_in_the_frame_of_a_fit_is_refused_by_the_check(tmp_path):
+    path = write_new("identification", tmp_path / "study.toml")[0]
+    path.write_text(path.read_text().replace("mu = 0.3", "mu = { over = [10.0, 100.0], values = [0.4, 0.3] }"))
+    with pytest.raises(
+        InputError, match=r"must be a number, the coefficient at the middle load.*Name `tenfold` among the unknown"
+    ):
+        read(path)
 
 
 def test_the_power_of_the_load_is_fitted():

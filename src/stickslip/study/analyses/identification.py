@@ -20,6 +20,7 @@ from stickslip.laboratory.measurement.records import read_record
 from stickslip.laboratory.measurement.rig_errors import RigErrors
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.runs.work import Arrays
+from stickslip.solve.platforms.relaxation import elements_of
 from stickslip.study.analyses.damper_cycle import DamperTable, suitable
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Number, Positive, Seed, Table
@@ -108,7 +109,7 @@ class IdentificationPlan(Plan):
             remedy = "The laws that are fitted stand in [identification] law."
             raise fault("[damper] law", "must be macroslip in an identification", damper.law, remedy)
         rig = damper.rig(asked.units)
-        table.rig_errors(), parameters(table.unknown or usual_unknowns(rig), rig, {})
+        elements_of(rig), table.rig_errors(), parameters(table.unknown or usual_unknowns(rig), rig, {})
         return cls(rig, table, asked.folder, asked.units)
 
     def with_loops(self, loops: Sequence[Path], laws: Sequence[str] = (), removals: Sequence[Path] = ()) -> IdentificationPlan:
