@@ -125,13 +125,20 @@ def test_held_amplitudes_and_a_band(identified, tmp_path):
 def test_what_is_refused_comes_with_its_remedy(identified, tmp_path):
     folder, other = identified
     wrong = {
-        ("--draws", "20"): "force must be given",
-        ("--force", "1", "--amplitude", "2"): "force must be given",
+        ("--force", "1", "--setting", "load"): "--setting must be NAME=VALUE, such as pull=50",
+        ("--force", "1", "--setting", "kt=3"): "settings must not name what is free, but is 'kt'",
         ("--force", "x"): "--force must give numbers",
         ("--force", "1", "--setting", "pull=3"): "settings must name some of",
         ("--force", "1", "--band", "0.1"): "--band must be LOW:HIGH",
         ("--force", "1", "--compare", tmp_path / "none.uff"): "none.uff",
-        ("--force", "1", "--compare", other, "--compare-force", "0.6"): "must be one that is predicted",
+        (
+            "--force",
+            "1",
+            "--compare",
+            other,
+            "--compare-force",
+            "0.6",
+        ): "must be one that is predicted, 1, but is 0.6. Add 0.6 to",
     }
     for options, message in wrong.items():
         shown = command("predict", folder / "found", *options, "--out", tmp_path / "wrong", "--workers", "1")
@@ -154,3 +161,86 @@ def test_results_without_a_study_are_refused(identified, tmp_path):
     shown = command("predict", tmp_path / "curve.nc", "--force", "1")
     assert shown.exit_code == console.WRONG_INPUT
     assert "identify-response" in shown.output
+
+
+def test_levels_are_of_one_kind_and_of_the_measured_quantity(identified, tmp_path):
+    folder, _ = identified
+    wrong = {
+        ("--draws", "20"): "--force must be given, or --displacement for held amplitudes, or --compare",
+        ("--force", "1", "--amplitude", "2"): "--force and --amplitude must not be given together, but are: 1 and 2.",
+        ("--displacement", "1", "--velocity", "2"): "--velocity and --displacement must not be given together",
+        ("--velocity", "1"): "--velocity must be the quantity that was measured, --displacement, but is '1'. Give --displacement",
+        ("--acceleration", "1"): "Give --displacement, in m.",
+    }
+    for options, message in wrong.items():
+        shown = command("predict", folder / "found", *options, "--out", tmp_path / "wrong")
+        assert shown.exit_code == console.WRONG_INPUT, (options, shown.output)
+        assert message in " ".join(shown.output.split()), (options, shown.output)
+
+
+def predicting(folder, table, changed=lambda text: text):
+    """A study that predicts from the identification of a folder, its text changed."""
+    text = changed(ss.open_results(folder / "found").attrs["study"].replace("response_identification", "response_prediction", 1))
+    study = folder / "predict.toml"
+    study.write_text(f'{text}\n[response_prediction]\nidentification = "found"\n{table}\n')
+    return study
+
+
+def test_the_identification_that_is_read_is_not_replaced(identified):
+    """By the command and by a study, whatever else is said."""
+    folder, _ = identified
+    before = (folder / "found" / "results.nc").read_bytes()
+    study = predicting(folder, "force = [0.6]\ndraws = 20")
+    for start in (("predict", folder / "found", "--force", "0.6"), ("run", study)):
+        for option in ("--overwrite", "--resume"):
+            shown = command(*start, "--out", folder / "found", option)
+            assert shown.exit_code == console.WRONG_INPUT, shown.output
+            assert "must not be the folder of the results that are read" in " ".join(shown.output.split())
+    assert (folder / "found" / "results.nc").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ("[sweep]", "[structure.parameters]\nmass = 2.0\n[sweep]", "structure.parameters.mass is 2.0 here and not given there"),
+        ("harmonics = 3", "harmonics = 5", "sweep.harmonics is 5 here and 3 there"),
+        ("limit = [", "stiffness = [", "must leave free what was identified, kt, limit, damping, but is"),
+        ("[sweep]", "[structure.parameters]\nkt = 2.0\n[sweep]", ""),  # it is free
+    ],
+)
+def test_an_identification_of_another_problem_is_refused(identified, before, after, message):
+    folder, _ = identified
+    study = predicting(folder, "force = [0.6]", lambda text: text.replace(before, after))
+    shown = command("check", study)
+    assert shown.exit_code == (console.WRONG_INPUT if message else 0), shown.output
+    assert message in " ".join(shown.output.split())
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ('force = [3.0]\ncompare = ["none.csv"]', "none.csv"),
+        ('force = [3.0]\ncompare = ["predict_10_N.csv"]', "must be one that is predicted, 3, but is 10.0. Add 10 to these"),
+        ('force = [0.01]\ncompare = ["predict_10_N.csv"]', "Is the unit of its force right?"),
+        ('compare = ["khz.csv"]', "must be three at least, but is 0. Measured, they reach from 0.31"),
+        ('compare = ["displacement.csv"]', "The quantity of displacement must be acceleration"),
+        ("force = [3.0, 3.0]", "force must be unique"),
+        ("force = [3.0]\namplitude = [2.0]", "force and amplitude must not be given together, but force = [3.0] and"),
+        ("draws = 20", "force must be given, or amplitude, or files to compare with, but is []"),
+    ],
+)
+def test_check_finds_what_is_wrong_with_the_levels_and_the_compared_curves(tmp_path, table, message):
+    """Before the identification, which is the most of the work."""
+    study = tmp_path / "predict.toml"
+    assert command("new", "response_prediction", study).exit_code == 0
+    measured = (tmp_path / "predict_10_N.csv").read_text().splitlines()
+    first, *rows = (line.split(",") for line in measured if not line.startswith("#"))
+    in_khz = [",".join([str(float(row[0]) / 1e3), *row[1:]]) for row in rows]
+    (tmp_path / "khz.csv").write_text("\n".join([",".join(first), *in_khz]))
+    other = ",".join(first).replace("acceleration [m/s2]", "displacement [m]")
+    (tmp_path / "displacement.csv").write_text("\n".join([other, *map(",".join, rows)]))
+    start, _, _ = study.read_text().partition("[response_prediction]")
+    study.write_text(f"{start}[response_prediction]\n{table}\n")
+    shown = command("check", study)
+    assert shown.exit_code == console.WRONG_INPUT, shown.output
+    assert message in " ".join(shown.output.split())

@@ -2,6 +2,7 @@
 peaks against closed forms."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import xarray as xr
 import stickslip as ss
 from stickslip.laboratory.identification.response.draws import Draws, interval
 from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak, measured_peak
-from stickslip.laboratory.identification.response.prediction_result import summary
+from stickslip.laboratory.identification.response.prediction_result import steady_median, summary
 from stickslip.support.checks import InputError
 
 FREQUENCIES = np.linspace(0.14, 0.24, 21)
@@ -262,7 +263,7 @@ def test_settings_that_differ_must_be_given(clean):
     ("arguments", "message"),
     [
         ({}, "force must be given, or amplitude"),
-        ({"force": 1.0, "amplitude": 1.0}, "force must be given, or amplitude"),
+        ({"force": 1.0, "amplitude": 1.0}, "force and amplitude must not be given together"),
         ({"force": -1.0}, "force must be positive"),
         ({"force": 1.0, "draws": 5}, "draws must be"),
         ({"force": 1.0, "start_states": "all"}, "start_states must be one of"),
@@ -272,3 +273,116 @@ def test_settings_that_differ_must_be_given(clean):
 def test_wrong_arguments_are_refused(found, arguments, message):
     with pytest.raises(InputError, match=message):
         found.predict(**arguments)
+
+
+def resonance(f, gain=1.0, top=100.0):
+    return gain / np.hypot(1.0 - (f / top) ** 2, 0.05 * f / top)
+
+
+def a_prediction(seed, draws=40, level=2.0, spread=0.01):
+    """A prediction at one level as `predict_response` gives it: draws of a resonance that scatter in gain and frequency."""
+    rng, f = np.random.default_rng(seed), np.linspace(90.0, 110.0, 81)
+    gains, tops = np.exp(spread * rng.normal(size=draws)), 100.0 * np.exp(1e-3 * rng.normal(size=draws))
+    curves = level * np.array([resonance(f, *each) for each in zip(gains, tops, strict=True)])
+    data = {
+        "frequency": (("level", "point"), f[None]),
+        "amplitude_drawn": (("level", "draw", "point"), curves[None]),
+        "peak_amplitude": ("level", [20.0], {"units": "m/s2"}),
+        "interpolated": ("level", [1.0]),
+        "peak_frequency_error": ("level", [0.0]),
+        "peak_amplitude_error": ("level", [0.0]),
+    }
+    for key in ("peak_frequency", "peak_amplitude", "damping_ratio"):
+        data |= {f"{key}{end}": ("level", [20.0], {"units": "m/s2"}) for end in ("", "_low", "_high")}
+    attrs = {"held": "force", "quantity": "acceleration", "seed": seed, "draws": draws, "point_error": 0.01, "free": "kt"}
+    attrs |= {"free_of_each_test": "", "unknown": "", "measured_from": 1.0, "measured_to": 3.0, "scatter_known": 1}
+    attrs |= {"gain_scatter": 0.0, "frequency_scatter": 0.0}
+    level_named = ("level", [level], {"units": "N", "long_name": "force level"})
+    return ss.ResponsePrediction(xr.Dataset(data, {"level": level_named}, attrs))
+
+
+def a_test(gain=1.0, force=2.0, name="blade", **about):
+    f = np.linspace(92.0, 112.0, 11)
+    return ss.MeasuredResponse(f, force * resonance(f, gain), force, name=name, **about)
+
+
+def compared_lines(prediction, *tests):
+    return [line for line in summary(prediction.compare(tests).dataset) if any(line.startswith(test.name) for test in tests)]
+
+
+def test_errors_of_the_same_curve_are_the_same():
+    """Of two copies in one comparison to the last bit, of several seeds of the draws to the digits that are shown."""
+    table = a_prediction(0).compare([a_test(), a_test(name="copy")]).comparison()
+    heads = [f"error of {what} in %" for what in ("frequency", "amplitude", "damping ratio")]
+    assert table[heads].iloc[0].to_list() == table[heads].iloc[1].to_list()
+    assert abs(table[heads[1]][0]) < 0.6  # the standard error of the median of 40 draws of 1 % is 0.2 %
+    for seed in range(5):
+        (line,) = compared_lines(a_prediction(seed), a_test())
+        assert "amplitude +0 % (inside)" in line or "amplitude -0 % (inside)" in line, line
+
+
+def test_the_standard_error_of_a_median_is_that_of_its_draws():
+    """√(π/2) s/√n for normal draws, against the scatter of medians of 400 samples; noise within a draw adds its share only."""
+    rng = np.random.default_rng(0)
+    samples = [rng.normal(size=50) + 0.5 * rng.normal(size=(20, 50)) for _ in range(400)]
+    medians, errors = np.transpose([steady_median(each) for each in samples])
+    assert np.mean(errors) == pytest.approx(np.std(medians), rel=0.2)
+    assert np.isnan(steady_median(np.full((2, 3), np.nan))).all()
+
+
+@pytest.mark.parametrize(
+    ("gain", "shown", "cause"),
+    [
+        (1.0 / 9.80665, r"amplitude 9\.\d* times as large", "an acceleration in g is given as in m/s2"),
+        (2.0**-0.5, r"amplitude \+41 %", "the response is an RMS value"),
+        (1e3, r"amplitude 0.001 times as large", "a force in kN is given as in N"),
+        (0.8e-3, r"amplitude 12\d\d times as large", "a force in N is given as in kN"),
+    ],
+)
+def test_a_wrong_unit_of_a_compared_curve_is_suspected(gain, shown, cause):
+    first, second = compared_lines(a_prediction(0), a_test(gain))
+    assert cause in second
+    assert re.search(shown, first), first
+
+
+def test_a_prediction_that_is_merely_wrong_is_not_taken_for_a_unit():
+    (line,) = compared_lines(a_prediction(0), a_test(0.85))
+    assert "amplitude +1" in line
+    assert "(outside)" in line
+
+
+def test_compared_points_outside_the_band_are_left_out():
+    """A curve beyond the band from 90 to 110 Hz has its peak from the points inside; one of kHz has no point inside."""
+    data = a_prediction(0).compare(a_test()).dataset
+    assert np.nanmax(data["measured_frequency"].values) == pytest.approx(110.0)
+    assert float(data["predicted_peak_frequency"][0]) == pytest.approx(100.0, rel=3e-3)
+    test = a_test()
+    away = ss.MeasuredResponse(np.asarray(test.frequency) / 1e3, test.amplitude, 2.0, name="kHz")
+    with pytest.raises(InputError, match=r"three at least, but is 0. .* 0\.092 to 0\.112 Hz.*unit of the frequency"):
+        a_prediction(0).compare(away)
+
+
+def test_units_that_were_assumed_of_a_compared_curve_are_named(tmp_path):
+    test = a_test()
+    rows = zip(test.frequency, test.amplitude, test.force, strict=True)
+    (tmp_path / "blade.csv").write_text("frequency,acceleration,force\n" + "\n".join(",".join(map(str, row)) for row in rows))
+    said = summary(a_prediction(0).compare(ss.read_measured_response(tmp_path / "blade.csv")).dataset)
+    assert "No unit is stated of frequency, acceleration and force in blade: Hz, m/s2 and N are assumed." in said
+
+
+def test_intervals_of_few_draws_say_what_they_hold():
+    """(20 − 1)/(20 + 1) = 90 %."""
+    few, many = (summary(a_prediction(0, draws).dataset) for draws in (20, 39))
+    assert any("90 % interval" in line for line in few)
+    assert not any("95 % interval" in line for line in few)
+    assert any("95 % interval" in line for line in many)
+
+
+def test_a_band_without_a_peak_is_the_cause_that_is_named(found):
+    """And no number is missing where figures take the largest."""
+    prediction = found.predict(0.6, draws=20, band=ss.hertz(0.23, 0.24))
+    said = summary(prediction.dataset)
+    assert "0.6 N: no peak in the band. Give another or a wider one." in said
+    assert not any("harmonics" in line for line in said)
+    for name in ("", "peaks"):
+        prediction.plot(name) if name else prediction.plot()

@@ -54,7 +54,10 @@ def contact_law(
     from stickslip.study.run import Run
 
     existing("FILES", files)
-    named = {"columns": pairs("--column", column or ()), "column_units": pairs("--unit", unit or ())}
+    named = {
+        "columns": pairs("--column", column or (), "force=2"),
+        "column_units": pairs("--unit", unit or (), "displacement=um"),
+    }
     stiffness = None if rig_stiffness is None else 1e6 * rig_stiffness
     given = {"normal_load": normal_load, "rig_stiffness": stiffness, "laws": law or None, "lag": lag}
     text = study_text(files, given | {"friction_over": friction_over or None}, named)
@@ -64,13 +67,13 @@ def contact_law(
     say(f"Results: {folder}")
 
 
-def pairs(option: str, given: Sequence[str]) -> dict[str, str]:
-    """Names and values of NAME=VALUE."""
+def pairs(option: str, given: Sequence[str], example: str) -> dict[str, str]:
+    """Names and values of NAME=VALUE, such as the example."""
     found = {}
     for text in given:
         name, sign, value = text.partition("=")
         if not sign or not name.strip() or not value.strip():
-            raise fault(option, "must be NAME=VALUE, such as displacement=um", text)
+            raise fault(option, f"must be NAME=VALUE, such as {example}", text)
         if name.strip() in found:
             raise fault(option, f"must give {name.strip()} once", list(given))
         found[name.strip()] = value.strip()

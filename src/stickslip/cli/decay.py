@@ -62,7 +62,7 @@ def decay(
         if len(ends) != 2:
             raise fault("--band", "must be LOW:HIGH, Hz", band)
         settings["band"] = (ends[0], ends[1])
-    columns, units = pairs("--column", column or ()), pairs("--unit", unit or ())
+    columns, units = pairs("--column", column or (), "signal=2"), pairs("--unit", unit or (), "signal=g")
     decay = read_decay(file, columns=columns, units=units, quantity=quantity, **settings)
     folder = free_folder(out or Path("results") / file.stem, [""], False, overwrite)
     with claimed(folder):

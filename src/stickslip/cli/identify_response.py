@@ -108,11 +108,12 @@ def identify_response(
         document["sweep"] = {**document.get("sweep", {}), "harmonics": harmonics}
     table: dict[str, Any] = {"quantity": quantity, "output": output, "held": held, "error": error, "of_largest": of_largest}
     table |= {"free_gain": free_gain, "free_phase": free_phase, "start_states": start_states, "leave_one_out": leave_one_out}
-    table |= {"columns": pairs("--column", column or ()) or None, "column_units": pairs("--unit", unit or ()) or None}
+    table |= {"columns": pairs("--column", column or (), "real=3") or None}
+    table |= {"column_units": pairs("--unit", unit or (), "real=mm/N") or None}
     table |= {"phase_of": phase_of, "force": [number("--force", one) for one in force.split(",")] if force else None}
     count = len(curves) if by is None else None
     table |= {"by": by, "each_test": each_test or None, "settings": settings_of(setting or (), count)}
-    arguments = {name: argument_of(value) for name, value in pairs("--set", argument or ()).items()}
+    arguments = {name: argument_of(value) for name, value in pairs("--set", argument or (), "kt=2e5").items()}
     text = toml_text(with_curves(document, curves, free or (), arguments, table))
     job = study.job(text, folder, "responses")
     place = free_folder(out or Path("results") / Path(problem).stem, [""], resume, overwrite)
@@ -124,7 +125,7 @@ def identify_response(
 def settings_of(given: Sequence[str], count: int | None) -> list[dict[str, float]] | None:
     """For each curve, its own settings by name; None without any. count: of curves, if it is known before files are read."""
     found: list[dict[str, float]] = []
-    for name, values in pairs("--setting", given).items():
+    for name, values in pairs("--setting", given, "pull=40,60").items():
         numbers = [number("--setting", one) for one in values.split(",")]
         count = len(numbers) if count is None else count
         found = found or [{} for _ in range(count)]

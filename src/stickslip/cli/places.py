@@ -27,12 +27,16 @@ def remove_if_empty(folder: Path) -> None:
         folder.rmdir()  # of a folder that holds something this fails
 
 
-def free_folder(folder: Path, names: Sequence[str], resume: bool, overwrite: bool) -> Path:
-    """The folder for results of these names; refused if it already holds some and neither `resume` nor `overwrite` is given."""
+def free_folder(folder: Path, names: Sequence[str], resume: bool, overwrite: bool, reads: Sequence[Path] = ()) -> Path:
+    """The folder for results of these names; refused if it already holds some and neither `resume` nor `overwrite` is given, and
+    always where they would replace results that are read."""
     if resume and overwrite:
         raise fault("--resume and --overwrite", "must not be given together", "both", "Leave one out.")
     written = [folder / name / "results.nc" for name in names] + [folder / "report.html"]
     found = [file for file in written if file.exists()]
+    for file in found:
+        if any(one.exists() and one.samefile(file) for one in reads):
+            raise fault("--out", "must not be the folder of the results that are read", str(folder), "Name another folder.")
     if found and not (resume or overwrite):
         remedy = "Name another folder, or add --overwrite to replace them, or --resume to finish an interrupted run."
         held = found[0].relative_to(folder)

@@ -33,13 +33,17 @@ def predict(
     amplitude: Annotated[
         list[str] | None,
         typer.Option(
-            "--amplitude",
-            "--acceleration",
-            "--velocity",
-            "--displacement",
-            metavar="A",
-            help="Controlled amplitudes of the measured quantity instead of force levels, in m/s², m/s or m.",
+            metavar="A", help="Controlled amplitudes of the measured quantity instead of force levels, in m/s², m/s or m."
         ),
+    ] = None,
+    acceleration: Annotated[
+        list[str] | None, typer.Option(metavar="A", help="The same, where accelerations were measured, in m/s².")
+    ] = None,
+    velocity: Annotated[
+        list[str] | None, typer.Option(metavar="V", help="The same, where velocities were measured, in m/s.")
+    ] = None,
+    displacement: Annotated[
+        list[str] | None, typer.Option(metavar="U", help="The same, where displacements were measured, in m.")
     ] = None,
     setting: Annotated[
         list[str] | None,
@@ -94,21 +98,41 @@ def predict(
 
     existing("--compare", compare or [])
     dataset = open_results(identification)
-    table: dict[str, Any] = {"identification": str(identification.resolve())}
-    table |= {"force": levels("--force", force), "amplitude": levels("--amplitude", amplitude), "draws": draws, "seed": seed}
-    table |= {"settings": {name: number("--setting", value) for name, value in pairs("--setting", setting or ()).items()}}
+    document = document_in(dataset)
+    motions = {"amplitude": amplitude, "acceleration": acceleration, "velocity": velocity, "displacement": displacement}
+    options = {f"--{name}": given for name, given in {"force": force, **motions}.items() if given}
+    one_kind_of_level(options, bool(compare), str(dataset["quantity"].values[0]))
+    given = [level for option, texts in options.items() for level in levels(option, texts)]
+    table: dict[str, Any] = {"identification": str(identification.resolve()), "draws": draws, "seed": seed}
+    table |= {"force" if force else "amplitude": given}
+    values = pairs("--setting", setting or (), "pull=50")
+    table |= {"settings": {name: number("--setting", value) for name, value in values.items()}}
     table |= {"compare": [str(path.resolve()) for path in compare or ()], "by": by, "start_states": start_states}
     table |= {"compare_force": levels("--compare-force", [compare_force] if compare_force else None)}
-    table |= {"columns": pairs("--column", column or ()), "column_units": pairs("--unit", unit or ())}
-    document = with_prediction(
-        document_in(dataset), {key: value for key, value in table.items() if value not in (None, [], {})}, band
-    )
+    table |= {"columns": pairs("--column", column or (), "real=3"), "column_units": pairs("--unit", unit or (), "real=mm/N")}
+    document = with_prediction(document, {key: value for key, value in table.items() if value not in (None, [], {})}, band)
     job = study.job(toml_text(document), folder, "prediction")
     own = identification if identification.is_dir() else identification.parent
-    place = free_folder(out or own.with_name(f"{own.resolve().name}_prediction"), [""], resume, overwrite)
+    own = own if own.name not in ("", "..") else own.resolve()
+    place = free_folder(out or own.with_name(f"{own.name}_prediction"), [""], resume, overwrite, job.plan.reads)
     say(f"{job.title}: {job.plan.summary}.")
     carry_out(Run({"": job}, place, resume, cores() if workers is None else workers), figures)
     say(f"Results: {place}")
+
+
+def one_kind_of_level(options: Mapping[str, list[str]], compared: bool, measured: str) -> None:
+    """Refuse levels of several options, of another quantity than the measured one, and none without curves that state them."""
+    if len(options) > 1:
+        given = " and ".join(", ".join(texts) for texts in options.values())
+        raise InputError(f"{' and '.join(options)} must not be given together, but are: {given}. Give one of them.")
+    if not options and not compared:
+        raise fault("--force", f"must be given, or --{measured} for held amplitudes, or --compare", "none")
+    from stickslip.solve.balance.measure import quantity_named
+
+    for option in options:
+        if option not in ("--force", "--amplitude", f"--{measured}"):
+            remedy = f"Give --{measured}, in {quantity_named(measured)[0].units}."
+            raise fault(option, f"must be the quantity that was measured, --{measured}", ", ".join(options[option]), remedy)
 
 
 def levels(option: str, given: list[str] | None) -> list[float]:

@@ -172,7 +172,7 @@ def run(
     brief = all(seconds is not None for seconds in times.values()) and sum(filter(None, times.values())) < BRIEF
     at_once = workers or (1 if brief else cores())
     executor = Processes(at_once, apart=any(map(stays_long, jobs.values()))) if scheduler is None else cluster(scheduler, workers)
-    folder = free_folder(out, list(jobs), resume, overwrite)
+    folder = free_folder(out, list(jobs), resume, overwrite, [file for job in jobs.values() for file in job.plan.reads])
     for name, job in jobs.items():
         say(f"{name + ': ' if name else ''}{job.title}: {job.plan.summary}.")
         seconds = times[name]

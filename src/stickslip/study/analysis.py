@@ -47,6 +47,11 @@ class Plan(Protocol):
         return ""
 
     @property
+    def reads(self) -> tuple[Path, ...]:
+        """The files of results that it reads, which its own must not replace."""
+        return ()
+
+    @property
     def condition(self) -> str:
         """When the structure of the study is as it is given: "at 6000 rev/min"; "" where that does not change."""
         return ""
@@ -80,7 +85,7 @@ def summary_of(sweep: ForcedResponseSettings) -> str:
 class Asked:
     """What a sound study file holds: its own tables by key, the problem and the settings of [sweep] where the analysis has one,
     units, and its folder; rig: the name of the ready problem, "" without one, and its parameters; disks: of a sector whose
-    speed is given, the structure by rotor speed in rev/min."""
+    speed is given, the structure by rotor speed in rev/min; document: the file as it stands."""
 
     tables: Mapping[str, Table]
     sweep: ForcedResponseSettings | None
@@ -88,6 +93,7 @@ class Asked:
     folder: Path
     rig: tuple[str, Mapping[str, Any]] = ("", MappingProxyType({}))
     disks: Mapping[float, CyclicStructure] = field(default_factory=dict)
+    document: Mapping[str, Any] = field(default_factory=dict)
 
 
 def taken_over(base: ForcedResponseWork) -> dict[str, Any]:

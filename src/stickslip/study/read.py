@@ -174,9 +174,8 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
     if sweep and "speed_sweep" not in tables.own:  # its static loads are those of each speed
         found.attempt("", check_static_loads, sweep.problem, notes)
     found.stop()
-    plan = found.attempt(
-        "", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig), stated[1] if stated else {})
-    )
+    disks = stated[1] if stated else {}
+    plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig), disks, document))
     found.stop()
     if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")

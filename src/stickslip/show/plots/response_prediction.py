@@ -6,14 +6,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.laboratory.identification.response.prediction_result import held_share
 from stickslip.results.view import shown_unit
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, band, spans
 from stickslip.show.plots.look import entries, level
 from stickslip.show.plots.response_curves import HERTZ
+from stickslip.support.checks import Array
 from stickslip.support.renderers import FIGURES
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+def _largest(values: Array) -> float:
+    """The largest number of an array, 0 of none."""
+    return float(values[np.isfinite(values)].max(initial=0.0))
 
 
 @FIGURES.of("ResponsePrediction")
@@ -22,12 +29,12 @@ def predicted(dataset: xr.Dataset) -> Chart:
     levels, count = dataset["level"], dataset.sizes["level"]
     names = [f"{value:.4g} {levels.attrs['units']}" for value in levels.values]
     listed, values = entries(names), dataset["amplitude"].values
-    unit = shown_unit(dataset["amplitude"].attrs["units"], float(np.nanmax(values)))
+    unit = shown_unit(dataset["amplitude"].attrs["units"], _largest(values))
     layers: list[Layer] = []
     for k, name in enumerate(names):
         one = dataset.isel(level=k)
         f, low, high = (one[key].values for key in ("frequency", "amplitude_low", "amplitude_high"))
-        label = "95 % interval" if count == 1 else ""
+        label = f"{held_share(dataset):.0f} % interval" if count == 1 else ""
         layers.append(band(f, low / unit.metres, high / unit.metres, level(k, count, opacity=0.25), label))
         layers.append(Line(f, one["amplitude"].values / unit.metres, level(k, count), name, listed=name in listed))
     for t in range(dataset.sizes.get("measured", 0)):
@@ -38,7 +45,10 @@ def predicted(dataset: xr.Dataset) -> Chart:
     quantity = f"{dataset.attrs['quantity']}{' per force' if dataset.attrs['held'] == 'response' else ''}"
     axis = Axis(quantity, unit.name, log=spans(values[np.isfinite(values)], 8.0))
     dotted = ", measured points (dots)" if "measured" in dataset.sizes else ""
-    return Chart(f"Predicted responses (lines) with 95 % bands (areas){dotted}", [Panel(HERTZ, axis, layers, height=3.6)])
+    return Chart(
+        f"Predicted responses (lines) with {held_share(dataset):.0f} % bands (areas){dotted}",
+        [Panel(HERTZ, axis, layers, height=3.6)],
+    )
 
 
 @FIGURES.of("ResponsePrediction", "peaks")
@@ -46,8 +56,9 @@ def predicted_peaks(dataset: xr.Dataset) -> Chart:
     """Peak response and peak frequency over the levels with their 95 % intervals."""
     levels = dataset["level"]
     at = Axis(str(levels.attrs["long_name"]), str(levels.attrs["units"]), log=levels.size > 1)
-    unit = shown_unit(dataset["peak_amplitude"].attrs["units"], float(np.nanmax(dataset["peak_amplitude"].values)))
+    unit = shown_unit(dataset["peak_amplitude"].attrs["units"], _largest(dataset["peak_amplitude"].values))
     panels: list[Panel] = []
+    share = f"{held_share(dataset):.0f} % interval"
     order = np.argsort(levels.values)
     for key, axis, factor in (
         ("peak_amplitude", Axis(f"peak {dataset.attrs['quantity']}", unit.name), unit.metres),
@@ -57,6 +68,6 @@ def predicted_peaks(dataset: xr.Dataset) -> Chart:
         x = levels.values[order]
         points = level(0, 1, dash="none", marker="circle", size=4.0)
         whiskers = np.column_stack([low, high, np.full(x.size, np.nan)]).ravel()
-        bars = Line(np.repeat(x, 3), whiskers, level(0, 1), "95 % interval", listed=not panels)
+        bars = Line(np.repeat(x, 3), whiskers, level(0, 1), share, listed=not panels)
         panels.append(Panel(at, axis, [bars, Line(x, middle, points, "median", listed=not panels)], height=2.2))
-    return Chart("Predicted peaks with 95 % intervals", panels, shared_x=True)
+    return Chart(f"Predicted peaks with {share}s", panels, shared_x=True)

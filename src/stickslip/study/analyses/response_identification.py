@@ -252,12 +252,14 @@ def _with_structure(problem: Problem, factors: Mapping[str, float]) -> Problem:
 
 def known_settings(key: str, names: Iterable[str], table: ResponseIdentificationTable, rig: str) -> None:
     """Settings of a key name arguments of the rig or factors, none of which is free."""
-    known = (*(inspect.signature(RIGS[rig]).parameters if rig else ()), *FACTORS)
+    free = free_parameters(table)
+    named = (*(inspect.signature(RIGS[rig]).parameters if rig else ()), *FACTORS)
+    known = [name for name in dict.fromkeys(named) if name not in free]
     for name in dict.fromkeys(names):
+        if name in free:
+            raise fault(f"{key}: settings", "must not name what is free", name)
         if name not in known:
             raise fault(f"{key}: settings", f"must name some of {', '.join(known)}", name, nearest(name, known))
-        if name in free_parameters(table):
-            raise fault(f"{key}: settings", "must not name what is free", name)
 
 
 def _at_points(test: MeasuredResponse, points: Index) -> MeasuredResponse:

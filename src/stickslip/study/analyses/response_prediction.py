@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+import tomllib
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from stickslip.laboratory.identification.response.prediction import FEWEST_DRAWS, ResponsePredictionWork
-from stickslip.laboratory.identification.response.prediction_result import level_of
+from stickslip.laboratory.identification.response.prediction import (
+    FEWEST_DRAWS,
+    ResponsePredictionWork,
+    one_kind_of_level,
+    settings_beside,
+)
+from stickslip.laboratory.identification.response.prediction_result import level_for, level_of, points_in_band
 from stickslip.laboratory.identification.response.result import ResponseIdentification
-from stickslip.laboratory.measurement.measured_response import MeasuredResponse
+from stickslip.laboratory.measurement.measured_response import MeasuredResponse, listed
 from stickslip.results.files import open_results
 from stickslip.results.schema import analysis_of, stamped
 from stickslip.runs.cases import all_cases
@@ -29,7 +38,8 @@ from stickslip.study.analyses.response_identification import (
 )
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Column, Number, Positive, Seed, Table
-from stickslip.support.checks import MOST, counted, fault
+from stickslip.study.renamed import with_new_names
+from stickslip.support.checks import MOST, InputError, counted, fault, unique
 from stickslip.support.units import Band
 
 if TYPE_CHECKING:
@@ -74,13 +84,18 @@ class ResponsePredictionTable(Table):
 
 
 TABLE = "response_prediction"
+NOT_OF_THE_PROBLEM = ("sweep.frequency", "sweep.at")
+"""Settings in which a prediction may differ from its identification."""
+LISTED = 4
+"""Differences that an error lists."""
 
 
 def checked(table: ResponsePredictionTable) -> None:
     """One kind of levels, or tests that say them."""
-    if bool(table.force) + bool(table.amplitude) != 1 and not (table.compare and not table.force and not table.amplitude):
-        rule = "must be given, or amplitude, or files to compare with, and not both"
-        raise fault("force", rule, table.force, "Such as force = [1.0, 5.0].")
+    if table.force or table.amplitude or not table.compare:
+        one_kind_of_level(table.force, table.amplitude, files=True)
+    unique("force", table.force)
+    unique("amplitude", table.amplitude)
     if not table.compare and (table.compare_force or table.columns or table.column_units or table.by is not None):
         raise fault("compare_force, columns, column_units and by", "must go with files to compare", "none")
 
@@ -91,6 +106,7 @@ class ResponsePredictionPlan(Plan):
 
     base: ResponseIdentificationPlan
     table: ResponsePredictionTable
+    document: Mapping[str, Any]
 
     @classmethod
     def of(cls, asked: Asked) -> ResponsePredictionPlan:
@@ -98,16 +114,22 @@ class ResponsePredictionPlan(Plan):
         table = ResponsePredictionTable.model_validate(asked.tables[TABLE])
         base = ResponseIdentificationPlan.of(asked)
         known_settings(f"[{TABLE}]", table.settings, base.table, asked.rig[0])
-        return cls(base, table)
+        return cls(base, table, asked.document)
+
+    @property
+    def reads(self) -> tuple[Path, ...]:
+        """The results of the identification."""
+        if self.table.identification is None:
+            return ()
+        place = self.base.folder / self.table.identification
+        return (place / "results.nc" if place.is_dir() else place,)
 
     @property
     def content(self) -> str:
         """Identifies the curves and the results that the study names, as far as they exist."""
-        names = [self.table.identification] if self.table.identification else []
-        files = [self.base.folder / name for name in (*names, *self.table.compare)]
-        files = [file / "results.nc" if file.is_dir() else file for file in files]
+        files = (*self.reads, *(self.base.folder / name for name in self.table.compare))
         digest = sha256(b"".join(file.read_bytes() for file in files if file.is_file()))
-        return digest.hexdigest() + ("" if names else self.base.content)
+        return digest.hexdigest() + ("" if self.reads else self.base.content)
 
     @property
     def summary(self) -> str:
@@ -126,7 +148,14 @@ class ResponsePredictionPlan(Plan):
         own |= {"columns": table.columns} if table.columns else {}
         own |= {"column_units": table.column_units} if table.column_units else {}
         own |= {"by": table.by} if table.by is not None else {}
-        return measured_curves(base.model_copy(update=own), self.base.folder)
+        table_of_tests = base.model_copy(update=own)
+        try:
+            return measured_curves(table_of_tests, self.base.folder)
+        except InputError:
+            # Curves of another quantity than the stated one lack its column: what is wrong is the quantity.
+            with suppress(InputError):
+                return measured_curves(table_of_tests.model_copy(update={"quantity": None}), self.base.folder)
+            raise
 
     @cached_property
     def identified(self) -> ResponseIdentification | None:
@@ -136,18 +165,42 @@ class ResponsePredictionPlan(Plan):
         return self._from(open_results(self.base.folder / self.table.identification))
 
     def _from(self, dataset: xr.Dataset) -> ResponseIdentification:
-        """The identification of a dataset, with the problem of its study; another result is refused."""
+        """The identification of a dataset, with the problem of its study; another result or problem is refused."""
+        what = f"[{TABLE}]: identification"
         if analysis_of(dataset) != IDENTIFICATION:
-            raise fault(f"[{TABLE}]: identification", f"must be the results of {IDENTIFICATION}", analysis_of(dataset))
+            raise fault(what, f"must be the results of {IDENTIFICATION}", analysis_of(dataset))
+        free, identified = list(free_parameters(self.base.table)), list(json.loads(str(dataset.attrs.get("free", "{}"))))
+        if sorted(free) != sorted(identified):
+            raise fault(f"[{IDENTIFICATION}]", f"must leave free what was identified, {', '.join(identified)}", ", ".join(free))
+        own = {*free, *self.table.settings, *(name for one in self.base.table.settings for name in one)}
+        text = str(dataset.attrs.get("study", ""))
+        if text and (found := differences(self.document, with_new_names(tomllib.loads(text))[0], own)):
+            raise InputError(
+                f"{what} must be of the problem of this study, but {listed(found)}. Make them the same, give in settings what "
+                "differs in the prediction, or leave identification out, which carries it out with this problem."
+            )
         return ResponseIdentification(dataset, self.base.problem_of(*self.table.settings), ())
+
+    def levels(self, held: bool) -> tuple[list[float], list[float]]:
+        """Forces and held amplitudes, of which one is empty; without either those of the curves to compare with. held: whether
+        the response was held in the identification."""
+        if self.table.force or self.table.amplitude:
+            return list(self.table.force), list(self.table.amplitude)
+        found = list(dict.fromkeys(level_of(test, held) for test in self.tests))
+        return ([], found) if held else (found, [])
+
+    def check_tests(self, held: bool, quantity: str) -> None:
+        """Refuse curves to compare with that are of another quantity, or at no predicted level, or beside the band."""
+        force, amplitude = self.levels(held)
+        where = self.base.sweep.frequencies
+        for test in self.tests:
+            level_for(test, amplitude or force, bool(amplitude), quantity)
+            points_in_band(test, min(where), max(where))
 
     def prediction(self, identified: ResponseIdentification) -> ResponsePredictionWork:
         """The work of the prediction."""
-        table, held = self.table, str(identified.dataset.attrs["held"]) == "response"
-        force, amplitude = list(table.force), list(table.amplitude)
-        if not force and not amplitude:
-            found = list(dict.fromkeys(level_of(test, held) for test in self.tests))
-            force, amplitude = ([], found) if held else (found, [])
+        table, data = self.table, identified.dataset
+        force, amplitude = self.levels(str(data.attrs["held"]) == "response")
         where = self.base.sweep.frequencies
         band = Band(min(where), max(where))
         settings: dict[str, Any] = {name: getattr(table, name) for name in ("settings", "start_states", "draws", "seed")}
@@ -155,8 +208,16 @@ class ResponsePredictionPlan(Plan):
 
     @cached_property
     def works(self) -> Mapping[str, Work]:
+        """What of the prediction is wrong is said before the identification is carried out."""
         identified = self.identified
-        return {"": self.base.work if identified is None else self.prediction(identified)}
+        if identified is not None:
+            data = identified.dataset
+            self.check_tests(str(data.attrs["held"]) == "response", str(data["quantity"].values[0]))
+            return {"": self.prediction(identified)}
+        work = self.base.work
+        settings_beside(self.base.table.settings, self.table.settings)
+        self.check_tests(self.base.table.held == "response", work.tests[0].quantity)
+        return {"": work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         """Of a prediction whose identification is read."""
@@ -177,6 +238,37 @@ class ResponsePredictionPlan(Plan):
     def _compared(self, work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
         found = work.gathered(results)
         return (found.compare(self.tests) if self.tests else found).dataset
+
+
+def differences(here: Mapping[str, Any], there: Mapping[str, Any], aside: Collection[str]) -> list[str]:
+    """What two studies differ in, of the problem and of how finely it is computed; aside: arguments of the rig that do not count.
+
+    Names of files may lie in different folders.
+    """
+    stated, identified = (
+        {key: value for key, value in _settings_in(each) if key not in NOT_OF_THE_PROBLEM} for each in (here, there)
+    )
+    found = []
+    for key in dict.fromkeys((*stated, *identified)):
+        one, other = stated.get(key), identified.get(key)
+        same = one == other or (isinstance(one, str) and isinstance(other, str) and Path(one).name == Path(other).name)
+        if not same and key not in {f"structure.parameters.{name}" for name in aside}:
+            shown = ["not given" if each is None else repr(each) for each in (one, other)]
+            found.append(f"{key} is {shown[0]} here and {shown[1]} there")
+    return found if len(found) <= LISTED else [*found[:LISTED], f"{counted(len(found) - LISTED, 'further setting')} differ"]
+
+
+def _settings_in(document: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """The settings of a study by their keys, but for those of its analysis."""
+    if isinstance(document, Mapping):
+        for name, value in document.items():
+            if key or name not in ("study", IDENTIFICATION, TABLE):
+                yield from _settings_in(value, f"{key}.{name}" if key else name)
+    elif isinstance(document, list) and any(isinstance(each, Mapping) for each in document):
+        for number, each in enumerate(document, start=1):
+            yield from _settings_in(each, f"{key} {number}")
+    else:
+        yield key, document
 
 
 KINDS = {

@@ -30,7 +30,11 @@ def curve_peak(frequency: Array, size: Array, peak: tuple[float, float] | None) 
 
 def measured_peak(frequency: Array, size: Array) -> Array:
     """Frequency, size and damping ratio (3,) of a measured curve, ascending: by the parabola through its largest point and both
-    neighbours; NaN where the largest is an end."""
+    neighbours; NaN where the largest is an end. Points without a size are left out."""
+    there = np.isfinite(size)
+    frequency, size = frequency[there], size[there]
+    if size.size < 3:
+        return np.full(3, np.nan)
     at = int(np.argmax(size))
     if at in (0, size.size - 1):
         return np.full(3, np.nan)

@@ -105,7 +105,7 @@ def amplitudes_alone(fit: ResponseFit, search: tuple[int, int, int]) -> dict[str
     """
     gains, misfits, phases = _fitted(ResponseFit([_amplitudes(one) for one in fit.tests], fit.free), search)
     swapped = np.full(len(fit.tests), np.inf)
-    if np.any(misfits > POOR) and not any(_named_gain(float(gain))[1] for gain in gains):
+    if np.any(misfits > POOR) and not any(named_gain(float(gain))[1] for gain in gains):
         swapped = _fitted(ResponseFit([_amplitudes(one, swap=True) for one in fit.tests], fit.free), search)[1]
     return {"plain_gain": gains, "plain_misfit": misfits, "plain_phase": phases, "swapped_misfit": swapped}
 
@@ -156,7 +156,7 @@ def notes_on_mistakes(tests: Sequence[MeasuredResponse], misfits: Array, solutio
         if swapped[t]:
             said.setdefault(SWAPPED, []).append((test.name, gain))
             continue
-        words, sure = _named_gain(gain)
+        words, sure = named_gain(gain)
         if words and (sure or left < min(POOR, 0.5 * misfits[t])):
             said.setdefault(words, []).append((test.name, gain))
         unknown = not words and not test.free_gain and max(gain, 1.0 / gain) > FROM_ONE
@@ -180,7 +180,7 @@ def _sentence(words: str, found: Sequence[tuple[str, float]]) -> str:
     return f"{names}: the measured responses per force are {size} times those of the model that fits else, {words}."
 
 
-def _named_gain(gain: float) -> tuple[str, bool]:
+def named_gain(gain: float) -> tuple[str, bool]:
     """The mistake that a gain shows, empty for none; and whether it shows it in a poor fit too."""
     low, high = THOUSAND
     if low <= gain <= high or low <= 1.0 / gain <= high:

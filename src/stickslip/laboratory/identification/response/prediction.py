@@ -22,7 +22,7 @@ from stickslip.analyses.settings import Execution, OfKind, OneOf, Setting, Whole
 from stickslip.analyses.variability.samples import start_curve
 from stickslip.laboratory.identification.response.draws import Draw, Draws, interval
 from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak
-from stickslip.laboratory.identification.response.prediction_result import ResponsePrediction
+from stickslip.laboratory.identification.response.prediction_result import FINER, ResponsePrediction
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.runs.cases import all_cases
@@ -37,7 +37,7 @@ from stickslip.solve.curves.curve import Curve, solve_curve
 from stickslip.solve.curves.refine import refined
 from stickslip.solve.starts.space import StartSpace
 from stickslip.solve.starts.states import explored_space
-from stickslip.support.checks import Array, fault, finite, of_kind
+from stickslip.support.checks import Array, InputError, fault, finite, of_kind
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
@@ -60,9 +60,6 @@ PEAK = {
     "damping_ratio": ("1", "damping ratio by half power"),
 }
 """What is predicted of a peak."""
-
-FINER = 3
-"""Times the harmonics of the identification, of the curve that shows their error."""
 
 StartStates = Literal["identified", "virgin", "any"]
 StartsOfDraws = Annotated[StartStates, Setting(OneOf(get_args(StartStates)))]
@@ -93,6 +90,28 @@ def levels_of(name: str, values: Any) -> tuple[float, ...]:
     return amplitudes_of(name, values) if np.size(values) else ()
 
 
+def one_kind_of_level(force: Sequence[float], amplitude: Sequence[float], files: bool = False) -> None:
+    """Refuse both forces and held amplitudes, and none; files: of measured curves to compare with, which may say them."""
+    what = "Force levels in N, such as force = [1.0, 5.0]; amplitude: held amplitudes of the measured quantity."
+    if force and amplitude:
+        given = f"force = {list(force)} and amplitude = {list(amplitude)}"
+        raise InputError(f"force and amplitude must not be given together, but {given} are. Leave one out. {what}")
+    if not force and not amplitude:
+        raise fault("force", f"must be given, or amplitude{', or files to compare with' if files else ''}", [], what)
+
+
+def settings_beside(tests: Sequence[Mapping[str, Any]], given: Mapping[str, float]) -> dict[str, Any]:
+    """Settings given for a prediction, and those that all tests had alike; refused where one that differs is not given."""
+    found: dict[str, Any] = dict(given)
+    for name in dict.fromkeys(name for one in tests for name in one if name not in found):
+        values = [one.get(name) for one in tests]
+        if values[0] is None or any(value != values[0] for value in values):
+            rule = "must say the value for the prediction of what differs from test to test"
+            raise fault("settings", rule, name, f"Measured were {values}: settings={{{name!r}: ...}} (--setting {name}=...).")
+        found[name] = values[0]
+    return found
+
+
 def _settings(name: str, given: Any) -> dict[str, float]:
     return {str(key): finite(f"{name}, {key}", value) for key, value in dict(of_kind(name, given, Mapping)).items()}  # type: ignore[type-abstract]
 
@@ -113,9 +132,7 @@ class ResponsePredictionWork(Execution):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if bool(self.levels[0]) == bool(self.levels[1]):
-            rule = "must be given, or amplitude, but not both"
-            raise fault("force", rule, list(self.levels[0]), "Force levels in N, or held amplitudes of the measured quantity.")
+        one_kind_of_level(*self.levels)
         for name in self.settings or {}:
             if name in self.population.free:
                 raise fault("settings", "must not name what was identified", name)
@@ -154,15 +171,7 @@ class ResponsePredictionWork(Execution):
     @cached_property
     def known_settings(self) -> dict[str, Any]:
         """Settings of the problem: those given, and those that all tests had alike."""
-        tests: list[dict[str, Any]] = json.loads(str(self.data.attrs["settings"]))
-        found: dict[str, Any] = dict(self.settings or {})
-        for name in dict.fromkeys(name for one in tests for name in one if name not in found):
-            values = [one.get(name) for one in tests]
-            if values[0] is None or any(value != values[0] for value in values):
-                rule = "must say the value for the prediction of what differs from test to test"
-                raise fault("settings", rule, name, f"Measured were {values}: settings={{{name!r}: ...}} (--setting {name}=...).")
-            found[name] = values[0]
-        return found
+        return settings_beside(json.loads(str(self.data.attrs["settings"])), self.settings or {})
 
     @cached_property
     def drawn(self) -> list[Draw]:
@@ -355,8 +364,8 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
         low, middle, high = interval(drawn)
         for suffix, values, what in (
             ("", middle, "median"),
-            ("_low", low, "2.5 % of the draws"),
-            ("_high", high, "97.5 % of the draws"),
+            ("_low", low, "low end of the interval"),
+            ("_high", high, "high end of the interval"),
         ):
             data[f"{key}{suffix}"] = named("level", values, f"{words}, {what}", unit or units)
         data[f"{key}_drawn"] = named(("level", "draw"), drawn, f"{words} of each draw", unit or units)
@@ -364,8 +373,10 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
     padded = np.array([np.pad(grid, (0, longest - grid.size), constant_values=np.nan) for grid in grids])
     data["frequency"] = named(at, padded, "frequency", "Hz")
     data["amplitude_drawn"] = named(("level", "draw", "point"), curves, "response of each draw", units)
-    for suffix, values, what in zip(("_low", "", "_high"), interval(curves, axis=1), ("2.5 %", "median", "97.5 %"), strict=True):
-        data[f"amplitude{suffix}"] = named(at, values, f"response, {what} of the draws", units)
+    for suffix, values, what in zip(
+        ("_low", "", "_high"), interval(curves, axis=1), ("low end", "median", "high end"), strict=True
+    ):
+        data[f"amplitude{suffix}"] = named(at, values, f"response, {what} of the interval of the draws", units)
     for column, key in enumerate(("frequency", "amplitude")):
         words = f"estimated error of the peak's {PEAK[key][1]} due to harmonics and samples, relative"
         data[f"peak_{key}_error"] = named("level", errors[:, column], words)

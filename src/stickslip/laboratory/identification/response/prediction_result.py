@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,12 +13,13 @@ import numpy as np
 from stickslip.analyses.truncation import ALLOWED
 from stickslip.laboratory.identification.response.draws import NORMAL, interval
 from stickslip.laboratory.identification.response.half_power import measured_peak
-from stickslip.laboratory.measurement.measured_response import MeasuredResponse
+from stickslip.laboratory.identification.response.mistakes import POOR, named_gain
+from stickslip.laboratory.measurement.measured_response import THOUSAND, MeasuredResponse, assumed_units, joined
 from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.results.schema import stamped
 from stickslip.results.view import size_text
-from stickslip.support.checks import InputError, counted, fault, of_kind, several
+from stickslip.support.checks import Array, Index, InputError, counted, fault, of_kind, rounded, several
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,6 +30,15 @@ SAME_LEVEL = 0.05
 
 ALLOWED_SHIFT = 1e-3
 """Relative error of a peak's frequency up to which nothing is said of it."""
+
+NOISE = 1000
+"""Noisy curves, over all draws, of which the median is compared: of one a draw it would change from seed to seed."""
+
+FINER = 3
+"""Times the harmonics of the identification, of the curve that shows their error."""
+
+FAR = 2.0
+"""Ratio of a predicted and a measured value from which on it is shown in place of an error in percent."""
 
 WHOLE = 39
 """Draws from which percentiles 2.5 and 97.5 lie inside the draws."""
@@ -79,23 +90,26 @@ def compared(dataset: xr.Dataset, tests: Sequence[MeasuredResponse]) -> xr.Datas
         raise fault("tests", "must hold at least one measured response", [])
     longest, error = max(np.size(test.frequency) for test in tests), float(dataset.attrs["point_error"])
     points, peaks = np.full((5, len(tests), longest), np.nan), np.full((len(tests), 4, 3), np.nan)
-    at = np.array([level_for(dataset, test) for test in tests])
-    generator = np.random.default_rng(int(dataset.attrs["seed"]))
+    digits, gains = np.full((len(tests), 3), np.nan), np.full(len(tests), np.nan)
+    at = np.array([level_for(test, levels.tolist(), held, dataset.attrs["quantity"]) for test in tests])
     for t, (test, k) in enumerate(zip(tests, at, strict=True)):
-        order = np.argsort(np.asarray(test.frequency), kind="stable")
-        f, size = np.asarray(test.frequency)[order], np.abs(test.per_force)[order]
-        size = size if held else size * levels[k]
         grid, curves = dataset["frequency"].values[k], dataset["amplitude_drawn"].values[k]
         known = np.isfinite(grid)
-        rows = np.array([np.interp(f, grid[known], row[known], left=np.nan, right=np.nan) for row in curves])
+        which = points_in_band(test, grid[known].min(), grid[known].max())
+        f, size = np.asarray(test.frequency)[which], np.abs(test.per_force)[which]
+        size = size if held else size * levels[k]
+        rows = np.array([np.interp(f, grid[known], row[known]) for row in curves])
         low, middle, high = interval(rows, axis=0)
         low, high = (
             middle * np.exp(sign * np.hypot(np.log(end / middle), NORMAL * error)) for sign, end in ((-1.0, low), (1.0, high))
         )
         points[:, t, : f.size] = f, size, low, middle, high
-        noisy = rows * np.exp(error * generator.normal(size=rows.shape))
         peaks[t, 0] = measured_peak(f, size)
-        peaks[t, 1:] = interval(np.array([measured_peak(f, row) for row in noisy]), axis=0)
+        noisy = with_noise(rows, error)
+        drawn = np.array([[measured_peak(f, row) for row in each] for each in noisy])
+        peaks[t, 1:] = interval(drawn[0], axis=0)
+        peaks[t, 2], digits[t] = np.transpose([steady_median(drawn[:, :, j]) for j in range(3)])
+        gains[t] = np.exp(interval(np.log(size / middle))[1])
     inside = (points[1] >= points[2]) & (points[1] <= points[4])
     unit = dataset["peak_amplitude"].attrs["units"]
 
@@ -111,25 +125,65 @@ def compared(dataset: xr.Dataset, tests: Sequence[MeasuredResponse]) -> xr.Datas
         for k, end in enumerate(("measured", "predicted_low", "predicted", "predicted_high")):
             what = f"{words} of the peak at the measured points, {end.replace('_', ' ')}"
             found[f"{end}_{key}"] = named("measured", peaks[:, k, j], what, units or unit)
+        what = f"standard error of the predicted {words} that is due to the number of draws"
+        found[f"predicted_{key}_deviation"] = named("measured", digits[:, j], what, units or unit)
+    found["gain"] = named("measured", gains, "measured over predicted response per force, median of the points")
     share = inside.sum(axis=1) / np.maximum(np.isfinite(points[2]).sum(axis=1), 1)
     found["inside"] = named("measured", share, "share of measured points inside the band")
     found["predicted_level"] = named("measured", at.astype(float), "number of the level that was predicted for the test")
     names = [test.name or f"test {k}" for k, test in enumerate(tests, start=1)]
-    return dataset.assign(found).assign_coords(measured=named("measured", names, "measured test"))
+    notes = joined([(test.name, note) for test in tests for note in test.notes])
+    said = {"notes_on_tests": "\n".join([*assumed_units(tests), *notes])}
+    return dataset.assign(found).assign_coords(measured=named("measured", names, "measured test")).assign_attrs(said)
 
 
-def level_for(dataset: xr.Dataset, test: MeasuredResponse) -> int:
-    """The number of the predicted level of a test; refused where none is near."""
+def with_noise(rows: Array, error: float) -> Array:
+    """Curves of draws (draws, points) with the noise of points, several times (times, draws, points). The noise is the same for
+    each test and each seed of the draws: the same files then have the same errors."""
+    times = -(-NOISE // len(rows))
+    return np.asarray(rows * np.exp(error * np.random.default_rng(0).normal(size=(times, *rows.shape))))
+
+
+def steady_median(drawn: Array) -> tuple[float, float]:
+    """Median over noise and draws (times, draws), and its standard error √(π/2) s/√draws, from the means of each draw; NaN of no
+    numbers."""
+    means = np.array([row[np.isfinite(row)].mean() for row in drawn.T if np.isfinite(row).any()])
+    if not means.size:
+        return float("nan"), float("nan")
+    return float(np.nanmedian(drawn)), float(np.sqrt(0.5 * np.pi / means.size) * means.std())
+
+
+def level_for(test: MeasuredResponse, levels: Sequence[float], held: bool, quantity: str) -> int:
+    """The number of the predicted level of a test, a force or a held amplitude; refused where none is near."""
     of_kind("A test", test, MeasuredResponse)
-    if test.quantity != dataset.attrs["quantity"]:
-        raise fault(f"The quantity of {test.name}", f"must be {dataset.attrs['quantity']}, as predicted", test.quantity)
-    held, levels = dataset.attrs["held"] == "response", dataset["level"].values
+    if test.quantity != quantity:
+        rule = f"must be {quantity}, from which the parameters were identified"
+        raise fault(f"The quantity of {test.name}", rule, test.quantity, f"Compare with a measured {quantity}.")
     level = level_of(test, held)
-    k = int(np.argmin(np.abs(np.log(levels / level))))
+    k = int(np.argmin(np.abs(np.log(np.asarray(levels) / level))))
     if abs(levels[k] / level - 1.0) > SAME_LEVEL:
         option = "amplitude" if held else "force"
-        raise fault(f"The level of {test.name}", "must be one that is predicted", level, f"Add {option}={level:.6g}.")
+        rule = f"must be one that is predicted, {', '.join(f'{each:g}' for each in levels)}"
+        remedy = f"Add {level:.6g} to these (--{option} {level:.6g})."
+        low, high = THOUSAND
+        if low <= max(level / levels[k], levels[k] / level) <= high:
+            remedy = f"Is the unit of its {quantity if held else 'force'} right? Else add {level:.6g} (--{option} {level:.6g})."
+        raise fault(f"The {option} of {test.name}", rule, level, remedy)
     return k
+
+
+def points_in_band(test: MeasuredResponse, low: float, high: float) -> Index:
+    """The numbers of the points of a test in a band in Hz, at ascending frequencies; fewer than three are refused."""
+    frequency = np.asarray(test.frequency)
+    order = np.argsort(frequency, kind="stable")
+    inside = order[(frequency[order] >= low * (1.0 - 1e-12)) & (frequency[order] <= high * (1.0 + 1e-12))]
+    if inside.size < 3:
+        ends = f"they reach from {frequency.min():.6g} to {frequency.max():.6g} Hz"
+        remedy = f"Measured, {ends}. Is the unit of the frequency right (--unit frequency=kHz), and the band wide enough?"
+        raise fault(
+            f"Points of {test.name} in the band, {low:.6g} to {high:.6g} Hz,", "must be three at least", inside.size, remedy
+        )
+    return inside
 
 
 def comparison_table(dataset: xr.Dataset) -> pd.DataFrame:
@@ -192,20 +246,26 @@ def _what_was_free(dataset: xr.Dataset) -> str:
 
 
 def _peaks(dataset: xr.Dataset) -> list[str]:
-    found, unit = [], dataset["peak_amplitude"].attrs["units"]
+    found, unit, share = [], dataset["peak_amplitude"].attrs["units"], held_share(dataset)
     for k, level in enumerate(dataset["level"].values):
         one = {key: [float(dataset[f"{key}{end}"].values[k]) for end in ("", "_low", "_high")] for _, _, key in COMPARED}
         if not np.isfinite(one["peak_frequency"][0]):
-            found.append(f"{level:.4g} {dataset['level'].attrs['units']}: no peak in the band. Give a wider one.")
+            found.append(f"{level:.4g} {dataset['level'].attrs['units']}: no peak in the band. Give another or a wider one.")
             continue
         f, a, z = one.values()
         damping = f", damping ratio {100 * z[0]:.3g} % ({100 * z[1]:.3g} to {100 * z[2]:.3g} %)" if np.isfinite(z[0]) else ""
         size, low, high = (size_text(each, unit, dataset) for each in a)
         found.append(
-            f"{level:.4g} {dataset['level'].attrs['units']}: peak at {f[0]:.6g} Hz (95 % interval {f[1]:.6g} to {f[2]:.6g} Hz), "
-            f"{size} ({low} to {high}){damping}"
+            f"{level:.4g} {dataset['level'].attrs['units']}: peak at {f[0]:.6g} Hz "
+            f"({share:.0f} % interval {f[1]:.6g} to {f[2]:.6g} Hz), {size} ({low} to {high}){damping}"
         )
     return found
+
+
+def held_share(dataset: xr.Dataset) -> float:
+    """Percentage that the intervals hold: 95, or from end to end of fewer draws less."""
+    draws = int(dataset.attrs["draws"])
+    return 95.0 if draws >= WHOLE else 100.0 * (draws - 1.0) / (draws + 1.0)
 
 
 def _compared_lines(dataset: xr.Dataset) -> list[str]:
@@ -219,10 +279,38 @@ def _compared_lines(dataset: xr.Dataset) -> list[str]:
             measured, predicted, low, high = (float(dataset[f"{end}_{key}"].values[t]) for end in ends)
             if np.isfinite(measured) and np.isfinite(predicted):
                 where = "inside" if low <= measured <= high else "outside"
-                words.append(f"{what} {100.0 * (predicted / measured - 1.0):+.2g} % ({where})")
+                deviation = float(dataset[f"predicted_{key}_deviation"].values[t])
+                words.append(f"{what} {_error_text(predicted, measured, deviation)} ({where})")
         share = 100.0 * float(dataset["inside"].values[t])
-        found.append(f"{name}: predicted against measured {', '.join(words)}; {share:.0f} % of its points lie inside the band")
-    return found
+        said = f"predicted against measured {', '.join(words)}" if words else "no peak between its points in the band"
+        found.append(f"{name}: {said}; {share:.0f} % of its points lie inside the band")
+        if mistake := _mistake(dataset, t):
+            found.append(mistake)
+    return found + [note for note in str(dataset.attrs.get("notes_on_tests", "")).split("\n") if note]
+
+
+def _error_text(predicted: float, measured: float, deviation: float) -> str:
+    """The error of a prediction in percent of the measured value, to the digits that another seed leaves; far from it their
+    ratio."""
+    ratio = predicted / measured
+    if max(ratio, 1.0 / ratio) >= FAR:
+        return f"{rounded(ratio, 3)} times as large"
+    step = max(2.0 * 100.0 * deviation / measured, 0.01 * abs(100.0 * (ratio - 1.0)), 1e-3)
+    decimals = max(0, -math.ceil(math.log10(step)))
+    return f"{round(100.0 * (ratio - 1.0), decimals) + 0.0:+.{decimals}f} %"
+
+
+def _mistake(dataset: xr.Dataset, t: int) -> str:
+    """A sentence where the gain of a test is that of a known mistake and explains its points; empty where none is seen."""
+    gain = float(dataset["gain"].values[t])
+    if not np.isfinite(gain) or float(dataset["inside"].values[t]) > 0.5:
+        return ""
+    words, sure = named_gain(gain)
+    ratio = dataset["measured_amplitude"].values[t] / dataset["measured_middle"].values[t]
+    left = float(interval(np.abs(np.log(ratio / gain)))[1])
+    if not words or not (sure or left < POOR):
+        return ""
+    return f"{dataset['measured'].values[t]}: its responses per force are {gain:.3g} times the predicted ones, {words}."
 
 
 def _remarks(dataset: xr.Dataset) -> list[str]:
@@ -241,21 +329,26 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
             "Beyond the measured levels the prediction rests on the contact law alone, whose error is not in the intervals."
         )
     off, size = (dataset[f"peak_{key}_error"].values for key in ("frequency", "amplitude"))
-    if not np.isfinite(size).all():
+    peaks = np.isfinite(dataset["peak_frequency"].values)
+    known = peaks & np.isfinite(size)
+    if (peaks & ~known).any():
+        at = ", ".join(f"{level:.4g}" for level in dataset["level"].values[peaks & ~known])
         found.append(
-            "With more harmonics no peak was found, so that the intervals do not include the error of few. Identify again with "
-            "more harmonics."
+            f"{at} {dataset['level'].attrs['units']}: the intervals do not include the error of few harmonics, since the "
+            f"identified parameters have no peak in the band with them or with {FINER} times as many. Give a wider band, or "
+            "identify again with more harmonics."
         )
-    elif size.max() > ALLOWED or off.max() > ALLOWED_SHIFT:
+    off, size = off[known], size[known]
+    if known.any() and (size.max() > ALLOWED or off.max() > ALLOWED_SHIFT):
         found.append(
             f"The harmonics of the identification leave errors of up to {100.0 * off.max():.2g} % in the frequency and "
             f"{100.0 * size.max():.2g} % in the response of a peak, which the intervals include. The parameters carry an "
             "error of the same cause, which they do not: identify again with more harmonics."
         )
     if attrs["draws"] < WHOLE:
-        share = 100.0 * (attrs["draws"] - 1.0) / (attrs["draws"] + 1.0)
+        share = held_share(dataset)
         found.append(
-            f"{attrs['draws']} draws: intervals from end to end of them hold {share:.0f} %; take {WHOLE} or more for 95 %."
+            f"{attrs['draws']} draws: intervals go from end to end of them and hold {share:.0f} %; take {WHOLE} or more for 95 %."
         )
     return found
 
