@@ -120,6 +120,7 @@ LEFT_OUT = ("1e50", "1e-50", "-1.0", "1000000000", "[1e50]", "[1e50, 2e50]")
 WITH_A_FILE = {
     ("identification", "frequency"): "how many cycles the loops hold at that frequency",
     ("response_identification", "by"): "which columns the file of curves has",
+    ("response_prediction", "by"): "which columns the file of curves to compare with has",
 }
 """Keys whose wrong values a measured file shows; the message names that file."""
 
