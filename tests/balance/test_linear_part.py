@@ -212,3 +212,10 @@ def test_close_to_critical_damping_is_right_too(distance):
     q = motions(LinearPart(problem, H), problem, 1.0)[-1]
     direct = motions(DirectPart(problem, H), problem, 1.0)[-1]
     np.testing.assert_allclose(q, direct, atol=1e-8 * np.abs(direct).max())
+
+
+def test_a_problem_is_decoupled_once_for_balances_of_any_harmonics():
+    problem = three_mass_wedge()
+    few, many, other = (LinearPart(one, h).modes for one, h in ((problem, 1), (problem, 5), (three_mass_wedge(), 1)))
+    assert few.shape is many.shape
+    assert other.shape is not few.shape

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -152,12 +153,18 @@ def _pulled(given: Modes, omega: float, weighted: Array, columns: Index) -> Arra
     return boxed(pulled(modes, driven_states(modes, frequency_gains(modes, omega, harmonics), omega, columns), weighted))
 
 
+_SHARED: WeakKeyDictionary[HarmonicSystems, States] = WeakKeyDictionary()
+"""States that all harmonics of a problem share, as long as the problem is there: balances of other harmonics have the same."""
+
+
 def _states(systems: HarmonicSystems, harmonics: tuple[int, ...]) -> list[tuple[list[int], States]]:
     """The harmonics that share states, and these."""
     if systems.alike:
-        own = wave_states(systems.waves(1)) if systems.uncoupled else states(systems.at(1))
-        springs = mean_states(systems.problem)
-        return [(list(harmonics), own if springs is None else _joined([own, springs]))]
+        if (shared := _SHARED.get(systems)) is None:
+            own = wave_states(systems.waves(1)) if systems.uncoupled else states(systems.at(1))
+            springs = mean_states(systems.problem)
+            shared = _SHARED[systems] = own if springs is None else _joined([own, springs])
+        return [(list(harmonics), shared)]
     keys = [systems.key(h) for h in harmonics]
     sharing = {key: [h for h, own in zip(harmonics, keys, strict=True) if own == key] for key in reversed(keys)}
     return [(those, wave_states(_waves(systems, those), systems.kept(those[0]))) for those in sharing.values()]
