@@ -386,3 +386,9 @@ def test_a_band_without_a_peak_is_the_cause_that_is_named(found):
     assert not any("harmonics" in line for line in said)
     for name in ("", "peaks"):
         prediction.plot(name) if name else prediction.plot()
+
+
+def test_curves_that_end_early_are_not_blamed_on_the_band():
+    lost = {"peak_frequency": ("level", [np.nan]), "unsolved": ("level", [40.0])}
+    said = summary(a_prediction(0).dataset.assign(lost))
+    assert "2 N: no peak in the part of the band that the curves reach." in said

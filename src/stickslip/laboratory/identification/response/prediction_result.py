@@ -250,7 +250,10 @@ def _peaks(dataset: xr.Dataset) -> list[str]:
     for k, level in enumerate(dataset["level"].values):
         one = {key: [float(dataset[f"{key}{end}"].values[k]) for end in ("", "_low", "_high")] for _, _, key in COMPARED}
         if not np.isfinite(one["peak_frequency"][0]):
-            found.append(f"{level:.4g} {dataset['level'].attrs['units']}: no peak in the band. Give another or a wider one.")
+            reached = "the band. Give another or a wider one"
+            if dataset["unsolved"].values[k]:
+                reached = "the part of the band that the curves reach"
+            found.append(f"{level:.4g} {dataset['level'].attrs['units']}: no peak in {reached}.")
             continue
         f, a, z = one.values()
         damping = f", damping ratio {100 * z[0]:.3g} % ({100 * z[1]:.3g} to {100 * z[2]:.3g} %)" if np.isfinite(z[0]) else ""
