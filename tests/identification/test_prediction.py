@@ -392,3 +392,11 @@ def test_curves_that_end_early_are_not_blamed_on_the_band():
     lost = {"peak_frequency": ("level", [np.nan]), "unsolved": ("level", [40.0])}
     said = summary(a_prediction(0).dataset.assign(lost))
     assert "2 N: no peak in the part of the band that the curves reach." in said
+
+
+def test_results_of_earlier_versions_are_shown():
+    """They hold neither standard errors of the compared values nor the gain of a test."""
+    data = a_prediction(0).compare(a_test()).dataset
+    old = data.drop_vars([name for name in data if name == "gain" or str(name).endswith("_deviation")])
+    old.attrs.pop("notes_on_tests")
+    assert any(line.startswith("blade: predicted against measured frequency") for line in summary(old))

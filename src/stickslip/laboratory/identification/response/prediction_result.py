@@ -282,7 +282,8 @@ def _compared_lines(dataset: xr.Dataset) -> list[str]:
             measured, predicted, low, high = (float(dataset[f"{end}_{key}"].values[t]) for end in ends)
             if np.isfinite(measured) and np.isfinite(predicted):
                 where = "inside" if low <= measured <= high else "outside"
-                deviation = float(dataset[f"predicted_{key}_deviation"].values[t])
+                known = dataset.get(f"predicted_{key}_deviation")  # earlier versions did not keep it, nor the gain
+                deviation = 0.0 if known is None else float(known.values[t])
                 words.append(f"{what} {_error_text(predicted, measured, deviation)} ({where})")
         share = 100.0 * float(dataset["inside"].values[t])
         said = f"predicted against measured {', '.join(words)}" if words else "no peak between its points in the band"
@@ -305,7 +306,7 @@ def _error_text(predicted: float, measured: float, deviation: float) -> str:
 
 def _mistake(dataset: xr.Dataset, t: int) -> str:
     """A sentence where the gain of a test is that of a known mistake and explains its points; empty where none is seen."""
-    gain = float(dataset["gain"].values[t])
+    gain = float(dataset["gain"].values[t]) if "gain" in dataset else np.nan
     if not np.isfinite(gain) or float(dataset["inside"].values[t]) > 0.5:
         return ""
     words, sure = named_gain(gain)
