@@ -85,7 +85,7 @@ def response_prediction() -> xr.Dataset:
     data = {"frequency": frequency} | {f"amplitude{end}": (*frequency, {"units": "m/s2"}) for end in ("", "_low", "_high")}
     data |= {f"peak_{key}{end}": one for key in ("amplitude", "frequency") for end in ("", "_low", "_high")}
     coords = {"level": ("level", np.geomspace(1.0, 80.0, MANY), {"units": "N", "long_name": "force level"})}
-    return xr.Dataset(data, coords, {"quantity": "acceleration", "held": "force"})
+    return xr.Dataset(data, coords, {"quantity": "acceleration", "held": "force", "draws": 40})
 
 
 def history() -> xr.Dataset:
