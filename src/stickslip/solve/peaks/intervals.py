@@ -20,6 +20,9 @@ they may be where no errors are known."""
 SPREAD = 0.5
 """Share of their own range by which slopes inside an interval may exceed those known of it."""
 
+NEAR_AN_END = 0.25
+"""Share of an interval from its ends within which a division leaves most of it, which is then divided in the middle."""
+
 CORNER = 0.1
 """Share of the change of slope over an interval from which on an error of the predicted slope is taken for a corner."""
 
@@ -49,11 +52,12 @@ class Sample:
 @dataclass(frozen=True, slots=True, eq=False)
 class Interval:
     """Two samples of one segment; slope_error: how far slopes at its ends were from what their neighbours predicted, None where
-    none of the same segment is known."""
+    none of the same segment is known. left: what its division near one end has left, which is divided in the middle."""
 
     low: Sample
     high: Sample
     slope_error: float | None = None
+    left: bool = False
 
     @property
     def width(self) -> float:
@@ -112,10 +116,10 @@ class Interval:
 
     def division(self) -> float:
         """Fraction of the segment to solve next: the maximum of the cubic where earlier ones predicted slopes well, that of the
-        tangents of both ends where there is a corner, else the middle."""
+        tangents of both ends where there is a corner, else the middle, as in what such a division has left."""
         a, b = self.low, self.high
         share = 0.5
-        if a.slope > 0.0 > b.slope and self.width:
+        if a.slope > 0.0 > b.slope and self.width and not self.left:
             smooth = self.slope_error is not None and self.slope_error < CORNER * (a.slope - b.slope)
             meeting = (b.amplitude - a.amplitude - b.slope * self.width) / (a.slope - b.slope) / self.width
             share = min(max(self.cubic.top if smooth else meeting, 0.01), 0.99)
@@ -123,13 +127,11 @@ class Interval:
 
     def divided(self, middle: Sample) -> list[Interval]:
         """The two parts; the slope error of both is the difference, in the middle, to the cubic through the ends."""
-        if self.width:
-            share = (middle.place.length - self.low.place.length) / self.width
-            predicted = self.cubic.slope(share) / self.width
-        else:
-            predicted = self.mean_slope
+        share = (middle.place.length - self.low.place.length) / self.width if self.width else 0.5
+        predicted = self.cubic.slope(share) / self.width if self.width else self.mean_slope
         slope_error = abs(middle.slope - predicted)
-        return [Interval(self.low, middle, slope_error), Interval(middle, self.high, slope_error)]
+        last, first = share > 1.0 - NEAR_AN_END, share < NEAR_AN_END
+        return [Interval(self.low, middle, slope_error, last), Interval(middle, self.high, slope_error, first)]
 
 
 def highest_inside(intervals: list[Interval], i: int) -> float:

@@ -45,6 +45,10 @@ SOLVES = 300
 SHARES = (0.5, 0.25, 0.75)
 """Shares of an interval at which it is divided where Newton's method fails at the one of choice."""
 
+NARROW = 1e-9
+"""Share of the arc length searched below which an interval is not divided again: where the curve turns back through the planes of
+a step, its slope there has no bound."""
+
 DEPTH = 3
 """How often an interval that could not be divided is searched as a curve of its own."""
 
@@ -131,6 +135,7 @@ class PeakSearch:
         self.solves = 0
         self.planes: dict[int, tuple[PathCondition, float]] = {}
         self.samples: dict[SegmentPoint, Sample] = {}
+        self.apart: dict[tuple[tuple[float, float], int, Measure], tuple[list[Sample], list[Unproven]]] = {}
 
     def peaks(self, output: int, measure: Measure = DISPLACEMENT_AMPLITUDE, least: float = 0.0) -> Peaks:
         """All peaks of a measure of an output; those below the share `least` of the highest point are left out unsolved."""
@@ -222,11 +227,12 @@ class PeakSearch:
 
         bounds = [bound(i) for i in range(len(intervals))]
         best = max((end for i in intervals for end in (i.low, i.high)), key=lambda end: end.amplitude)
+        narrow = NARROW * (intervals[-1].high.place.length - intervals[0].low.place.length)
         for _ in range(SOLVES):
             i = bounds.index(max(bounds))
             if bounds[i] <= (1.0 + self.tolerance) * max(best.amplitude, floor):
                 break
-            place = self._divide(intervals[i])
+            place = self._divide(intervals[i]) if intervals[i].width > narrow else None
             if place is None:
                 unsolved.add(intervals[i].ends)
                 bounds[i] = 0.0
@@ -245,7 +251,10 @@ class PeakSearch:
         unproven: list[Unproven] = []
         for interval, most in zip(intervals, bounds, strict=True):
             if most > (1.0 + MATTERS) * max(best.amplitude, floor):
-                higher, missed = self._by_itself(interval, row, measure, most)
+                key = interval.ends, row, measure
+                if key not in self.apart:  # hills that overlap share it
+                    self.apart[key] = self._by_itself(interval, row, measure, most)
+                higher, missed = self.apart[key]
                 best = max(best, *higher, key=lambda end: end.amplitude) if higher else best
                 unproven += missed
         unproven = [replace(each, height=max(best.amplitude, floor)) for each in unproven]
