@@ -256,7 +256,7 @@ def test_a_band_without_points_is_refused(curves, tmp_path):
     path.write_text(MODEL.replace("[0.145, 0.25]", "[145.0, 250.0]"))
     shown = command("identify-response", path, curves[0], "--free", "kt", "--out", tmp_path / "out")
     assert shown.exit_code == console.WRONG_INPUT
-    assert "in the band of [sweep], 145 to 250 Hz, must be three at least" in " ".join(shown.output.split())
+    assert "in the band of [sweep], 145 to 250 Hz, must be at least three" in " ".join(shown.output.split())
 
 
 @pytest.mark.slow

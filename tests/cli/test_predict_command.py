@@ -202,8 +202,12 @@ def test_the_identification_that_is_read_is_not_replaced(identified):
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
-        ("[sweep]", "[structure.parameters]\nmass = 2.0\n[sweep]", "structure.parameters.mass is 2.0 here and not given there"),
-        ("harmonics = 3", "harmonics = 5", "sweep.harmonics is 5 here and 3 there"),
+        (
+            "[sweep]",
+            "[structure.parameters]\nmass = 2.0\n[sweep]",
+            "structure.parameters.mass is 2.0 here and not given in the identification",
+        ),
+        ("harmonics = 3", "harmonics = 5", "sweep.harmonics is 5 here and 3 in the identification"),
         ("limit = [", "stiffness = [", "must leave free what was identified, kt, limit, damping, but is"),
         ("[sweep]", "[structure.parameters]\nkt = 2.0\n[sweep]", ""),  # it is free
     ],
@@ -222,7 +226,7 @@ def test_an_identification_of_another_problem_is_refused(identified, before, aft
         ('force = [3.0]\ncompare = ["none.csv"]', "none.csv"),
         ('force = [3.0]\ncompare = ["predict_10_N.csv"]', "must be one that is predicted, 3, but is 10.0. Add 10 to these"),
         ('force = [0.01]\ncompare = ["predict_10_N.csv"]', "Is the unit of its force right?"),
-        ('compare = ["khz.csv"]', "must be three at least, but is 0. Measured, they reach from 0.31"),
+        ('compare = ["khz.csv"]', "must be at least three, but is 0. Measured are 0.31"),
         ('compare = ["displacement.csv"]', "The quantity of displacement must be acceleration"),
         ("force = [3.0, 3.0]", "force must be unique"),
         ("force = [3.0]\namplitude = [2.0]", "force and amplitude must not be given together, but force = [3.0] and"),

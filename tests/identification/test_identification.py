@@ -128,9 +128,7 @@ def test_friction_over_the_load_in_two_schemes(name):
 def test_a_table_of_friction_in_the_frame_of_a_fit_is_refused_by_the_check(tmp_path):
     path = write_new("identification", tmp_path / "study.toml")[0]
     path.write_text(path.read_text().replace("mu = 0.3", "mu = { over = [10.0, 100.0], values = [0.4, 0.3] }"))
-    with pytest.raises(
-        InputError, match=r"must be a number, the coefficient at the middle load.*Name `tenfold` among the unknown"
-    ):
+    with pytest.raises(InputError, match=r"must be a number, the coefficient at the mean load.*Add `tenfold` to `unknown`"):
         read(path)
 
 
@@ -153,7 +151,7 @@ def test_the_power_of_the_load_is_fitted():
     plain = replace(fit, unknowns=fit.unknowns[:-1])
     assert plain.solved(start[:-1], evaluations=12).cost > 30.0 * found.cost
     (said,) = friction_over_load(fit, found.x, np.full(5, 0.01))
-    assert f"at a normal load of {at:.4g} N on a line and follow its power -0." in said
+    assert f"at a normal load of {at:.4g} N on a line, and follow the power -0." in said
     (said,) = friction_over_load(fit, found.x, np.full(5, 1.0))
     assert "do not show that friction depends on the load" in said
     assert friction_over_load(plain, start[:-1], np.full(4, 0.01)) == ()

@@ -358,7 +358,7 @@ def test_compared_points_outside_the_band_are_left_out():
     assert float(data["predicted_peak_frequency"][0]) == pytest.approx(100.0, rel=3e-3)
     test = a_test()
     away = ss.MeasuredResponse(np.asarray(test.frequency) / 1e3, test.amplitude, 2.0, name="kHz")
-    with pytest.raises(InputError, match=r"three at least, but is 0. .* 0\.092 to 0\.112 Hz.*unit of the frequency"):
+    with pytest.raises(InputError, match=r"at least three, but is 0. .* 0\.092 to 0\.112 Hz.*unit of the frequency"):
         a_prediction(0).compare(away)
 
 

@@ -60,7 +60,7 @@ def test_long_dwells_lead_to_the_steady_response():
     for wrong, other in (("frequencies", {"band": [15.0, 17.0]}), ("force level 4", {"force": 3.0})):
         with pytest.raises(ss.InputError, match=wrong):
             long.with_response(ss.forced_response(problem, **{"band": frequencies, "force": 4.0, "harmonics": 1} | other))
-    with pytest.raises(ss.InputError, match="is of another one"):
+    with pytest.raises(ss.InputError, match="is that of another problem"):
         long.with_response(ss.forced_response(slider(2.0), frequencies, 4.0, harmonics=1))
     again = ss.stepped_sine(problem, [16.0], 4.0, 3, start=long.end, steps_per_period=400)
     assert float(again.dataset["amplitude"][0, 0]) == pytest.approx(steady[1], rel=2e-3)

@@ -60,8 +60,8 @@ class FreeDecay(Result):
     For each output and each half cycle from one turning point to the next (output, half_cycle), NaN after the last:
     turning_time [s] and turning_point [m] at its beginning; amplitude [m], half the distance to the next; frequency [Hz],
     1/(2 Δt); damping_ratio ζ from the logarithmic decrement δ = ln(A_k/A_{k+1}) = πζ/√(1 − ζ²) of the amplitudes at its two ends,
-    A_k = (a_{k−1} + a_k)/2, exact for viscous damping and for rigid friction; NaN of the first and the last, which have one
-    neighbour.
+    A_k = (a_{k−1} + a_k)/2, exact for viscous damping and for rigid friction; NaN for the first and the last half cycle, which
+    have only one neighbour.
     Of nonlinear modes beside it (`with_modes`): mode_amplitude [m] (mode, output, mode_point), mode_frequency [Hz] and
     mode_damping_ratio (mode, mode_point).
     """
@@ -110,7 +110,7 @@ class FreeDecayWork(Settings):
         if sum(given) > 1:
             both = [name for name, one in zip(("start", "frequency", "displacement or velocity"), given, strict=True) if one]
             raise InputError(
-                f"{' and '.join(both)} must not be given together, but are: a decay has one beginning. Leave one out."
+                f"{' and '.join(both)} must not be given together, but are: a decay has only one start state. Give one of them."
             )
         if self.frequency is None and self.force != 1.0:
             remedy = "A released motion has no force level: scale displacement and velocity."
@@ -294,7 +294,7 @@ def _dataset(work: FreeDecayWork, arrays: Arrays) -> xr.Dataset:
         "turning_point": (half, table[1], "m", "displacement at the turning point"),
         "amplitude": (half, table[2], "m", "half the distance to the next turning point"),
         "frequency": (half, table[3], "Hz", "frequency of the half cycle"),
-        "damping_ratio": (half, table[4], "1", "damping ratio of the half cycle by the logarithmic decrement"),
+        "damping_ratio": (half, table[4], "1", "damping ratio of the half cycle, from the logarithmic decrement"),
     }
     return xr.Dataset(
         {

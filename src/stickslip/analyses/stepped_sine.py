@@ -40,21 +40,21 @@ NEVER = 1e-30
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SteppedSine(Result):
-    """`dataset`, along `step`: frequency [Hz]; of the last period of each dwell amplitude [m] of the first harmonic and max_abs
-    [m] (step, output), and distance (step,), the estimated relative distance from the steady motion. `end`: the state after the
-    last dwell, from which another test or a free decay may go on. Of a harmonic balance beside it (`with_response`):
-    balance_amplitude [m] (step, output)."""
+    """`dataset`, along `step`: frequency [Hz]; of the last period of each dwell, amplitude [m] of the first harmonic and max_abs
+    [m] (step, output), and distance (step,), the estimated relative distance from the steady motion; with a harmonic balance
+    (`with_response`), its balance_amplitude [m] (step, output). `end`: the state after the last dwell, from which another test
+    or a free decay can start."""
 
     dataset: xr.Dataset
     problem: Problem
     end: TimeStart
 
     def with_response(self, response: ForcedResponse) -> SteppedSine:
-        """A copy that holds the steady response by harmonic balance too, for its figure: that of the same problem, frequencies,
-        in their order, and force level. NaN where the balance has no solution."""
+        """A copy that also holds the steady response by harmonic balance, for comparison in the figure. The response must have
+        the same problem, force level and frequencies, in the same order. NaN where the balance has no solution."""
         of_kind("response", response, ForcedResponse)
         if response.problem.fingerprint != self.problem.fingerprint:
-            raise InputError("The response must be that of the problem that was marched, but is of another one.")
+            raise InputError("The response must be that of the problem of the stepped sine, but is that of another problem.")
         return replace(self, dataset=beside_balance(self.dataset, response.dataset))
 
     def save(self, path: str | Path) -> Path:
@@ -76,12 +76,12 @@ class SteppedSineWork(Settings):
     problem: OfProblem
     frequencies: Annotated[Sequence[float], Setting(_in_order)]
     force: Annotated[float, Setting(positive, "force level, a factor on every harmonic force")] = 1.0
-    dwell: Annotated[int, Setting(Whole(2), "periods at each frequency; 1/ζ for a damping ratio ζ leave 2e-3 of a transient")] = (
-        20
-    )
+    dwell: Annotated[
+        int, Setting(Whole(2), "periods at each frequency; after 1/ζ periods, ζ the damping ratio, 2e-3 of the transient is left")
+    ] = 20
     _: KW_ONLY
     start: Annotated[TimeStart | None, Setting(OfKind(TimeStart))] = None
-    steps_per_period: Annotated[int, Setting(Whole(8), "time steps of a period")] = 1000
+    steps_per_period: Annotated[int, Setting(Whole(8), "time steps per period")] = 1000
     method: Method = DEFAULT_METHOD
 
     def __post_init__(self) -> None:
@@ -116,7 +116,7 @@ class SteppedSineWork(Settings):
             report(k / len(self.frequencies))
             cycle = march(self.problem, 2.0 * np.pi * frequency, self.force, state, self._march)
             if cycle.outcome in (MarchOutcome.STEP_FAILED, MarchOutcome.UNBOUNDED):
-                raise InputError(f"The dwell at {frequency:g} Hz must have a motion. {cycle.sentence}")
+                raise InputError(f"The dwell at {frequency:g} Hz could not be computed. {cycle.sentence}")
             first.append(np.abs(harmonics_of(cycle.outputs, 1)[:, 1]))
             largest.append(np.max(np.abs(cycle.outputs), axis=1))
             distance.append(cycle.distance)
@@ -150,12 +150,12 @@ def beside_balance(dataset: xr.Dataset, response: xr.Dataset) -> xr.Dataset:
     converged = solved["outcome"].values == Outcome.CONVERGED
     steady = np.full((order.size, response.sizes["output"]), np.nan)
     if response.sizes["case"] != 1 or float(solved["force_level"]) != level:
-        raise InputError(f"The response must be at the one force level {level:g} of the stepped sine, but is at others.")
+        raise InputError(f"The response must be at the force level {level:g} of the stepped sine alone, but is at others.")
     if converged.any():
         if not np.array_equal(solved["frequency"].values, order):
-            raise InputError("The response must be at the frequencies of the stepped sine in their order, but is at others.")
+            raise InputError("The response must be at the frequencies of the stepped sine, in the same order, but is not.")
         steady[converged] = solved["amplitude"].values[converged]
-    words = "first harmonic of the steady response by harmonic balance", "how the harmonic balance ended"
+    words = "first harmonic of the steady response by harmonic balance", "outcome of the harmonic balance"
     about = [{"units": units, "long_name": meaning} for units, meaning in zip(("m", "1"), words, strict=True)]
     added = {
         "balance_amplitude": (("step", "output"), steady, about[0]),

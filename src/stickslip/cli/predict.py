@@ -32,18 +32,16 @@ def predict(
     ] = None,
     amplitude: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="A", help="Controlled amplitudes of the measured quantity instead of force levels, in m/s², m/s or m."
-        ),
+        typer.Option(metavar="A", help="Held amplitudes of the measured quantity in place of force levels, in m/s², m/s or m."),
     ] = None,
     acceleration: Annotated[
-        list[str] | None, typer.Option(metavar="A", help="The same, where accelerations were measured, in m/s².")
+        list[str] | None, typer.Option(metavar="A", help="Held amplitudes in m/s², if accelerations were measured.")
     ] = None,
     velocity: Annotated[
-        list[str] | None, typer.Option(metavar="V", help="The same, where velocities were measured, in m/s.")
+        list[str] | None, typer.Option(metavar="V", help="Held amplitudes in m/s, if velocities were measured.")
     ] = None,
     displacement: Annotated[
-        list[str] | None, typer.Option(metavar="U", help="The same, where displacements were measured, in m.")
+        list[str] | None, typer.Option(metavar="U", help="Held amplitudes in m, if displacements were measured.")
     ] = None,
     setting: Annotated[
         list[str] | None,
@@ -165,7 +163,7 @@ def with_prediction(document: Mapping[str, Any], table: Mapping[str, Any], band:
     if band is not None:
         ends = [number("--band", one) for one in band.split(":")]
         if len(ends) != 2:
-            raise fault("--band", "must be LOW:HIGH, Hz", band)
+            raise fault("--band", "must be LOW:HIGH in Hz", band)
         sweep = {key: value for key, value in document["sweep"].items() if key != "at"}
         found["sweep"] = {**sweep, "frequency": ends}
     return found

@@ -118,8 +118,9 @@ def _beyond_friction(rig: BetweenPlatforms, loads: Array) -> str:
         mu = getattr(law, "mu", None)
         if isinstance(mu, LoadDependentFriction) and (load.max() < mu.over[0] or load.min() > mu.over[-1]):
             return (
-                f" The normal load of {point.name}, {load.min():.4g} to {load.max():.4g} N, lies beyond those for which mu is "
-                f"given, {mu.over[0]:.4g} to {mu.over[-1]:.4g} N: mu is constant there, {float(mu.coefficient(load.max())):.4g}."
+                f" The normal load of {point.name}, {load.min():.4g} to {load.max():.4g} N, lies outside the range for which mu "
+                f"is given, {mu.over[0]:.4g} to {mu.over[-1]:.4g} N: mu is constant there, "
+                f"{float(mu.coefficient(load.max())):.4g}."
             )
     return ""
 

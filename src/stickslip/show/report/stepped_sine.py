@@ -52,7 +52,7 @@ def highest(dataset: xr.Dataset) -> Iterator[Highest]:
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
-    """How many dwells were long enough, what the harmonic balance says at their frequencies, and the highest amplitudes."""
+    """How many dwells were long enough, how far the harmonic balance is from them, and the highest amplitudes."""
     frequency, settled = dataset["frequency"].values, dataset["distance"].values < SETTLED
     line = f"{counted(len(frequency), 'dwell')} of {int(dataset.attrs['dwell'])} periods: "
     if settled.all():
@@ -61,12 +61,12 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         where = " to ".join(dict.fromkeys(hertz(f) for f in (frequency[~settled].min(), frequency[~settled].max())))
         lines = [
             f"{line}{int(settled.sum())} end within {_share(SETTLED)} of the steady motion, by estimate; the others, at {where} "
-            "Hz, are farther from it, and longer dwells bring them nearer"
+            "Hz, are farther from it; longer dwells would bring them nearer"
         ]
     lines += _beside(dataset, settled)
     for output, way, step in highest(dataset):
         size = length_text(float(dataset["amplitude"].values[step, output]), dataset)
-        lines.append(f"{dataset['output'].values[output]}: {way} highest {size} at {hertz(frequency[step])} Hz")
+        lines.append(f"{dataset['output'].values[output]}: highest amplitude {way} {size} at {hertz(frequency[step])} Hz")
     return lines
 
 
@@ -121,7 +121,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         every.append((str(dataset["output"].values[output]), float(frequency[step]), *values, float(distance[step])))
     end = [*columns, "distance from the steady motion [1]"]
     return {
-        ANSWER: pd.DataFrame(top, columns=["output", "way", "frequency [Hz]", *end]),
+        ANSWER: pd.DataFrame(top, columns=["output", "sweep direction", "frequency [Hz]", *end]),
         "dwells": pd.DataFrame(every, columns=["output", "frequency [Hz]", *end]),
     }
 

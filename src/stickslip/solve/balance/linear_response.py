@@ -12,7 +12,7 @@ POINTS = 400
 TOGETHER = 100_000
 """Entries of matrices that are solved together."""
 BY_ROWS = 100
-"""Contact rows up to which every frequency is solved on them; with more, few frequencies give the motion at all."""
+"""Contact rows up to which every frequency is solved on them; with more, exact solutions at few frequencies give all others."""
 RESOLUTION = np.concatenate([-np.geomspace(30.0, 0.05, 20), [0.0], np.geomspace(0.05, 30.0, 20)])
 """Extra frequencies around each resonance, in half widths ζ f."""
 

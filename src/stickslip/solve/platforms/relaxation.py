@@ -83,8 +83,8 @@ def elements_of(rig: BetweenPlatforms) -> Elements:
         if springs is None or not paired or friction.stiffness.size != springs.stiffness.size:
             raise fault(f"The law of {point.name}", "must pair each slider with a normal spring", type(law).__name__)
         if friction.bend.size:
-            rule, given = "must be a number, the coefficient at the middle load", "a table over the normal load"
-            remedy = "Name `tenfold` among the unknown: it says how the coefficients change with the load."
+            rule, given = "must be a number, the coefficient at the mean load", "a table over the normal load"
+            remedy = "Add `tenfold` to `unknown` to identify how the coefficients change with the load."
             raise fault(f"mu of {point.name}", rule, given, remedy)
         columns = (springs.stiffness, springs.constant, friction.stiffness, friction.friction)
         rows += [(index, *values) for values in zip(*columns, strict=True)]

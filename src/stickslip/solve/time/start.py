@@ -41,7 +41,7 @@ def checked_start(problem: Problem, start: TimeStart) -> TimeStart:
     sizes, wanted = ([np.shape(values) for values in vars(state).values()] for state in states)
     if sizes != wanted:
         rule = f"must have motion, velocity and intercepts of shapes {wanted}"
-        raise fault("start", rule, sizes, "Take that of this problem.")
+        raise fault("start", rule, sizes, "Take a start state of this problem.")
     return start
 
 

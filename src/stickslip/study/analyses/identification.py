@@ -43,8 +43,8 @@ class IdentificationTable(Table):
         list[str] | None,
         Field(
             min_length=1,
-            description="kt, kn, mu of all lines or of some (mu_L1, mu_R); tenfold, the factor of mu at ten times the load; "
-            "default: kt, kn and all friction, which then is constant",
+            description="kt, kn, mu of all lines or of some (mu_L1, mu_R); tenfold, the factor by which mu changes at ten times "
+            "the load; default: kt, kn and all mu, which then do not depend on the load",
         ),
     ] = None
     law: Annotated[

@@ -346,7 +346,7 @@ class ResponseIdentificationPlan(Plan):
         inside = np.flatnonzero((frequency >= min(found)) & (frequency <= max(found)))
         if inside.size < 3:
             what = f"Points of {test.name} in the band of [sweep], {min(found):.6g} to {max(found):.6g} Hz,"
-            raise fault(what, "must be three at least", inside.size, "Is the unit of the frequency right?")
+            raise fault(what, "must be at least three", inside.size, "Is the unit of the frequency right?")
         return _at_points(test, inside)
 
     def _thinned(self, test: MeasuredResponse) -> MeasuredResponse:

@@ -176,8 +176,8 @@ class ResponsePredictionPlan(Plan):
         text = str(dataset.attrs.get("study", ""))
         if text and (found := differences(self.document, with_new_names(tomllib.loads(text))[0], own)):
             raise InputError(
-                f"{what} must be of the problem of this study, but {listed(found)}. Make them the same, give in settings what "
-                "differs in the prediction, or leave identification out, which carries it out with this problem."
+                f"{what} must be of the problem of this study, but {listed(found)}. Make both the same, give what differs in the "
+                "prediction in `settings`, or leave `identification` out: the study then identifies the parameters itself."
             )
         return ResponseIdentification(dataset, self.base.problem_of(*self.table.settings), ())
 
@@ -254,8 +254,8 @@ def differences(here: Mapping[str, Any], there: Mapping[str, Any], aside: Collec
         same = one == other or (isinstance(one, str) and isinstance(other, str) and Path(one).name == Path(other).name)
         if not same and key not in {f"structure.parameters.{name}" for name in aside}:
             shown = ["not given" if each is None else repr(each) for each in (one, other)]
-            found.append(f"{key} is {shown[0]} here and {shown[1]} there")
-    return found if len(found) <= LISTED else [*found[:LISTED], f"{counted(len(found) - LISTED, 'further setting')} differ"]
+            found.append(f"{key} is {shown[0]} here and {shown[1]} in the identification")
+    return found if len(found) <= LISTED else [*found[:LISTED], counted(len(found) - LISTED, "further difference")]
 
 
 def _settings_in(document: Any, key: str = "") -> Iterator[tuple[str, Any]]:

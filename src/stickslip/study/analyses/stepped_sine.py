@@ -30,14 +30,20 @@ STEADY = "steady"
 
 SteppedSineTable = table_of(
     SteppedSineWork,
-    "A test that dwells at one frequency after the other, from rest, integrated in time.",
+    "A test whose excitation dwells at one frequency after the other, from rest, integrated in time.",
     count=(
-        Annotated[int | None, Field(ge=2, le=100_000, description=f"frequencies of the band, equally spaced; default: {COUNT}")],
+        Annotated[
+            int | None,
+            Field(ge=2, le=100_000, description=f"number of frequencies, equally spaced over the band; default: {COUNT}"),
+        ],
         None,
     ),
-    back=(Annotated[bool, Field(description="whether they go back to the first after the last")], False),
+    back=(
+        Annotated[bool, Field(description="whether the test returns from the last frequency through all others to the first")],
+        False,
+    ),
     balance=(
-        Annotated[bool, Field(description="the steady response by harmonic balance is computed at the same frequencies")],
+        Annotated[bool, Field(description="whether the harmonic balance is solved at the same frequencies, for comparison")],
         True,
     ),
 )
@@ -67,8 +73,8 @@ class SteppedSinePlan(Plan):
     @property
     def summary(self) -> str:
         periods = counted(self.work.dwell, "period")
-        beside = "" if self.steady is None else ", beside the harmonic balance"
-        return f"stepped sine of {periods} at each of {len(self.work.frequencies)} frequencies in time{beside}"
+        beside = "" if self.steady is None else ", compared with the harmonic balance"
+        return f"stepped sine in time, {periods} at each of {len(self.work.frequencies)} frequencies{beside}"
 
     @property
     def works(self) -> Mapping[str, Work]:

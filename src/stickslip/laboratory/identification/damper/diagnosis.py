@@ -176,13 +176,13 @@ def friction_over_load(fit: DamperFit, theta: Array, scatter: Array) -> tuple[st
     exponent, error = theta[k] / np.log(10.0), CERTAINTY * scatter[k] / np.log(10.0)
     if not abs(exponent) > error:  # NaN too
         return (
-            f"The loops do not show that friction depends on the load: {TENFOLD} = 1 lies in its interval. Leave {TENFOLD} out "
-            "of the unknown, or measure at pulls further apart.",
+            f"The loops do not show that friction depends on the load: {TENFOLD} = 1 lies within its interval. Remove {TENFOLD} "
+            "from unknown, or measure at pulls that differ more.",
         )
     return (
-        f"The coefficients of friction hold at a normal load of {fit.at:.4g} N on a line and follow its power {exponent:.3f} "
-        f"(95 % between {exponent - error:.3f} and {exponent + error:.3f}): mu = {{ value = ..., at = {fit.at:.4g}, exponent = "
-        f"{exponent:.3f} }} in a study.",
+        f"The friction coefficients are those at a normal load of {fit.at:.4g} N on a line, and follow the power {exponent:.3f} "
+        f"of the load (95 % interval {exponent - error:.3f} to {exponent + error:.3f}). In a study write mu = {{ value = ..., at "
+        f"= {fit.at:.4g}, exponent = {exponent:.3f} }}.",
     )
 
 

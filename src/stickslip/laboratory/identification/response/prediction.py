@@ -92,7 +92,7 @@ def levels_of(name: str, values: Any) -> tuple[float, ...]:
 
 def one_kind_of_level(force: Sequence[float], amplitude: Sequence[float], files: bool = False) -> None:
     """Refuse both forces and held amplitudes, and none; files: of measured curves to compare with, which may say them."""
-    what = "Force levels in N, such as force = [1.0, 5.0]; amplitude: held amplitudes of the measured quantity."
+    what = "force: force levels in N, such as force = [1.0, 5.0]; amplitude: held amplitudes of the measured quantity."
     if force and amplitude:
         given = f"force = {list(force)} and amplitude = {list(amplitude)}"
         raise InputError(f"force and amplitude must not be given together, but {given} are. Leave one out. {what}")
@@ -106,8 +106,9 @@ def settings_beside(tests: Sequence[Mapping[str, Any]], given: Mapping[str, floa
     for name in dict.fromkeys(name for one in tests for name in one if name not in found):
         values = [one.get(name) for one in tests]
         if values[0] is None or any(value != values[0] for value in values):
-            rule = "must say the value for the prediction of what differs from test to test"
-            raise fault("settings", rule, name, f"Measured were {values}: settings={{{name!r}: ...}} (--setting {name}=...).")
+            rule = f"must give {name} a value for the prediction, since it differs from test to test"
+            remedy = f"The tests have {values}. Give settings={{{name!r}: ...}} (--setting {name}=...)."
+            raise fault("settings", rule, dict(given), remedy)
         found[name] = values[0]
     return found
 
@@ -374,9 +375,12 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
     data["frequency"] = named(at, padded, "frequency", "Hz")
     data["amplitude_drawn"] = named(("level", "draw", "point"), curves, "response of each draw", units)
     for suffix, values, what in zip(
-        ("_low", "", "_high"), interval(curves, axis=1), ("low end", "median", "high end"), strict=True
+        ("_low", "", "_high"),
+        interval(curves, axis=1),
+        ("low end of the interval", "median", "high end of the interval"),
+        strict=True,
     ):
-        data[f"amplitude{suffix}"] = named(at, values, f"response, {what} of the interval of the draws", units)
+        data[f"amplitude{suffix}"] = named(at, values, f"response, {what} of the draws", units)
     for column, key in enumerate(("frequency", "amplitude")):
         words = f"estimated error of the peak's {PEAK[key][1]} due to harmonics and samples, relative"
         data[f"peak_{key}_error"] = named("level", errors[:, column], words)

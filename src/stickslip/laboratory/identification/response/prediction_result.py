@@ -157,7 +157,7 @@ def level_for(test: MeasuredResponse, levels: Sequence[float], held: bool, quant
     """The number of the predicted level of a test, a force or a held amplitude; refused where none is near."""
     of_kind("A test", test, MeasuredResponse)
     if test.quantity != quantity:
-        rule = f"must be {quantity}, from which the parameters were identified"
+        rule = f"must be {quantity}, as in the identification"
         raise fault(f"The quantity of {test.name}", rule, test.quantity, f"Compare with a measured {quantity}.")
     level = level_of(test, held)
     k = int(np.argmin(np.abs(np.log(np.asarray(levels) / level))))
@@ -167,7 +167,7 @@ def level_for(test: MeasuredResponse, levels: Sequence[float], held: bool, quant
         remedy = f"Add {level:.6g} to these (--{option} {level:.6g})."
         low, high = THOUSAND
         if low <= max(level / levels[k], levels[k] / level) <= high:
-            remedy = f"Is the unit of its {quantity if held else 'force'} right? Else add {level:.6g} (--{option} {level:.6g})."
+            remedy = f"Is the unit of its {quantity if held else 'force'} right? If so, add {level:.6g} (--{option} {level:.6g})."
         raise fault(f"The {option} of {test.name}", rule, level, remedy)
     return k
 
@@ -178,10 +178,10 @@ def points_in_band(test: MeasuredResponse, low: float, high: float) -> Index:
     order = np.argsort(frequency, kind="stable")
     inside = order[(frequency[order] >= low * (1.0 - 1e-12)) & (frequency[order] <= high * (1.0 + 1e-12))]
     if inside.size < 3:
-        ends = f"they reach from {frequency.min():.6g} to {frequency.max():.6g} Hz"
-        remedy = f"Measured, {ends}. Is the unit of the frequency right (--unit frequency=kHz), and the band wide enough?"
+        ends = f"{frequency.min():.6g} to {frequency.max():.6g} Hz"
+        remedy = f"Measured are {ends}. Is the unit of the frequency right (--unit frequency=kHz), and the band wide enough?"
         raise fault(
-            f"Points of {test.name} in the band, {low:.6g} to {high:.6g} Hz,", "must be three at least", inside.size, remedy
+            f"The points of {test.name} in the band, {low:.6g} to {high:.6g} Hz,", "must be at least three", inside.size, remedy
         )
     return inside
 
@@ -266,7 +266,7 @@ def _peaks(dataset: xr.Dataset) -> list[str]:
 
 
 def held_share(dataset: xr.Dataset) -> float:
-    """Percentage that the intervals hold: 95, or from end to end of fewer draws less."""
+    """Percentage that the intervals hold: 95, or less where few draws make them go from the lowest to the highest draw."""
     draws = int(dataset.attrs["draws"])
     return 95.0 if draws >= WHOLE else 100.0 * (draws - 1.0) / (draws + 1.0)
 
@@ -286,7 +286,7 @@ def _compared_lines(dataset: xr.Dataset) -> list[str]:
                 deviation = 0.0 if known is None else float(known.values[t])
                 words.append(f"{what} {_error_text(predicted, measured, deviation)} ({where})")
         share = 100.0 * float(dataset["inside"].values[t])
-        said = f"predicted against measured {', '.join(words)}" if words else "no peak between its points in the band"
+        said = f"predicted against measured {', '.join(words)}" if words else "its points in the band show no peak"
         found.append(f"{name}: {said}; {share:.0f} % of its points lie inside the band")
         if mistake := _mistake(dataset, t):
             found.append(mistake)
@@ -338,9 +338,9 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
     if (peaks & ~known).any():
         at = ", ".join(f"{level:.4g}" for level in dataset["level"].values[peaks & ~known])
         found.append(
-            f"{at} {dataset['level'].attrs['units']}: the intervals do not include the error of few harmonics, since the "
-            f"identified parameters have no peak in the band with them or with {FINER} times as many. Give a wider band, or "
-            "identify again with more harmonics."
+            f"{at} {dataset['level'].attrs['units']}: the intervals do not include the error due to harmonics, since the curve "
+            f"of the identified parameters has no peak in the band, with these harmonics or with {FINER} times as many. Give a "
+            "wider band, or identify again with more harmonics."
         )
     off, size = off[known], size[known]
     if known.any() and (size.max() > ALLOWED or off.max() > ALLOWED_SHIFT):
@@ -352,7 +352,8 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
     if attrs["draws"] < WHOLE:
         share = held_share(dataset)
         found.append(
-            f"{attrs['draws']} draws: intervals go from end to end of them and hold {share:.0f} %; take {WHOLE} or more for 95 %."
+            f"With {attrs['draws']} draws the intervals go from the lowest to the highest draw and hold {share:.0f} %. Take "
+            f"{WHOLE} draws or more for 95 %."
         )
     return found
 
