@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.show.report.free_decay import measured_tables
 from stickslip.support.checks import InputError
 
 TIME = np.arange(4000) / 4000.0
@@ -83,6 +84,40 @@ def test_a_second_mode_makes_errors_larger(other, share):
     assert float((apart < 2.0 * data["damping_ratio_error"]).mean()) > 0.7
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_damping_is_that_of_the_displacement_where_the_frequency_changes(order):
+    """x = exp(−δ t) cos φ, φ' = ω₀ + 2 ν t: its rate is smaller by ω, and falls more slowly while ω rises."""
+    begin, drift, delta = 2.0 * np.pi * 100.0, 300.0, 5.0
+    phase, rate = begin * TIME + drift * TIME**2, 1j * (begin + 2.0 * drift * TIME) - delta
+    motion = np.exp(-delta * TIME + 1j * phase)
+    of = (rate * motion, (rate**2 + 2j * drift) * motion)[order - 1].real
+    data = ss.measured_decay(TIME, of, ("velocity", "acceleration")[order - 1]).dataset
+    omega = 2.0 * np.pi * data["frequency"].values
+    np.testing.assert_allclose(omega, begin + 2.0 * drift * data["window_time"].values, rtol=1e-3)
+    np.testing.assert_allclose(data["damping_ratio"].values, delta / np.hypot(delta, omega), rtol=0.02)
+    np.testing.assert_allclose(data["amplitude"].values, np.exp(-delta * data["window_time"].values), rtol=0.01)
+
+
+def test_tables_hold_the_frequency_also_where_it_is_a_coordinate():
+    """As in exported results."""
+    data = ss.measured_decay(TIME, linear()[0][0]).dataset
+    expected, found = (measured_tables(each) for each in (data, data.set_coords("frequency")))
+    for name, table in expected.items():
+        assert set(table) == set(found[name])
+
+
+def test_a_blow_before_the_decay_is_left_out():
+    time = np.arange(-0.05, 0.5, 1e-4)
+    ringing = np.where(time > 0.0, 2e3 * np.exp(-8.0 * time) * np.sin(2.0 * np.pi * 180.0 * time), 0.0)
+    signal = ringing + np.where(np.abs(time + 3e-4) < 3e-4, 3.5e4, 0.0)
+    with pytest.raises(ss.InputError, match="begin, --begin"):
+        ss.measured_decay(time, signal, "acceleration")
+    data = ss.measured_decay(time, signal, "acceleration", begin=0.0).dataset
+    np.testing.assert_allclose(data["damping_ratio"].values, 8.0 / np.hypot(8.0, 2.0 * np.pi * 180.0), rtol=1e-3)
+    with pytest.raises(ss.InputError, match="begin must leave"):
+        ss.measured_decay(time, signal, begin=0.499)
+
+
 def test_a_decay_in_a_file_is_that_of_its_structure(tmp_path):
     """A computed decay of a mass on a slider, written as mm and ms with noise: frequency and damping of its half cycles."""
     structure = ss.Structure(np.eye(1), 1e4 * np.eye(1), ("1.x",), C=np.array([[0.2]]))
@@ -127,7 +162,7 @@ def test_what_is_no_decay_is_refused(tmp_path):
         ((TIME, signal[::-1].copy()), {}, "must have a decay after it"),
         ((TIME, signal), {"cycles": 0.1}, "cycles must be"),
         ((TIME[::20], signal[::20]), {}, "must be 8 at least"),
-        ((TIME, rng.normal(size=TIME.size)), {"band": (50.0, 70.0)}, "must show two windows"),
+        ((TIME, rng.normal(size=TIME.size)), {"band": (50.0, 70.0)}, "must have two windows of 2 cycles"),
         ((TIME, np.zeros(TIME.size)), {}, "must move between"),
     ]
     for arguments, settings, message in wrong:
@@ -137,7 +172,7 @@ def test_what_is_no_decay_is_refused(tmp_path):
     with pytest.raises(InputError, match="must be stated by title or unit"):
         ss.read_decay(tmp_path / "two.csv")
     assert ss.read_decay(tmp_path / "two.csv", quantity="displacement").dataset.attrs["title"] == "two"
-    with pytest.raises(InputError, match="A setting must be one of band, cycles, name, but is 'bands'"):
+    with pytest.raises(InputError, match="A setting must be one of band, cycles, begin, name, but is 'bands'"):
         ss.read_decay(tmp_path / "two.csv", quantity="displacement", bands=(1.0, 2.0))
     with pytest.raises(InputError, match="path must be the name of a file"):
         ss.read_decay(3)

@@ -33,6 +33,7 @@ def decay(
         str | None, typer.Option(metavar="LOW:HIGH", help="Band in Hz in which the frequency lies; default: the largest motion.")
     ] = None,
     cycles: Annotated[float, typer.Option(help="Length of the windows to which a damped sine is fitted, in cycles.")] = 2.0,
+    begin: Annotated[float | None, typer.Option(help="Time in s from which the decay is looked for, after a blow.")] = None,
     quantity: Annotated[
         str | None, typer.Option(help="displacement, velocity or acceleration; default: what the file says.")
     ] = None,
@@ -56,7 +57,7 @@ def decay(
     existing("FILE", [file])
     if study is None and output is not None:
         raise fault("--output", "must go with --study, which names the outputs", output)
-    settings: dict[str, Any] = {"cycles": cycles}
+    settings: dict[str, Any] = {"cycles": cycles, "begin": begin}
     if band is not None:
         ends = [number("--band", end) for end in band.split(":")]
         if len(ends) != 2:

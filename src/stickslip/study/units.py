@@ -56,7 +56,10 @@ class Units(Table):
     length: Annotated[Literal["m", "mm", "um"], Field(description="unit of lengths")] = "m"
     force: Annotated[Literal["N", "mN", "kN"], Field(description="unit of forces")] = "N"
     mass: Annotated[Literal["kg", "g", "t"], Field(description="unit of the entries of M")] = "kg"
-    time: Annotated[Literal["s", "ms"], Field(description="unit of time in C and in Rayleigh factors, not in frequencies")] = "s"
+    time: Annotated[
+        Literal["s", "ms"],
+        Field(description="unit of time in C, Rayleigh factors, velocities and accelerations, not in frequencies and durations"),
+    ] = "s"
     frequency: Annotated[
         Literal["Hz", "rad/s"], Field(description="unit of frequencies in this file; results and reports are in Hz")
     ] = "Hz"

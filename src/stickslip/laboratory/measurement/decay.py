@@ -30,7 +30,7 @@ from stickslip.laboratory.measurement.universal_response import time_history
 from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.results.schema import stamped
-from stickslip.support.checks import Array, InputError, among, existing, fault, of_kind, positive, vector
+from stickslip.support.checks import Array, InputError, among, existing, fault, finite, of_kind, positive, vector
 from stickslip.support.units import Band
 
 if TYPE_CHECKING:
@@ -103,17 +103,17 @@ def measured_decay(
     *,
     band: tuple[float, float] | Band | None = None,
     cycles: float = 2.0,
+    begin: float | None = None,
     name: str = "",
 ) -> MeasuredDecay:
     """Amplitude, frequency and damping of a measured decay, (n,) samples at even times, s, of a displacement, velocity or
     acceleration in m, m/s or m/s².
 
-    The decay begins at the largest sample and is looked at window by window, `cycles` long and half a cycle apart, until its
-    amplitude is below five standard errors or a thousandth of the largest, or friction stops it within the window. band [Hz]: in
-    which the frequency is looked for. Errors count what other modes leave in a window; two modes closer than one cycle of their
-    difference in a window are one to the fit, and its values those of their beat: take more cycles. Amplitudes are those of the
-    displacement, A/ω of a velocity and A/ω² of an acceleration. Damping ratios are those of the measured amplitude, δ/√(δ² + ω²):
-    where the stiffness changes along a decay, they differ between the quantities.
+    The decay begins at the largest sample, of those from the time `begin` [s] on, which leaves out a blow. Windows of `cycles`
+    are fitted, half a cycle apart, until the amplitude is below five standard errors or a thousandth of the largest, or friction
+    stops the motion. band [Hz]: in which the frequency is looked for. Other modes increase the standard errors; two modes are
+    separated only if a window is longer than one period of their beat. Amplitude and damping ratio are those of the displacement,
+    whatever was measured: A/ω of a velocity, A/ω² of an acceleration, ζ = δ/√(δ² + ω²) with the decay δ of this amplitude.
     """
     among("quantity", quantity, MOTIONS)
     t = vector("time", time)
@@ -121,7 +121,10 @@ def measured_decay(
     low, high = (0.0, 0.5 / step) if band is None else _ends(band)
     if not 0.5 <= positive("cycles", cycles) <= 100.0:
         raise fault("cycles", "must be from 0.5 to 100", cycles)
-    first = int(np.argmax(np.abs(x - x.mean())))
+    after = 0 if begin is None else int(np.searchsorted(t, finite("begin", begin)))
+    if t.size - after < 4 * FEWEST:
+        raise fault("begin", f"must leave {4 * FEWEST} samples at least", begin, f"The record ends at {t[-1]:g} s.")
+    first = after + int(np.argmax(np.abs(x[after:] - x[after:].mean())))
     if t.size - first < 4 * FEWEST:
         where, remedy = f"{t.size - first} samples from its end on", "Is it a free decay, in the order of time?"
         raise fault(f"The largest sample of the {quantity}", "must have a decay after it", where, remedy)
@@ -132,8 +135,12 @@ def measured_decay(
     if len(rows) < 2:  # other modes are strong
         rows = _windows(t[first:], x[first:], omega, cycles, drifting=False)
     if len(rows) < 2:
-        remedy = "Is it a free decay, and does the band hold its frequency?"
-        raise fault("A decay", "must show two windows beyond its noise", len(rows), remedy)
+        remedy = (
+            "Leave out a blow at the beginning (begin, --begin), give the band of one mode (band, --band), or take longer "
+            "windows (cycles=10, --cycles 10)."
+        )
+        what = f"A decay near {omega / (2.0 * np.pi):.4g} Hz"
+        raise fault(what, f"must have two windows of {cycles:g} cycles that a damped sine fits", len(rows), remedy)
     return MeasuredDecay(_dataset(t, x, np.array(rows), quantity, name))
 
 
@@ -158,7 +165,7 @@ def read_decay(
     path = Path(path)
     columns, units = (dict(of_kind(what, given or {}, Mapping)) for what, given in (("columns", columns), ("units", units)))  # type: ignore[type-abstract]
     for name in settings:
-        among("A setting", name, ("band", "cycles", "name"))
+        among("A setting", name, ("band", "cycles", "begin", "name"))
     existing("path", [path])
     for what, given in (("columns", columns), ("units", units)):
         for key in given:
@@ -247,7 +254,7 @@ def _dominant(x: Array, step: float, band: tuple[float, float]) -> float:
 
 
 def _windows(t: Array, x: Array, omega: float, cycles: float, drifting: bool) -> list[list[float]]:
-    """Of each window its middle, amplitude, ω, δ and the standard errors of these three."""
+    """Of each window its middle, amplitude, ω, δ and ν, and the standard errors of these four."""
     rows: list[list[float]] = []
     begin, end = t[0], t[-1]
     while begin + cycles * 2.0 * np.pi / omega <= end:
@@ -262,7 +269,7 @@ def _windows(t: Array, x: Array, omega: float, cycles: float, drifting: bool) ->
 
 
 def _damped_sine(t: Array, x: Array, omega: float, drifting: bool) -> list[float] | None:
-    """The middle of a window, amplitude there, ω, δ and their standard errors. drifting: fit κ and ν too.
+    """The middle of a window, amplitude there, ω, δ and ν, and their standard errors. drifting: fit κ and ν too; they are 0 else.
 
     None where the fit fails, the motion is lost in noise, or ends within the window: it falls ever faster, κ > δ²/4, and is gone
     at the end.
@@ -298,10 +305,12 @@ def _damped_sine(t: Array, x: Array, omega: float, drifting: bool) -> list[float
     amplitude = float(np.hypot(a, b))
     towards = np.zeros(J.shape[1])
     towards[1:3] = a / max(amplitude, 1e-300), b / max(amplitude, 1e-300)
-    errors = np.sqrt([towards @ covariance @ towards, *np.diag(covariance)[3:5]])
+    spread = np.append(np.diag(covariance)[3:6], 0.0)[:3]
+    errors = np.sqrt([towards @ covariance @ towards, *spread])
     if amplitude < SURE * errors[0]:
         return None
-    return [middle, amplitude, float(rates[0]), float(rates[1]), *(np.sqrt(_dependence(left)) * errors).tolist()]
+    errors = np.sqrt(_dependence(left)) * errors
+    return [middle, amplitude, *np.append(rates[:3], 0.0)[:3].tolist(), *errors.tolist()]
 
 
 def _dependence(left: Array) -> float:
@@ -314,8 +323,10 @@ def _dependence(left: Array) -> float:
 def _dataset(t: Array, x: Array, rows: Array, quantity: str, name: str) -> xr.Dataset:
     import xarray as xr
 
-    middle, size, omega, delta, size_error, omega_error, delta_error = rows.T
+    middle, size, omega, delta, drift, size_error, omega_error, delta_error, drift_error = rows.T
     order = MOTIONS.index(quantity)
+    # The displacement is A/ω^order, and ω changes by 2ν in a unit of time.
+    delta, delta_error = delta + 2.0 * order * drift / omega, np.hypot(delta_error, 2.0 * order * drift_error / omega)
     ratio = delta / np.hypot(delta, omega)
     values = {
         "window_time": (middle, "s", "middle of the window"),

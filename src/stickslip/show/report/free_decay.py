@@ -97,16 +97,12 @@ def measured_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Windows at amplitudes in equal ratios, and all windows."""
     import pandas as pd
 
-    keys = [str(key) for key, variable in dataset.data_vars.items() if variable.dims == ("window",)]
+    keys = [str(key) for key, variable in dataset.variables.items() if variable.dims == ("window",) and str(key) != "window"]
     columns = {f"{key.replace('_', ' ')} [{dataset[key].attrs['units']}]": dataset[key].values for key in keys}
     size, windows = np.log(dataset["amplitude"].values), pd.DataFrame(columns)
     shown = np.unique([int(np.argmin(np.abs(size - at))) for at in np.linspace(size.max(), size.min(), ROWS)])
-    titles = {
-        "amplitude [m]": "amplitude [m]",
-        "frequency [Hz]": "frequency [Hz]",
-        "frequency error [Hz]": "standard error [Hz]",
-    }
-    answer = windows[list(titles)].rename(columns=titles)
+    answer = windows[[f"{key} [{dataset[key].attrs['units']}]" for key in ("amplitude", "frequency")]].copy()
+    answer[f"standard error [{dataset['frequency'].attrs['units']}]"] = dataset["frequency_error"].values
     for key, title in (("damping_ratio", "damping ratio [%]"), ("damping_ratio_error", "standard error [%]")):
         answer[title] = 100.0 * dataset[key].values
     return {ANSWER: answer.iloc[shown].reset_index(drop=True), "windows": windows}

@@ -18,7 +18,7 @@ from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.nonlinear_modes import ModesTable, modes_settings
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Number, Positive, Table
-from stickslip.study.units import FREQUENCY, LENGTH, TIME, VELOCITY
+from stickslip.study.units import FREQUENCY, LENGTH, VELOCITY
 from stickslip.support.checks import counted, fault
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ BEYOND = 1.02
 class FreeDecayTable(Table):
     """The motion after a release, an impact or a steady motion, without excitation."""
 
-    duration: Annotated[Positive, TIME, Field(description="of the decay")]
+    duration: Annotated[Positive, Field(description="of the decay, s in all units")]
     displacement: Annotated[
         dict[str, Number],
         Field(description="at the release, length or rad by degree of freedom, { tip = 1e-3 }; all others are 0"),
@@ -82,7 +82,7 @@ class FreeDecayPlan(Plan):
                 }
         if table.frequency is not None:
             moved |= {"frequency": table.frequency * units.factor(FREQUENCY), "force": table.force}
-        work = FreeDecayWork(problem, table.duration * units.factor(TIME), **moved, steps=table.steps)
+        work = FreeDecayWork(problem, table.duration, **moved, steps=table.steps)
         modes = NonlinearModesWork(**modes_settings(asked, ModesTable())) if table.modes else None
         return cls(work, modes)
 
