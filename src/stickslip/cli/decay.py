@@ -26,22 +26,23 @@ def decay(
     ctx: typer.Context,
     file: Annotated[Path, typer.Argument(help="Recorded ring-down (text, .mat or universal file): time and motion.")],
     study: Annotated[
-        Path | None, typer.Option(help="Study file of the structure, whose nonlinear modes are computed beside the decay.")
+        Path | None, typer.Option(help="Study file of the structure; its nonlinear mode is computed for comparison.")
     ] = None,
     output: Annotated[str | None, typer.Option(help="Output of this study that was measured; default: the first.")] = None,
     band: Annotated[
-        str | None, typer.Option(metavar="LOW:HIGH", help="Band in Hz in which the frequency lies; default: the largest motion.")
+        str | None,
+        typer.Option(metavar="LOW:HIGH", help="Band in Hz that contains the frequency; default: around the largest motion."),
     ] = None,
     cycles: Annotated[float, typer.Option(help="Length of the windows to which a damped sine is fitted, in cycles.")] = 2.0,
     begin: Annotated[float | None, typer.Option(help="Time in s from which the decay is looked for, after a blow.")] = None,
     quantity: Annotated[
-        str | None, typer.Option(help="displacement, velocity or acceleration; default: what the file says.")
+        str | None, typer.Option(help="displacement, velocity or acceleration; default: as the file states.")
     ] = None,
     column: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME=COLUMN",
-            help="Title or number of a column: time, signal. In .mat and universal files the vector or function of the signal.",
+            help="Title or number of the column of time or signal; in .mat and universal files, of the vector or function.",
         ),
     ] = None,
     unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as signal=g.")] = None,
@@ -61,7 +62,7 @@ def decay(
     if band is not None:
         ends = [number("--band", end) for end in band.split(":")]
         if len(ends) != 2:
-            raise fault("--band", "must be LOW:HIGH, Hz", band)
+            raise fault("--band", "must be LOW:HIGH in Hz", band)
         settings["band"] = (ends[0], ends[1])
     columns, units = pairs("--column", column or (), "signal=2"), pairs("--unit", unit or (), "signal=g")
     decay = read_decay(file, columns=columns, units=units, quantity=quantity, **settings)

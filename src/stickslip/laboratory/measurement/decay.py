@@ -1,11 +1,11 @@
 """Measured decays: amplitude, frequency and damping ratio along a ring-down test, each with its standard error.
 
-A damped sine is fitted to one window after the other, by Gauss and Newton,
+A damped sine is fitted to one window after the other, by the Gauss–Newton method,
 
     x(s) = m + exp(−δ s − κ s²) (a cos(ω s + ν s²) + b sin(ω s + ν s²)),
 
-s from the middle of the window, κ and ν the change of δ and ω within it. What it leaves makes the errors,
-larger where it is no noise.
+s from the middle of the window; κ and ν are the change of δ and ω within it. The standard errors follow from the residual, and
+are larger where it is not noise.
 """
 
 from __future__ import annotations
@@ -109,8 +109,8 @@ def measured_decay(
     """Amplitude, frequency and damping of a measured decay, (n,) samples at even times, s, of a displacement, velocity or
     acceleration in m, m/s or m/s².
 
-    The decay begins at the largest sample, of those from the time `begin` [s] on, which leaves out a blow. Windows of `cycles`
-    are fitted, half a cycle apart, until the amplitude is below five standard errors or a thousandth of the largest, or friction
+    The decay begins at the largest sample from the time `begin` [s] on; use it to exclude a blow. Windows of `cycles` are
+    fitted, half a cycle apart, until the amplitude is below five standard errors or a thousandth of the largest, or friction
     stops the motion. band [Hz]: in which the frequency is looked for. Other modes increase the standard errors; two modes are
     separated only if a window is longer than one period of their beat. Amplitude and damping ratio are those of the displacement,
     whatever was measured: A/ω of a velocity, A/ω² of an acceleration, ζ = δ/√(δ² + ω²) with the decay δ of this amplitude.
@@ -155,10 +155,10 @@ def read_decay(
     """A decay from a text file with a title for each column, "time [s], acceleration [m/s2]", from vectors or structs of a MATLAB
     file (.mat), or from a time history of a universal file (58, 58b).
 
-    columns: {"time" or "signal": title or number (from 1) of the column} where titles are not understood; "signal" is the name or
-    number of a vector or function in the other files. units: {the same names:
-    unit} where the file states none: s, and m, m/s or m/s² of the quantity, are assumed. quantity: as title or unit say unless
-    given. Further arguments are those of `measured_decay`.
+    columns: {"time" or "signal": title or number (from 1) of the column} where titles are not understood; in the other files
+    "signal" is the name or number of a vector or function. units: {the same names: unit} where the file states none; default: s,
+    and m, m/s or m/s² for the quantity. quantity: by default as title or unit state. Further arguments are those of
+    `measured_decay`.
     """
     if not isinstance(path, str | Path):
         raise fault("path", "must be the name of a file", path)
@@ -190,7 +190,7 @@ def read_decay(
         raise fault(f"The quantity of {path.name}", "must be stated by title or unit", title or "none", remedy)
     factor = known_unit(f"The unit of the signal in {path.name}", stated, (quantity,)).factor if stated else 1.0
     if unit is not None and unit.per_force:
-        raise fault(f"The unit of the signal in {path.name}", "must be of a motion by itself, not per force", stated)
+        raise fault(f"The unit of the signal in {path.name}", "must be that of a motion, not of a motion per force", stated)
     text = units.get("time") or table.units[at["time"]] or "s"
     if text not in UNITS or UNITS[text][0] != "s":
         raise fault(f"The unit of time in {path.name}", "must be one of s, ms, us, min", text)
