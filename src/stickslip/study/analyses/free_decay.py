@@ -33,7 +33,7 @@ BEYOND = 1.02
 class FreeDecayTable(Table):
     """The motion after a release, an impact or a steady motion, without excitation."""
 
-    duration: Annotated[Positive, Field(description="of the decay, s in all units")]
+    duration: Annotated[Positive, Field(description="duration of the decay, s in all unit systems")]
     displacement: Annotated[
         dict[str, Number],
         Field(description="at the release, length or rad by degree of freedom, { tip = 1e-3 }; all others are 0"),
