@@ -41,7 +41,7 @@ FORMS = {
     "<single>": "a single value",
     "<table>": "a table",
     "<list>": "a list",
-    "<several>": "a list of several",
+    "<several>": "a list of these",
     "<place>": "a place",
     "<title>": "a title",
     "<number>": "a number",
