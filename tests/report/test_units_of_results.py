@@ -237,6 +237,10 @@ def test_a_table_is_converted_column_by_column():
         ("0.002 m, then 1e-3 m.", "2 mm, then 1 mm."),
         ("from the modal amplitude 0.001 m kg^0.5 on", "from the modal amplitude 0.03162 mm t^0.5 on"),
         ("A spring of 2e+05 N/m holds it", "A spring of 200 N/mm holds it"),
+        (
+            "kt × 1.8 = 90050 N/m, 95 % interval 89982 to 90120 N/m (× 1.79 to 1.81)",
+            "kt × 1.8 = 90.05 N/mm, 95 % interval 89.98 to 90.12 N/mm (× 1.79 to 1.81)",
+        ),
         ("2 m/s, 3 m^2, 4 mm, 5 N m and 6 masses", "2 m/s, 3 m^2, 4 mm, 5 N m and 6 masses"),
     ],
 )

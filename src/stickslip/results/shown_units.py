@@ -35,8 +35,8 @@ FACTOR = re.compile(r"([A-Za-zµ]+)(\^?-?[\d.]+|²|³)?")
 """A unit with its power inside of a compound one, as in m/(s2 N)."""
 HEAD = re.compile(r"(.* \[)([^\]]+)(\])|(.* in )(\S+)()")
 """The head of a column with its unit, "amplitude [m]" or "kt in N/µm"."""
-SIZE = re.compile(r"(?<![\w.])(\d[\d.]*(?:e[+-]?\d+)?) (m kg\^0\.5|N/m|[µn]?m)(?![\w/^])")
-"""A length, a modal amplitude or a stiffness in a sentence."""
+SIZE = re.compile(r"(?<![\w.])(?:(\d[\d.]*(?:e[+-]?\d+)?) to )?(\d[\d.]*(?:e[+-]?\d+)?) (m kg\^0\.5|N/m|[µn]?m)(?![\w/^])")
+"""A length, a modal amplitude or a stiffness in a sentence, or a range of them whose unit stands after its upper end."""
 
 
 def attributes_of(system: UnitSystem) -> dict[str, str]:
@@ -108,8 +108,9 @@ def shown_sentence(sentence: str, *datasets: xr.Dataset) -> str:
     system = system_of(*datasets)
 
     def converted(size: re.Match[str]) -> str:
-        factor, unit = in_system(size[2], system)
-        return size[0] if factor == 1.0 else f"{factor * float(size[1]):.4g} {unit}"
+        factor, unit = in_system(size[3], system)
+        ends = [f"{factor * float(end):.4g}" for end in size.group(1, 2) if end]
+        return size[0] if factor == 1.0 else f"{' to '.join(ends)} {unit}"
 
     return SIZE.sub(converted, sentence)
 
