@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+import tomllib
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from stickslip import study
 from stickslip.cli import app
 from stickslip.show.report.page import page
 from stickslip.show.report.response_identification import tables
+from stickslip.study.measured_curves import with_curves
 from stickslip.support import console
 
 FREQUENCIES = np.linspace(0.14, 0.24, 13)
@@ -225,6 +227,13 @@ def test_force_levels_of_curves_of_one_file(curves, tmp_path):
     shown = command(*known, "--force", "0.3,1", "--out", tmp_path / "wrong")
     assert shown.exit_code == console.WRONG_INPUT
     assert "force must be one for each of 3 curves" in " ".join(shown.output.split())
+
+
+def test_what_only_the_analysis_of_the_study_uses_is_left_out(curves):
+    """The study states the problem; force levels, of a forced response, have no effect here."""
+    document = tomllib.loads(MODEL.replace("[sweep]", "[sweep]\nforce_levels = [0.5, 1.0]\npeak_tolerance = 1e-4"))
+    sweep = with_curves(document, curves, ["kt"], {}, {})["sweep"]
+    assert sweep == {"frequency": [0.145, 0.25], "outputs": ["1.x"]}
 
 
 def test_a_factor_on_what_no_contact_has_is_refused(curves, tmp_path):

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 
 from stickslip.cli import main
 from stickslip.laboratory.identification.damper.clues import plateaux_with_errors
-from stickslip.laboratory.identification.damper.diagnosis import friction_over_load, lag_remarks, never_sliding
+from stickslip.laboratory.identification.damper.diagnosis import friction_over_load, lag_remarks, never_sliding, remarks
 from stickslip.laboratory.identification.damper.fit import MeasuringChain
 from stickslip.laboratory.identification.damper.intervals import Refits, likely_gaps
 from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD
@@ -491,6 +491,25 @@ def test_a_reversed_rotation_is_refused(truths):
     ]
     with pytest.raises(InputError, match=r"sign reversed|miss"):
         identify(turned, UNKNOWN_RIG, resamples=8, population=5, generations=10)
+
+
+@pytest.mark.parametrize(("pull", "crosstalk"), [(80.0, 0.0), (1600.0, 0.01)])
+def test_a_force_that_symmetry_holds_constant_refuses_no_fit(pull, crosstalk):
+    """A symmetric cylinder moved out of phase bears half of the pull on each side, whatever its contacts: force_y is noise, and a
+    little of force_x. What a dead cell shows in place of a force that varies is refused still."""
+    damper = Cylinder(left_angle=40.0, right_angle=40.0).damper(pull=pull)
+    rig = BetweenPlatforms.macroslip(damper, 56e6, 84e6, 0.2)
+    truth = true_cycle(rig, out_of_phase(30e-6 * pull / 80.0), 400)
+    assert np.ptp(truth["force_y"]) < 1e-6
+    truth["force_y"] = truth["force_y"] + crosstalk * (truth["force_x"] - np.mean(truth["force_x"]))
+    record = synthetic_record(truth, RigErrors(), seed=1, name="out")
+    fit, theta = IdentificationWork((whole_cycles(record),), rig, unknown=("kt", "kn", "mu")).fit, np.log([56e6, 84e6, 0.2])
+    said = remarks(fit, theta, np.full(3, 0.01))
+    assert any("force_y is missed" in sentence for sentence in said) == (crosstalk > 0.0)
+    dead = fit.data.copy()
+    dead[:, fit.channels.index("force_x"), 1:] = fit.data[:, fit.channels.index("force_y"), 1:]
+    with pytest.raises(InputError, match=r"miss force_x of out|force_x of out runs"):
+        remarks(replace(fit, data=dead), theta, np.full(3, 0.01))
 
 
 @pytest.mark.parametrize(

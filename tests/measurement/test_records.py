@@ -50,6 +50,15 @@ def test_a_table_is_read_in_si_with_other_names(tmp_path):
     assert any("temperature" in sentence for sentence in record.warnings)
 
 
+def test_a_decimal_comma_is_read_where_semicolons_separate(tmp_path):
+    path = write(tmp_path / "a.csv", in_file_units())
+    numbers = read_record(path)
+    path.write_text(path.read_text().replace(",", ";").replace(".", ","))
+    commas = read_record(path)
+    np.testing.assert_array_equal(commas.time, numbers.time)
+    np.testing.assert_array_equal(commas.signals["rotation"], numbers.signals["rotation"])
+
+
 def test_columns_and_units_can_be_given(tmp_path):
     columns = {"Zeit": TIME, "Kraft": signals()["force_x"], "Weg": 1e6 * signals()["platform_x"]}
     names = {"time": "Zeit", "force_x": "Kraft", "platform_x": "Weg"}

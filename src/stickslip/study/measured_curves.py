@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.model.rigs import RIGS
 from stickslip.study.analyses.response_identification import (
     FACTORS,
+    KINDS,
     TABLE,
     ResponseIdentificationTable,
     measured_curves,
@@ -70,8 +71,9 @@ def with_curves(
 
 
 def _sweep(given: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
-    """The [sweep] with a band, that of the curves unless it has one, and with harmonics that an identification takes."""
-    found = dict(given)
+    """The [sweep] with a band, that of the curves unless it has one, with harmonics that an identification takes and without what
+    has no effect on it: the study only states the problem, and its own analysis may have used the rest."""
+    found = {key: value for key, value in given.items() if key not in KINDS[TABLE].without}
     if "frequency" not in found and "at" not in found:
         checked = parsed(ResponseIdentificationTable, dict(table))
         all_of_them = [np.asarray(curve.frequency) for curve in measured_curves(checked, Path())]

@@ -148,7 +148,8 @@ def read_record(
     units: Mapping[str, str] | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
 ) -> Record:
-    """A record from a table (CSV; comma, semicolon or tab) whose first line names the columns, with units: `force_x [N]`.
+    """A record from a table (CSV; comma, semicolon or tab; a decimal comma where commas separate no columns) whose first line
+    names the columns, with units: `force_x [N]`.
 
     columns: {name here: header in the file} where they differ; units: {name: unit} where the header states none. Columns that
     are not known are left out, with a warning.
@@ -215,7 +216,7 @@ def _table(path: Path) -> tuple[list[str], Array]:
         if len(row) != len(header):
             raise fault(f"Row {i + 1} of {path.name}", f"must have {len(header)} cells", len(row), "Is the file cut off?")
         for j, cell in enumerate(row):
-            value = number_or_gap(cell)
+            value = number_or_gap(cell if mark == "," else cell.replace(",", "."))
             if value is None:
                 raise fault(f"Row {i + 1}, column {header[j]!r} of {path.name}", "must be a number", cell)
             numbers[i, j] = value

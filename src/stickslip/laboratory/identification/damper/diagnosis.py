@@ -196,7 +196,7 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
         for c, channel in enumerate(fit.channels):
             a, b = table @ fit.data[k, c], table @ computed[k, c]
             alike = float(np.corrcoef(a, b)[0, 1])
-            if alike < -0.5:
+            if alike < -0.5 and found[k, c] > REFUSED:
                 raise InputError(
                     f"{channel} of {case.name} runs against the model (correlation {alike:.2f}). Is its sign reversed?"
                 )

@@ -31,6 +31,9 @@ SLIP_DRAWS = 60
 CERTAINTY = 1.96
 """Standard deviations of a 95 % interval."""
 
+FAINT = 0.08
+"""Varying part of a force, relative to the larger one of the case, below which its misfit is relative to that share."""
+
 FEWEST = 2
 """Cycles of a group: their scatter shows which harmonics of the motion are noise."""
 
@@ -147,9 +150,17 @@ def with_slip(dataset: xr.Dataset, fit: DamperFit, rig: BetweenPlatforms, kn: fl
 
 
 def misfits(fit: DamperFit, computed: Array) -> Array:
-    """(cases, channels): rms of measured less computed, relative to the rms of the varying part of the measured signal."""
-    left = fit.data - fit.recorded(computed, fit.chain(computed))
-    return np.asarray(np.sqrt(np.sum(left[..., 1:] ** 2, axis=2) / np.sum(fit.data[..., 1:] ** 2, axis=2)))
+    """(cases, channels): rms of measured less computed, relative to the rms of the varying part of the measured signal.
+
+    That part counts as no less than what no model is held to, and than FAINT of the larger force of the case: a force that
+    symmetry holds constant shows noise and crosstalk alone."""
+    left, measured, held = (
+        np.sqrt(np.sum(part[..., 1:] ** 2, axis=2))
+        for part in (fit.data - fit.recorded(computed, fit.chain(computed)), fit.data, fit.spread)
+    )
+    size = np.maximum(measured, held)
+    size[:, fit.forces] = np.maximum(size[:, fit.forces], FAINT * measured[:, fit.forces].max(axis=1, keepdims=True))
+    return np.asarray(left / size)
 
 
 def chain_sentences(dataset: xr.Dataset) -> list[str]:
