@@ -30,9 +30,11 @@ from stickslip.show.report.identification import PRESENTATION
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
 from stickslip.solve.platforms.relaxation import carry, elements_of, marched_cycle, relaxed_cycle, stuck_stiffness
 from stickslip.study import read
+from stickslip.study.analyses.identification import IdentificationTable
 from stickslip.study.loops import with_loops
 from stickslip.study.templates import write_new
 from stickslip.support.checks import InputError
+from stickslip.support.units import UnitSystem
 
 FRICTION = (0.18, 0.199, 0.45)
 TRUTH = {"kt": 56e6, "kn": 84e6, "mu_L1": 0.18, "mu_L2": 0.199, "mu_R": 0.45}
@@ -154,6 +156,8 @@ def test_the_power_of_the_load_is_fitted():
     assert f"at a normal load of {at:.4g} N on a line, and follow the power -0." in said
     (said,) = friction_over_load(fit, found.x, np.full(5, 1.0))
     assert "do not show that friction depends on the load" in said
+    (said,) = friction_over_load(replace(fit, pulls=(80.0,) * len(fit.pulls)), found.x, np.full(5, 1.0))
+    assert "All loops have one pull" in said
     assert friction_over_load(plain, start[:-1], np.full(4, 0.01)) == ()
 
 
@@ -614,6 +618,12 @@ def test_other_dampers_than_the_laboratory_one(shape):
     assert len(unseen) < 2
     for name, value in {"kt": 56e6, "kn": 84e6, "mu_L": 0.2, "mu_R": 0.2}.items():
         assert name in unseen or found.values[name] == pytest.approx(value, rel=0.02), name
+
+
+def test_pulls_of_other_loops_are_refused_with_what_to_write():
+    table = IdentificationTable(loops=["a.csv"], pulls=[40.0, 160.0])
+    with pytest.raises(InputError, match=r"1 entries, one a loop, but is 2\. Write the pulls of these loops"):
+        table.cases(Path(), UnitSystem())
 
 
 def test_friction_of_a_contact_that_never_slides_is_said(truths):

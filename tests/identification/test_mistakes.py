@@ -28,9 +28,12 @@ def turned(of):
 
 
 MISTAKES = {
-    "force in kN": (scaled(force=1e-3), "times those of the model that fits else, as where a force in kN is given as in N"),
+    "force in kN": (
+        scaled(force=1e-3),
+        "times those of the model that fits else, as where the force is in kN although its title says N",
+    ),
     "displacement in mm": (scaled(1e3), "or a response in mm as in m. State the unit"),
-    "force in N for kN": (scaled(force=1e3), "as where a force in N is given as in kN"),
+    "force in N for kN": (scaled(force=1e3), "as where the force is in N although its title says kN"),
     "acceleration in g": (scaled(1.0 / 9.80665), "as where an acceleration in g is given as in m/s2"),
     "a gain of no known mistake": (scaled(3.3), "0.3, 1, 2: the amplitudes fit with a gain of 3.2"),
     "RMS response": (scaled(np.sqrt(0.5)), "0.3, 1, 2: the measured responses per force are 0.70"),

@@ -74,7 +74,10 @@ class IdentificationTable(Table):
     def cases(self, folder: Path, units: Units) -> tuple[CycleSet, ...]:
         """The loops as cycles."""
         if self.pulls is not None and len(self.pulls) != len(self.loops):
-            raise fault("pulls", f"must have {len(self.loops)} entries, one a loop", len(self.pulls))
+            remedy = (
+                "Write the pulls of these loops, in their order, into the study, or leave them out where [damper] pull holds."
+            )
+            raise fault("[identification] pulls", f"must have {len(self.loops)} entries, one a loop", len(self.pulls), remedy)
         found, si = [], in_si(self, units)
         for number, name in enumerate(self.loops):
             pull = None if self.pulls is None else si["pulls"][number]

@@ -175,6 +175,8 @@ def friction_over_load(fit: DamperFit, theta: Array, scatter: Array) -> tuple[st
     k = names.index(TENFOLD)
     exponent, error = theta[k] / np.log(10.0), CERTAINTY * scatter[k] / np.log(10.0)
     if not abs(exponent) > error:  # NaN too
+        if len({*fit.pulls}) == 1:
+            return (f"All loops have one pull, which hardly shows {TENFOLD}: measure at another pull, too, or leave it out.",)
         return (
             f"The loops do not show that friction depends on the load: {TENFOLD} = 1 lies within its interval. Remove {TENFOLD} "
             "from unknown, or measure at pulls that differ more.",
@@ -211,7 +213,7 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
     for p, t, s, a, b in zip(fit.unknowns, theta, scatter, low, high, strict=True):
         if min(t - a, b - t) < 1e-3:
             warnings.append(f"{p.name} lies at the end of its range ({np.exp(t):.4g}): the loops do not bound it.")
-        elif s > WIDE:
+        elif s > WIDE and not (p.name == TENFOLD and len({*fit.pulls}) == 1):
             warnings.append(f"{p.name} is hardly seen by these loops: its interval is wide.")
     warnings += friction_over_load(fit, theta, scatter)
     if "rotation" not in fit.channels:

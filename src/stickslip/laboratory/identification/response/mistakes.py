@@ -53,10 +53,13 @@ GAINS = (
     ),
 )
 LARGE = (
-    "as where a force in kN is given as in N, or a response in mm as in m. State the unit, such as units={'force': 'kN'} "
-    "(--unit force=kN)"
+    "as where the force is in kN although its title says N, or the response in mm although its title says m. State the unit, "
+    "such as units={'force': 'kN'} (--unit force=kN)"
 )
-SMALL = "as where a force in N is given as in kN, or in mN as in N. State the unit, such as units={'force': 'N'} (--unit force=N)"
+SMALL = (
+    "as where the force is in N although its title says kN, or in mN although its title says N. State the unit, such as "
+    "units={'force': 'N'} (--unit force=N)"
+)
 
 CALIBRATION = "check the calibration and the mass of the model, or free the gain, free_gain=True (--free-gain)"
 
