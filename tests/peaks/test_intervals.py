@@ -75,3 +75,13 @@ def test_slopes_that_were_badly_predicted_nearby_widen_the_bound():
     assert bound(0.0, 1.0) > 1.1
     assert bound(1.0, 0.0) > 1.1
     assert bound(None, 0.0) == pytest.approx(0.5 * (1.09 + 1.08) + 0.5 * 0.2 * 0.1)
+
+
+def test_what_a_division_near_an_end_leaves_is_divided_in_the_middle():
+    """The tangents of this corner meet at 0.05; of the rest again near its end, which would take a twentieth off each time."""
+    corner = Interval(sample(0.0, 1.0, 1.9), sample(1.0, 1.0, -0.1))
+    assert corner.division() == pytest.approx(0.05, rel=1e-12)
+    _, rest = corner.divided(sample(0.05, 1.09, 1.9))
+    assert rest.division() == pytest.approx(0.525, rel=1e-12)
+    halves = corner.divided(sample(0.5, 1.05, 1.9))
+    assert not any(half.left for half in halves)

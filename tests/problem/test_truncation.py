@@ -173,6 +173,18 @@ def test_linear_curves_of_many_contact_rows_are_those_by_rows(balances, monkeypa
         np.testing.assert_allclose(*curves, rtol=1e-8)
 
 
+def test_linear_curves_of_a_travelling_wave_are_those_by_rows(monkeypatch):
+    """Of one sector, whose system is complex, of the whole wheel, and at light damping with a resonance inside."""
+    disk = ss.rigs.lumped_blisk()
+    for problem in (disk, disk.full()):
+        balance = HarmonicBalance(problem, 1, 48)
+        curves = []
+        for by_rows in (0, balance.rows):
+            monkeypatch.setattr("stickslip.solve.balance.linear_response.BY_ROWS", by_rows)
+            curves.append(linear_amplitudes(balance, np.linspace(125.0, 160.0, 450))[0])
+        np.testing.assert_allclose(*curves, rtol=1e-7)
+
+
 def test_the_structure_without_contacts_is_solved_exactly_at_few_frequencies(balances, monkeypatch):
     alone = WithoutContacts.of(balances[0])
     solved, solve = [], WithoutContacts._at
