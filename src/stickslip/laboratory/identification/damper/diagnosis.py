@@ -192,13 +192,14 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
     """What must be known of the result; a fit that explains the loops badly is refused."""
     computed = fit.predicted(theta)
     assert computed is not None
-    found, warnings = misfits(fit, computed), [*strained_gains(fit, computed), *strained_zeros(fit, computed)]
+    found, bare = misfits(fit, fit.recorded(computed, fit.chain(computed))), misfits(fit, computed)  # a gain may turn a sign
+    warnings = [*strained_gains(fit, computed), *strained_zeros(fit, computed)]
     table = synthesis(200, (fit.data.shape[2] - 1) // 2)
     for k, case in enumerate(fit.cases):
         for c, channel in enumerate(fit.channels):
             a, b = table @ fit.data[k, c], table @ computed[k, c]
             alike = float(np.corrcoef(a, b)[0, 1])
-            if alike < -0.5 and found[k, c] > REFUSED:
+            if alike < -0.5 and bare[k, c] > REFUSED:
                 raise InputError(
                     f"{channel} of {case.name} runs against the model (correlation {alike:.2f}). Is its sign reversed?"
                 )

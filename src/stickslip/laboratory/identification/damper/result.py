@@ -117,7 +117,7 @@ def identification_dataset(
         "lag": _about((), chain.lag, "s", "lag of the forces behind the motions"),
         "lag_error": _about((), errors[0], "s", "standard deviation of the lag"),
         "gain": _about(("channel",), chain.gains, "1", "gain error of the channel"),
-        "misfit": _about(place, misfits(fit, computed), "1", "misfit, relative"),
+        "misfit": _about(place, misfits(fit, shown), "1", "misfit, relative"),
     }
     units = ["N/m" if p.part in ("kt", "kn") else "1" for p in fit.unknowns]
     coordinates = {
@@ -149,15 +149,12 @@ def with_slip(dataset: xr.Dataset, fit: DamperFit, rig: BetweenPlatforms, kn: fl
     ).assign_coords(motion=("motion", list(SLIPS.values()), {"units": "1", "long_name": "which motion"}))
 
 
-def misfits(fit: DamperFit, computed: Array) -> Array:
-    """(cases, channels): rms of measured less computed, relative to the rms of the varying part of the measured signal.
+def misfits(fit: DamperFit, shown: Array) -> Array:
+    """(cases, channels): rms of measured less shown, relative to the rms of the varying part of the measured signal.
 
     That part counts as no less than what no model is held to, and than FAINT of the larger force of the case: a force that
     symmetry holds constant shows noise and crosstalk alone."""
-    left, measured, held = (
-        np.sqrt(np.sum(part[..., 1:] ** 2, axis=2))
-        for part in (fit.data - fit.recorded(computed, fit.chain(computed)), fit.data, fit.spread)
-    )
+    left, measured, held = (np.sqrt(np.sum(part[..., 1:] ** 2, axis=2)) for part in (fit.data - shown, fit.data, fit.spread))
     size = np.maximum(measured, held)
     size[:, fit.forces] = np.maximum(size[:, fit.forces], FAINT * measured[:, fit.forces].max(axis=1, keepdims=True))
     return np.asarray(left / size)
