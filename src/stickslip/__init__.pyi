@@ -160,6 +160,6 @@ from .results.matlab import save_mat as save_mat
 from .results.quantities import as_quantity as as_quantity, peak_table as peak_table, quantity_table as quantity_table
 from .runs.checkpoint import CheckpointFolder as CheckpointFolder
 from .runs.dask_cluster import DaskCluster as DaskCluster
-from .study.read import read_problem as read_problem
+from .study.reading import read_problem as read_problem
 
 __version__: str

@@ -7,7 +7,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.model.problem.static_balance import unbearable_loads
-from stickslip.study.read import job
+from stickslip.study.reading import job
 from stickslip.study.templates import write_new
 
 MU, HALF, WEIGHT = 0.3, 0.2, 10.0

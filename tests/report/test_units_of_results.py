@@ -25,7 +25,7 @@ from stickslip.show.plots.look import Style
 from stickslip.show.plots.shown_chart import shown_chart
 from stickslip.show.report.page import page
 from stickslip.show.report.presentation import presentation_of
-from stickslip.study.read import job
+from stickslip.study.reading import job
 from stickslip.study.run import Run
 from stickslip.support.units import UNIT_SYSTEMS, UnitSystem
 

@@ -3,7 +3,7 @@
 import pytest
 
 from stickslip.study.model_summary import model_summary
-from stickslip.study.read import job
+from stickslip.study.reading import job
 from stickslip.study.templates import write_new
 
 

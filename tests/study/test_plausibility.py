@@ -5,7 +5,7 @@ Each slip is a factor of a thousand or a million, an exchange, or a sign, in the
 
 import pytest
 
-from stickslip.study.read import job
+from stickslip.study.reading import job
 from stickslip.study.templates import KINDS, write_new
 from stickslip.support.checks import InputError
 

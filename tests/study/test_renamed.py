@@ -9,7 +9,7 @@ from stickslip.results.files import open_results, save
 from stickslip.results.schema import RENAMED_ANALYSES, RENAMED_VARIABLES, stamped
 from stickslip.show.report.presentation import presentation_of
 from stickslip.study.kinds import KINDS, owners
-from stickslip.study.read import read
+from stickslip.study.reading import read
 from stickslip.study.renamed import ANALYSES, TABLES, TEMPLATES, with_new_names
 from stickslip.study.templates import KINDS as FILES
 from stickslip.study.templates import write_new

@@ -14,7 +14,7 @@ import stickslip as ss
 from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model import rigs
 from stickslip.study.plausibility import plausibility_warnings
-from stickslip.study.read import job
+from stickslip.study.reading import job
 from stickslip.support.checks import InputError
 
 DATA = Path(__file__).parents[1] / "data" / "calculix"

@@ -7,7 +7,7 @@ import stickslip as ss
 from stickslip.results.schema import stamped
 from stickslip.show.report.presentation import presentation_of
 from stickslip.show.report.stepped_sine import highest, sentences, ways
-from stickslip.study.read import job
+from stickslip.study.reading import job
 
 OMEGA, RATIO = 100.0, 0.02
 

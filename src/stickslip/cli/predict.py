@@ -141,7 +141,7 @@ def levels(option: str, given: list[str] | None) -> list[float]:
 def document_in(dataset: xr.Dataset) -> dict[str, Any]:
     """The study that made an identification; results without one are refused."""
     from stickslip.results.schema import analysis_of
-    from stickslip.study.read import toml
+    from stickslip.study.reading import toml
 
     if analysis_of(dataset) != IDENTIFICATION:
         rule = "must be the results of `stickslip identify-response`, or of a study of response_identification"

@@ -18,6 +18,7 @@ from stickslip.model.dampers.shape import Shape
 from stickslip.model.disks.tuned import TunedDisk, check_engine_order
 from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem
+from stickslip.model.readers.spin_softening import SAME_SPEED
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.model.structure.rigid_body import RigidBody
@@ -219,6 +220,16 @@ def check_orders(table: ExcitationTable, sectors: int) -> None:
     _factors(table)
     if table.engine_order is not None:
         check_engine_order(table.engine_order, sectors)
+
+
+def check_speeds(table: Any, speed: float | None) -> None:
+    """What a table [speed_sweep] must not say beside a sector whose K was written at `speed` in rev/min, None where that is not
+    given."""
+    if table.stiffness_at_rest is not None:
+        raise InputError("[speed_sweep]: stiffness_at_rest must stay away from a sector. Write at_speeds in [structure.sector].")
+    if speed is not None and abs(speed - table.reference_speed) > SAME_SPEED * table.reference_speed:
+        rule = f"must be the speed of the sector's model, {speed:g} rev/min"
+        raise fault("[speed_sweep]: reference_speed", rule, table.reference_speed)
 
 
 def lowest_order(table: ExcitationTable) -> int:

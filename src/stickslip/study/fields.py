@@ -28,7 +28,7 @@ class Words:
 class Table(BaseModel):
     """A table of a study file."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
     exactly_one: ClassVar[Groups] = ()
     """Groups of keys of which one and only one must be given."""

@@ -1,7 +1,9 @@
-"""Analyses available in study files, by their name in `[study] analysis`: the `KINDS` of all modules in `study/analyses/`."""
+"""Analyses available in study files, by their name in `[study] analysis`: the `KIND` of the module of that name in
+`study/analyses/`."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Annotated, Literal
@@ -12,18 +14,33 @@ from stickslip.study import analyses
 from stickslip.study.analysis import Kind
 from stickslip.study.fields import Table
 
-KINDS: dict[str, Kind] = {
-    name: kind
-    for module in iter_modules(analyses.__path__, f"{analyses.__name__}.")
-    for name, kind in import_module(module.name).KINDS.items()
-}
+NAMES = tuple(module.name for module in iter_modules(analyses.__path__))
+
+
+class _Kinds(Mapping[str, Kind]):
+    """The kinds by name. Each module is imported when its kind is first asked for: all take as long as a small study."""
+
+    def __getitem__(self, name: str) -> Kind:
+        if name not in NAMES:
+            raise KeyError(name)
+        kind: Kind = import_module(f"{analyses.__name__}.{name}").KIND
+        return kind
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(NAMES)
+
+    def __len__(self) -> int:
+        return len(NAMES)
+
+
+KINDS = _Kinds()
 
 
 class StudyTable(Table):
     """What the study is."""
 
     title: Annotated[str, Field(description="title of results and report")] = ""
-    analysis: Annotated[Literal[tuple(KINDS)], Field(description="what to compute")]  # type: ignore[valid-type]
+    analysis: Annotated[Literal[NAMES], Field(description="what to compute")]  # type: ignore[valid-type]
 
 
 PROBLEM_KEYS = (
@@ -41,9 +58,18 @@ PROBLEM_KEYS = (
 )
 """Tables that state a problem and where to compute it, for every analysis of one."""
 COMMON_KEYS = ("units", "study", *PROBLEM_KEYS)
-KEYS = (*COMMON_KEYS, *dict.fromkeys(key for kind in KINDS.values() for key in kind.tables))
+
+
+def keys_of(kind: Kind) -> tuple[str, ...]:
+    """The keys that a study file of a kind may have."""
+    return ("units", "study", *PROBLEM_KEYS * kind.on_problem, *kind.tables)
 
 
 def owners(key: str) -> list[str]:
     """The analyses that a table belongs to."""
-    return [name for name, kind in KINDS.items() if key in kind.tables or (key in PROBLEM_KEYS and kind.on_problem)]
+    return [name for name, kind in KINDS.items() if key in keys_of(kind)]
+
+
+def all_keys() -> tuple[str, ...]:
+    """Every key of study files."""
+    return tuple(dict.fromkeys(key for kind in KINDS.values() for key in keys_of(kind)))

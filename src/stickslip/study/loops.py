@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stickslip.laboratory.identification.damper.model import LINE_LAWS
 from stickslip.study.analyses.identification import IdentificationPlan
-from stickslip.study.read import Job
+from stickslip.study.reading import Job
 from stickslip.support.checks import existing, fault, nearest
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.model.rigs import RIGS
 from stickslip.study.analyses.response_identification import (
     FACTORS,
-    KINDS,
+    KIND,
     TABLE,
     ResponseIdentificationTable,
     measured_curves,
@@ -20,7 +20,7 @@ from stickslip.study.analyses.response_identification import (
 )
 from stickslip.study.faults import parsed
 from stickslip.study.kinds import COMMON_KEYS
-from stickslip.study.read import text_of, toml
+from stickslip.study.reading import text_of, toml
 from stickslip.support.checks import fault, nearest, similar_file
 
 UNSTATED = 10.0
@@ -73,7 +73,7 @@ def with_curves(
 def _sweep(given: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
     """The [sweep] with a band, that of the curves unless it has one, with harmonics that an identification takes and without what
     has no effect on it: the study only states the problem, and its own analysis may have used the rest."""
-    found = {key: value for key, value in given.items() if key not in KINDS[TABLE].without}
+    found = {key: value for key, value in given.items() if key not in KIND.without}
     if "frequency" not in found and "at" not in found:
         checked = parsed(ResponseIdentificationTable, dict(table))
         all_of_them = [np.asarray(curve.frequency) for curve in measured_curves(checked, Path())]

@@ -18,7 +18,7 @@ from stickslip.runs.cases import Together, all_cases
 from stickslip.runs.checkpoint import CheckpointFolder, changed_line
 from stickslip.runs.work import Arrays, Progress, StoppableWork, Stopped, Work, Workers
 from stickslip.study.analysis import SearchingPlan
-from stickslip.study.read import Job
+from stickslip.study.reading import Job
 from stickslip.support.checks import InputError
 from stickslip.support.files import sweep
 

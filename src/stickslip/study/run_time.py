@@ -23,7 +23,7 @@ from stickslip.support.kernels.cache import nothing_is_kept
 from stickslip.support.units import Band
 
 if TYPE_CHECKING:
-    from stickslip.study.read import Job
+    from stickslip.study.reading import Job
 
 POINTS = 300
 """Solutions of a curve and of its peaks as dear as those that are tried; the templates take 100 to 1900."""

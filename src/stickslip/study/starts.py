@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag
 
@@ -34,6 +34,15 @@ Starts = Annotated[
     by_form(),
 ]
 """One rule for a contact, or a list with one per tangential direction."""
+
+
+RuleName = Literal["slider_offset", "traction_ratio", "mean_traction", "virgin"]
+RuleOrRules = Annotated[
+    Annotated[RuleName, Tag("<single>")] | Annotated[list[RuleName], Field(min_length=2, max_length=2), Tag("<list>")],
+    by_form(),
+    Words('`"slider_offset"`, `"traction_ratio"`, `"mean_traction"`, `"virgin"`, or a list of two'),
+]
+"""What the start states of all contacts are drawn from, or of tangential and normal directions."""
 
 
 def start_rules(start: StartTable | list[StartTable] | None, units: Units, directions: int, elements: int) -> tuple[Start, ...]:

@@ -24,10 +24,10 @@ from stickslip.results.shown_units import attributes_of
 from stickslip.show.explorer.sliders import Slider, sliders_of, varied
 from stickslip.show.report.failures import failures_of, warnings_of
 from stickslip.solve.balance.orders import in_words
-from stickslip.study.analyses.performance import PerformanceTable
+from stickslip.study.analyses.performance_curve import PerformanceTable
 from stickslip.study.faults import parsed
 from stickslip.study.kinds import COMMON_KEYS
-from stickslip.study.read import Job, job, text_of, toml, units_of
+from stickslip.study.reading import Job, job, text_of, toml, units_of
 from stickslip.study.toml_text import toml_text
 from stickslip.study.units import in_si
 from stickslip.support.checks import InputError, fault

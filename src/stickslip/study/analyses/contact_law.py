@@ -129,4 +129,4 @@ class ContactLawPlan(Plan):
         return self.work.contact_law(results[""][0]).dataset
 
 
-KINDS = {"contact_law": Kind(ContactLawPlan.of, {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False)}
+KIND = Kind(ContactLawPlan.of, {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False)

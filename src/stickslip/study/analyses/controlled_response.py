@@ -72,13 +72,11 @@ class ControlledResponsePlan(Plan):
         return self.work.gathered(results[""]).dataset
 
 
-KINDS = {
-    TABLE: Kind(
-        ControlledResponsePlan.of,
-        {TABLE: ControlledResponseTable},
-        required=(TABLE,),
-        checks={TABLE: check_of(HeldMotion)},
-        repeats=True,
-        without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-    )
-}
+KIND = Kind(
+    ControlledResponsePlan.of,
+    {TABLE: ControlledResponseTable},
+    required=(TABLE,),
+    checks={TABLE: check_of(HeldMotion)},
+    repeats=True,
+    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
+)

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 else:
     LawKey = Literal[LAWS]
 
+Steps = Annotated[int, Field(ge=8, le=1000000)]
+
 
 class DamperTable(Table):
     """The damper between its platforms. A list has one entry per line of contact: L1, L2, ... upwards, then the right ones."""
@@ -109,7 +111,7 @@ class CycleTable(Table):
 
     together: ClassVar[tuple[tuple[str, str], ...]] = (("method", "frequency"),)
 
-    steps: Annotated[int, Field(ge=8, le=1000000, description="steps per cycle")] = 1000
+    steps: Annotated[Steps, Field(description="steps per cycle")] = 1000
     tolerance: Annotated[Positive, Field(description="change of the forces from cycle to cycle, relative to the largest")] = 1e-9
     cycles: Annotated[int, Field(ge=1, le=MOST, description="the most")] = 100
     method: Annotated[
@@ -171,12 +173,18 @@ class CyclePlan(Plan):
         return self.works[""].gathered(results[""][0]).dataset
 
 
-KINDS = {
-    "damper_cycle": Kind(
-        CyclePlan.of,
-        {"damper": DamperTable, "motion": MotionTable, "cycle": CycleTable},
-        required=("damper", "motion"),
-        checks={"damper": suitable},
-        on_problem=False,
-    )
-}
+def rig_and_motion(asked: Asked) -> tuple[BetweenPlatforms, PlatformMotion]:
+    """The damper and what drives it."""
+    damper, motion = asked.tables["damper"], asked.tables["motion"]
+    assert isinstance(damper, DamperTable)
+    assert isinstance(motion, MotionTable)
+    return damper.rig(asked.units), motion.motion(asked.units, asked.folder)
+
+
+KIND = Kind(
+    CyclePlan.of,
+    {"damper": DamperTable, "motion": MotionTable, "cycle": CycleTable},
+    required=("damper", "motion"),
+    checks={"damper": suitable},
+    on_problem=False,
+)

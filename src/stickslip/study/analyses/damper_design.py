@@ -178,12 +178,10 @@ class DesignPlan(Plan):
         return finished_design(self.settings, results[""], checkpoint, workers, progress)
 
 
-KINDS = {
-    "damper_design": Kind(
-        DesignPlan.of,
-        {"damper_design": DesignTable},
-        required=("damper_design",),
-        checks={"damper_design": known},
-        on_problem=False,
-    )
-}
+KIND = Kind(
+    DesignPlan.of,
+    {"damper_design": DesignTable},
+    required=("damper_design",),
+    checks={"damper_design": known},
+    on_problem=False,
+)

@@ -69,17 +69,15 @@ def sweep_of(asked: Asked) -> ForcedResponseSettings:
     return asked.sweep
 
 
-KINDS = {
-    "forced_response": Kind(
-        ForcedResponsePlan.of,
-        {
-            "stress": StressTable,
-            "fatigue": FatigueTable,
-            "stability": StabilityTable,
-            "isolated": IsolatedTable,
-            "branches": BranchesTable,
-        },
-        checks={"isolated": checked},
-        repeats=True,
-    )
-}
+KIND = Kind(
+    ForcedResponsePlan.of,
+    {
+        "stress": StressTable,
+        "fatigue": FatigueTable,
+        "stability": StabilityTable,
+        "isolated": IsolatedTable,
+        "branches": BranchesTable,
+    },
+    checks={"isolated": checked},
+    repeats=True,
+)

@@ -112,12 +112,10 @@ class FreeDecayPlan(Plan):
         return beside_modes(dataset, work.dataset(all_cases(work, checkpoint, workers, progress)))
 
 
-KINDS = {
-    TABLE: Kind(
-        FreeDecayPlan.of,
-        {TABLE: FreeDecayTable},
-        required=(TABLE,),
-        checks={TABLE: checked},
-        without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-    )
-}
+KIND = Kind(
+    FreeDecayPlan.of,
+    {TABLE: FreeDecayTable},
+    required=(TABLE,),
+    checks={TABLE: checked},
+    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
+)

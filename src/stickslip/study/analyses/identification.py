@@ -163,12 +163,10 @@ class IdentificationPlan(Plan):
         return work.identification(results[""][0]).dataset
 
 
-KINDS = {
-    "identification": Kind(
-        IdentificationPlan.of,
-        {"damper": DamperTable, "identification": IdentificationTable},
-        required=("damper", "identification"),
-        checks={"damper": suitable},
-        on_problem=False,
-    )
-}
+KIND = Kind(
+    IdentificationPlan.of,
+    {"damper": DamperTable, "identification": IdentificationTable},
+    required=("damper", "identification"),
+    checks={"damper": suitable},
+    on_problem=False,
+)

@@ -59,11 +59,9 @@ class LimitCyclesPlan(Plan):
         return self.work.gathered(results[""]).dataset
 
 
-KINDS = {
-    TABLE: Kind(
-        LimitCyclesPlan.of,
-        {TABLE: LimitCyclesTable},
-        checks={TABLE: check_of(LimitCyclesWork)},
-        without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-    )
-}
+KIND = Kind(
+    LimitCyclesPlan.of,
+    {TABLE: LimitCyclesTable},
+    checks={TABLE: check_of(LimitCyclesWork)},
+    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
+)

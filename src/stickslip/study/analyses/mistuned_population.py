@@ -130,13 +130,11 @@ class MistuningPlan(Plan):
         return found if self.fatigue is None else self.fatigue(found)
 
 
-KINDS = {
-    "mistuned_population": Kind(
-        MistuningPlan.of,
-        {"mistuned_population": MistuningTable, "fatigue": FatigueTable},
-        required=("mistuned_population",),
-        without=("tolerance", "peak_tolerance"),
-        check_of_sweep=checked_sweep,
-        whole_disk=True,
-    )
-}
+KIND = Kind(
+    MistuningPlan.of,
+    {"mistuned_population": MistuningTable, "fatigue": FatigueTable},
+    required=("mistuned_population",),
+    without=("tolerance", "peak_tolerance"),
+    check_of_sweep=checked_sweep,
+    whole_disk=True,
+)

@@ -102,11 +102,9 @@ def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
     return tuple(int(k) + 1 for k in inside)
 
 
-KINDS = {
-    TABLE: Kind(
-        ModesPlan.of,
-        {TABLE: ModesTable},
-        checks={TABLE: check_of(NonlinearModesWork)},
-        without=("tolerance", "peak_tolerance", "quantity", "measure"),
-    )
-}
+KIND = Kind(
+    ModesPlan.of,
+    {TABLE: ModesTable},
+    checks={TABLE: check_of(NonlinearModesWork)},
+    without=("tolerance", "peak_tolerance", "quantity", "measure"),
+)

@@ -25,9 +25,9 @@ from stickslip.model.problem import Problem
 from stickslip.model.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analyses.response_variability import RuleOrRules
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Column, Number, Positive, Seed, Table
+from stickslip.study.starts import RuleOrRules
 from stickslip.study.tables import Ends
 from stickslip.support.checks import MOST, Index, counted, fault, nearest
 
@@ -413,13 +413,11 @@ class ResponseIdentificationPlan(Plan):
 
 
 TABLE = "response_identification"
-KINDS = {
-    TABLE: Kind(
-        ResponseIdentificationPlan.of,
-        {TABLE: ResponseIdentificationTable},
-        required=(TABLE,),
-        checks={TABLE: free_parameters},
-        without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-    )
-}
+KIND = Kind(
+    ResponseIdentificationPlan.of,
+    {TABLE: ResponseIdentificationTable},
+    required=(TABLE,),
+    checks={TABLE: free_parameters},
+    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
+)
 """Files are read when the work begins."""

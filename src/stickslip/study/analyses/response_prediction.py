@@ -271,13 +271,11 @@ def _settings_in(document: Any, key: str = "") -> Iterator[tuple[str, Any]]:
         yield key, document
 
 
-KINDS = {
-    TABLE: Kind(
-        ResponsePredictionPlan.of,
-        {IDENTIFICATION: ResponseIdentificationTable, TABLE: ResponsePredictionTable},
-        required=(IDENTIFICATION, TABLE),
-        checks={IDENTIFICATION: free_parameters, TABLE: checked},
-        without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
-    )
-}
+KIND = Kind(
+    ResponsePredictionPlan.of,
+    {IDENTIFICATION: ResponseIdentificationTable, TABLE: ResponsePredictionTable},
+    required=(IDENTIFICATION, TABLE),
+    checks={IDENTIFICATION: free_parameters, TABLE: checked},
+    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
+)
 """Files are read when the work begins."""

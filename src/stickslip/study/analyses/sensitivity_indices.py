@@ -18,7 +18,7 @@ from stickslip.model.contact.point import Contact
 from stickslip.model.contact.start import SliderOffset
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Arrays, Work
-from stickslip.study.analyses.performance import sweep_over_a_band
+from stickslip.study.analyses.performance_curve import sweep_over_a_band
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
 from stickslip.study.fields import Table
 from stickslip.study.settings_table import table_of
@@ -126,6 +126,4 @@ class IndicesPlan(Plan):
 
 
 TABLE = "sensitivity_indices"
-KINDS = {
-    TABLE: Kind(IndicesPlan.of, {TABLE: UncertainTable}, required=(TABLE,), checks={TABLE: ranges}, without=("peak_tolerance",))
-}
+KIND = Kind(IndicesPlan.of, {TABLE: UncertainTable}, required=(TABLE,), checks={TABLE: ranges}, without=("peak_tolerance",))

@@ -18,7 +18,6 @@ from stickslip.analyses.speed.speed_sweep import SpeedSweepSettings, SpeedSweepW
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.readers.read import read_content
-from stickslip.model.readers.spin_softening import SAME_SPEED
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
@@ -131,15 +130,6 @@ def _stiffness_at_rest(table: SpeedSweepTable, problem: Problem, asked: Asked) -
     return np.asarray(K * asked.units.factor(STIFFNESS))
 
 
-def refuse_other_speed(table: SpeedSweepTable, speed: float | None) -> None:
-    """What the table must not say beside a sector whose K was written at `speed` in rev/min, None where it is not given."""
-    if table.stiffness_at_rest is not None:
-        raise InputError("[speed_sweep]: stiffness_at_rest must stay away from a sector. Write at_speeds in [structure.sector].")
-    if speed is not None and abs(speed - table.reference_speed) > SAME_SPEED * table.reference_speed:
-        rule = f"must be the speed of the sector's model, {speed:g} rev/min"
-        raise fault("[speed_sweep]: reference_speed", rule, table.reference_speed)
-
-
 def _disk_at_rest(disks: Mapping[float, CyclicStructure]) -> Array | None:
     """K(Ω) = K_r + (Ω² − Ω_r²) K₁ of every nodal diameter at rest, K_r that at the reference speed, K₁ by least squares."""
     own, *others = disks
@@ -164,13 +154,11 @@ def _read(path: Path) -> Array:
 
 
 TABLE = "speed_sweep"
-KINDS = {
-    TABLE: Kind(
-        SpeedSweepPlan.of,
-        {TABLE: SpeedSweepTable},
-        required=(TABLE,),
-        checks={TABLE: checked},
-        band=lambda tables: band_of(SpeedSweepTable.model_validate(tables[TABLE])) if TABLE in tables else None,
-        without=("quantity", "measure"),
-    )
-}
+KIND = Kind(
+    SpeedSweepPlan.of,
+    {TABLE: SpeedSweepTable},
+    required=(TABLE,),
+    checks={TABLE: checked},
+    band=lambda tables: band_of(SpeedSweepTable.model_validate(tables[TABLE])) if TABLE in tables else None,
+    without=("quantity", "measure"),
+)

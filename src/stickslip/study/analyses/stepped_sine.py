@@ -85,13 +85,11 @@ class SteppedSinePlan(Plan):
         return marched if self.steady is None else beside_balance(marched, self.steady.gathered(results[STEADY]).dataset)
 
 
-KINDS = {
-    TABLE: Kind(
-        SteppedSinePlan.of,
-        {TABLE: SteppedSineTable},
-        required=(TABLE,),
-        checks={TABLE: check_of(SteppedSineWork)},
-        repeats=True,
-        without=("force_levels", "peak_tolerance", "quantity", "measure"),
-    )
-}
+KIND = Kind(
+    SteppedSinePlan.of,
+    {TABLE: SteppedSineTable},
+    required=(TABLE,),
+    checks={TABLE: check_of(SteppedSineWork)},
+    repeats=True,
+    without=("force_levels", "peak_tolerance", "quantity", "measure"),
+)

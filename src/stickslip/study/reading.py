@@ -24,13 +24,12 @@ from stickslip.model.structure.matrices import Structure
 from stickslip.solve.balance.orders import harmonics_for
 from stickslip.study import build
 from stickslip.study.aerodynamics import AerodynamicsTable, with_aerodynamics
-from stickslip.study.analyses.speed_sweep import SpeedSweepTable, refuse_other_speed
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
 from stickslip.study.fatigue import NO_STRESS
 from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.fields import Table
-from stickslip.study.kinds import KEYS, KINDS, StudyTable, owners
+from stickslip.study.kinds import KINDS, StudyTable, all_keys, keys_of, owners
 from stickslip.study.lines import with_line
 from stickslip.study.names import Names, dofs_in
 from stickslip.study.parts import Messages, Parts, bodies_of, body_note, structures_of, together
@@ -63,7 +62,7 @@ LARGEST = 1 << 24
 
 WITH_STRESS = ("forced_response", "mistuned_population")
 """Analyses that compute the stress at places of models."""
-DEFAULT = KINDS["forced_response"]
+DEFAULT = "forced_response"
 """By what a file is checked when its analysis is unknown."""
 
 
@@ -160,7 +159,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
     tables = tables_of(document, kind, found)
     if tables.study:
         found.attempt("[study]", storable, "title", tables.study.title)
-    misplaced(tables, document, found)
+    misplaced(tables, document, kind, found)
     for key, table in tables.own.items():
         found.attempt(f"[{key}]", kind.checks.get(key, sound), table)
     sweep, stated = None, None
@@ -197,7 +196,7 @@ def kind_of(document: Mapping[str, Any]) -> Kind:
     """The analysis that a file asks for."""
     study = document.get("study")
     name = study.get("analysis") if isinstance(study, dict) else None
-    return KINDS.get(name, DEFAULT) if isinstance(name, str) else DEFAULT
+    return KINDS[name if isinstance(name, str) and name in KINDS else DEFAULT]
 
 
 def frequencies_of(tables: Tables, kind: Kind, found: Found) -> Frequencies | None:
@@ -241,12 +240,12 @@ def without_effect(table: Table, kind: Kind) -> None:
         raise Faults(faults)
 
 
-def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None:
+def misplaced(tables: Tables, document: Mapping[str, Any], kind: Kind, found: Found) -> None:
     """A table of another analysis than the one asked for is refused: it would have no effect."""
     if tables.study is None:
         return
     for key in document:
-        names = owners(key)
+        names = () if key in keys_of(kind) else owners(key)
         if names and tables.study.analysis not in names:
             rule = f"must go with analysis = {' or '.join(map(repr, names))}".replace("'", '"')
             found.messages.append(f"[{key}] {rule}, but the analysis is {tables.study.analysis!r}.")
@@ -308,8 +307,8 @@ def toml(text: str) -> dict[str, Any]:
 def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
     """Every table on its own, so that the faults of one do not hide those of another."""
     for key in document:
-        if key not in KEYS:
-            found.messages.append(str(fault("The study file, table", "must be a known one", key, nearest(key, KEYS))))
+        if key not in keys_of(kind) and key not in (known := all_keys()):
+            found.messages.append(str(fault("The study file, table", "must be a known one", key, nearest(key, known))))
     for key in ("study", *(("structure", "sweep") if kind.on_problem else ()), *kind.required):
         if key not in document:
             found.messages.append(f"[{key}] must be given, but is missing.")
@@ -467,9 +466,8 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
         found.attempt("[excitation]", build.check_orders, tables.excitation, sector.sectors)
     if sweeps_speed and "excitation" in document:
         found.messages.append("[excitation] must stay away from a speed sweep, whose engine_orders stand in [speed_sweep].")
-    speeds = tables.own.get("speed_sweep")
-    if isinstance(speeds, SpeedSweepTable):
-        found.attempt("", refuse_other_speed, speeds, sector.speed)
+    if speeds := tables.own.get("speed_sweep"):
+        found.attempt("", build.check_speeds, speeds, sector.speed)
     for key in ("dashpot", "base"):
         if key in document:
             found.messages.append(f"{key} must go with another model than a sector of a bladed disk. Leave it out.")

@@ -1,40 +1,31 @@
-"""Response variability in a study: the tables [response_bounds] and [response_samples]."""
+"""Responses from many start states in a study: the table [response_samples]."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from pydantic import Field, Tag
+from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.analyses.variability.bounds_dataset import attached
-from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.variability.samples import SamplesWork
 from stickslip.analyses.variability.start_draws import Law, named_law
-from stickslip.runs.work import Arrays, Work
+from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
-from stickslip.study.fields import Number, Words, by_form
+from stickslip.study.fields import Number
 from stickslip.study.settings_table import check_of, table_of
+from stickslip.study.starts import RuleOrRules
 from stickslip.study.units import in_si
 from stickslip.support.checks import MOST, InputError, fault
 from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-RuleName = Literal["slider_offset", "traction_ratio", "mean_traction", "virgin"]
-RuleOrRules = Annotated[
-    Annotated[RuleName, Tag("<single>")] | Annotated[list[RuleName], Field(min_length=2, max_length=2), Tag("<list>")],
-    by_form(),
-    Words('`"slider_offset"`, `"traction_ratio"`, `"mean_traction"`, `"virgin"`, or a list of two'),
-]
 
 
 LawName = Annotated[
@@ -46,9 +37,6 @@ LawParameters = Annotated[
 Points = Annotated[
     int | None, Field(ge=2, le=MOST, description="number of frequencies in the band to solve exactly, which percentiles need")
 ]
-BoundsTable = table_of(
-    BoundsWork, "Highest and lowest response over the start states of the contacts, beside the response itself.", rule=RuleOrRules
-)
 SamplesTable = table_of(
     SamplesWork,
     "Responses from many start states instead of one.",
@@ -73,40 +61,6 @@ def checked(table: Any) -> None:
     """What the model of [response_samples] cannot check."""
     check_of(SamplesWork)(table)
     law_of(table)
-
-
-@dataclass(frozen=True, eq=False)
-class BoundsPlan(Plan):
-    """The forced response and its bounds."""
-
-    sweep: ForcedResponseSettings
-    settings: Mapping[str, Any]
-
-    @classmethod
-    def of(cls, asked: Asked) -> BoundsPlan:
-        """The plan of a study; every key of its table has a default."""
-        sweep = sweep_of(asked)
-        refuse_discs(sweep.problem)
-        return cls(sweep, in_si(asked.tables.get("response_bounds", BoundsTable()), asked.units))
-
-    @property
-    def summary(self) -> str:
-        return summary_of(self.sweep)
-
-    @cached_property
-    def base(self) -> ForcedResponseWork:
-        return ForcedResponseWork.of(self.sweep)
-
-    @cached_property
-    def bounds(self) -> BoundsWork:
-        return BoundsWork(**taken_over(self.base), band=self.sweep.band, force=self.base.levels, **self.settings)
-
-    @property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.base, "bounds": self.bounds}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return attached(self.base.gathered(results[""]).dataset, self.bounds.gathered(results["bounds"]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,9 +102,4 @@ class SamplesPlan(Plan):
         return self.works["samples"].gathered(results["samples"]).dataset.assign_attrs(harmonics_chosen=self.base.choice)
 
 
-KINDS = {
-    "response_bounds": Kind(BoundsPlan.of, {"response_bounds": BoundsTable}, checks={"response_bounds": check_of(BoundsWork)}),
-    "response_samples": Kind(
-        SamplesPlan.of, {"response_samples": SamplesTable}, checks={"response_samples": checked}, without=("peak_tolerance",)
-    ),
-}
+KIND = Kind(SamplesPlan.of, {"response_samples": SamplesTable}, checks={"response_samples": checked}, without=("peak_tolerance",))

@@ -1,4 +1,4 @@
-"""Performance curves in a study, and their band over the start states: [performance_curve] and [performance_band]."""
+"""Performance curves in a study: the table [performance_curve]."""
 
 from __future__ import annotations
 
@@ -11,14 +11,11 @@ import numpy as np
 from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.performance.band import BandSettings, band_dataset
 from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.analyses.variability.bounds_work import refuse_discs
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analyses.response_variability import RuleOrRules
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
 from stickslip.study.fields import Positive, Table
 from stickslip.study.settings_table import check_of, table_of
@@ -38,16 +35,6 @@ PerformanceTable = table_of(
     pull=Annotated[Positive | None, FORCE],
     points=(Points, 40),
     force_ratio=Ends,
-)
-
-
-BandTable = table_of(
-    BandSettings,
-    "The lowest and the highest resonance over all start states of the contacts, against F_C/F_E.",
-    force_ratio=Ends,
-    pull=Annotated[Positive | None, FORCE],
-    rule=RuleOrRules,
-    points=(Points, 6),
 )
 
 
@@ -96,37 +83,6 @@ class PerformancePlan(Plan):
         return gathered(self.work, results[""]).dataset
 
 
-@dataclass(frozen=True, eq=False)
-class BandPlan(Plan):
-    """The band of a performance curve over the start states."""
-
-    sweep: ForcedResponseSettings
-    settings: Mapping[str, Any]
-
-    @classmethod
-    def of(cls, asked: Asked) -> BandPlan:
-        """The plan of a study."""
-        sweep = sweep_over_a_band(asked)
-        refuse_discs(sweep.problem)
-        return cls(sweep, at_ratios(asked.tables["performance_band"], asked.units) | {"band": sweep.band})
-
-    @property
-    def summary(self) -> str:
-        low, *_, high = ratios = self.settings["force_ratio"]
-        return f"{summary_of(self.sweep)}; band of the performance curve at {len(ratios)} F_C/F_E, {low:g} to {high:g}"
-
-    @cached_property
-    def work(self) -> BandSettings:
-        return BandSettings(**taken_over(ForcedResponseWork.of(self.sweep)), **self.settings)
-
-    @property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.work.bounds}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return band_dataset(self.work, results[""])
-
-
 def sweep_over_a_band(asked: Asked) -> ForcedResponseSettings:
     """The sweep, whose band says where resonances are sought."""
     sweep = sweep_of(asked)
@@ -143,19 +99,10 @@ def at_ratios(table: Table, units: Units) -> dict[str, Any]:
     return settings
 
 
-KINDS = {
-    "performance_curve": Kind(
-        PerformancePlan.of,
-        {"performance_curve": PerformanceTable},
-        required=("performance_curve",),
-        checks={"performance_curve": checked},
-        without=("force_levels", "peak_tolerance"),
-    ),
-    "performance_band": Kind(
-        BandPlan.of,
-        {"performance_band": BandTable},
-        required=("performance_band",),
-        checks={"performance_band": ordered},
-        without=("force_levels", "peak_tolerance"),
-    ),
-}
+KIND = Kind(
+    PerformancePlan.of,
+    {"performance_curve": PerformanceTable},
+    required=("performance_curve",),
+    checks={"performance_curve": checked},
+    without=("force_levels", "peak_tolerance"),
+)
