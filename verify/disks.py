@@ -170,7 +170,7 @@ def mistuned() -> Iterator[Row]:
             f"64 disks, {sampling}: mean of the largest of 24 is off by, standard deviations", largest, written[1], 0.1, ON_PAGE
         )
     many = mistuned_population(
-        lumped_blisk("W"), hertz(140.0, 156.0), 12, Scatter(blade=0.003), 0.4, harmonics=3, samples=96
+        lumped_blisk("W"), hertz(140.0, 156.0), 12, Scatter(blade=0.003), force=0.4, harmonics=3, samples=96
     ).dataset
     amplification = many.amplification.values
     yield on_page("12 lumped disks of 0.3 % blade scatter, amplification, mean", amplification.mean(), 1.18, 2)
