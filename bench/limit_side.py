@@ -53,7 +53,7 @@ def parts(request: dict) -> Answer:
 
 def _timed(balance: HarmonicBalance, point: CurvePoint) -> dict[str, float]:
     """Times at one point: the parts, their sum, a whole iteration, and the ratio of the two."""
-    state, omega = point.evaluation.state, point.point.omega
+    state, omega = balance.evaluate(point.point).state, point.point.omega  # points of a curve hold no derivatives
     target, unknown = np.empty_like(state.residual), np.zeros_like(state.unknown)
     own, coupling, cross = np.empty_like(state.own), np.empty_like(state.coupling), np.empty_like(state.cross)
     modes, active = balance.system.modes, np.flatnonzero(state.unknown)
