@@ -41,7 +41,7 @@ from stickslip.solve.curves.curve import Curve, solve_curve
 from stickslip.solve.curves.refine import with_peaks
 from stickslip.solve.starts.solutions import StartSolutions, UnsolvedError
 from stickslip.solve.starts.space import StartSpace, number_of_variables, rule_words
-from stickslip.solve.starts.states import explored_space
+from stickslip.solve.starts.states import space_around, virgin_solutions
 from stickslip.support.checks import Array, between, numbers
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
@@ -109,8 +109,8 @@ class SamplesWork(OneBalance, Measured, Execution):
     measure: MeasureName = "amplitude"
     variables: Array = field(init=False, repr=False)
     """Of all start states, in [−1, 1]."""
-    spaces: dict[float, StartSpace] = field(default_factory=dict, init=False, repr=False)
-    """What was explored of the start states, by level; it travels with the work."""
+    explored: dict[float, tuple[StartSpace, Array | None]] = field(default_factory=dict, init=False, repr=False)
+    """What was found of the start states, by level; it travels with the work."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -136,14 +136,19 @@ class SamplesWork(OneBalance, Measured, Execution):
         """Number of variables of a start state."""
         return number_of_variables(self.balance, self.rule, self.share)
 
-    def space_at(self, level: float) -> StartSpace:
-        """The start states at a level."""
-        if level not in self.spaces:
+    def explored_at(self, level: float) -> tuple[StartSpace, Array | None]:
+        """The start states at a level, and the contact forces of the solution at the first frequency whose variables are zero, if
+        it was found: the first point of each case is reached from there.
+        """
+        if level not in self.explored:
             ends = (self.frequencies[0], 0.5 * (self.frequencies[0] + self.frequencies[-1]), self.frequencies[-1])
+            omegas = [2.0 * np.pi * frequency for frequency in ends]
             with one_blas_thread():
-                omegas = [2.0 * np.pi * frequency for frequency in ends]
-                self.spaces[level] = explored_space(self.balance, omegas, level, self.rule, self.share)
-        return self.spaces[level]
+                virgin = virgin_solutions(self.balance, omegas, level)
+                space = space_around(self.balance, virgin, self.rule, self.share)
+            at_first = not space.prescribes and virgin[0].point.omega == omegas[0]
+            self.explored[level] = space, virgin[0].point.forces if at_first else None
+        return self.explored[level]
 
     @property
     def cases(self) -> list[tuple[float, int]]:
@@ -153,7 +158,7 @@ class SamplesWork(OneBalance, Measured, Execution):
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on."""
-        others = self.identity("force", "starts", "method", "distribution", "seed", "variables", "spaces")
+        others = self.identity("force", "starts", "method", "distribution", "seed", "variables", "explored")
         return tuple(f"sample {self.variables[k].tolist()!r}, level {level!r}, {others}" for level, k in self.cases)
 
     @property
@@ -163,16 +168,16 @@ class SamplesWork(OneBalance, Measured, Execution):
     def prepare(self) -> None:
         """Load the kernels and explore the start states, once for all processes."""
         for level in self.levels:
-            self.space_at(level)
+            self.explored_at(level)
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one level and start state."""
         started = time.process_time()
         level, start = self.cases[case]
-        space = self.space_at(level)
+        space, virgin = self.explored_at(level)
         where = (self.frequencies, level, self.exactly)
-        curve = start_curve(self.balance, space, self.variables[start], *where, report, self.measured)
+        curve = start_curve(self.balance, space, self.variables[start], *where, report, self.measured, virgin)
         arrays = curve_arrays(self.balance, with_peaks(curve))
         arrays["start_value"] = space.values(self.variables[start])
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
@@ -229,12 +234,19 @@ def start_curve(
     exactly: bool,
     report: Report = lambda fraction: None,
     measure: Measure = DISPLACEMENT_AMPLITUDE,
+    virgin: Array | None = None,
 ) -> Curve:
-    """The curve of one start state, its first point reached from the virgin one: far-off states have no other way in."""
+    """The curve of one start state, its first point reached from that of variables 0: far-off states have no other way in.
+
+    virgin: contact forces of that point, if they are known; else it is solved.
+    """
     omegas = [2.0 * np.pi * frequency for frequency in frequencies]
     begin = StartSolutions(balance, space, omegas[0], level)
     try:
-        begin.solve(np.zeros(space.size))
+        if virgin is None:
+            begin.solve(np.zeros(space.size))
+        else:
+            begin.remember(np.zeros(space.size), virgin)
         point = begin.solve(variables)[1].point
     except UnsolvedError as reason:
         if reason.outcome == Outcome.BODY_HELD_BY_NOTHING:

@@ -59,12 +59,16 @@ def search_cloud(size: int, count: int, seed: int = 0) -> Array:
 
 
 def _shares(rng: np.random.Generator, size: int, count: int, method: Method) -> Array:
-    """Numbers in [0, 1), (count, size)."""
-    from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
-
-    if method == "latin":
-        return np.asarray(qmc.LatinHypercube(size, rng=rng).random(count))
-    return rng.random((count, size))
+    """Numbers in [0, 1), (count, size): random ones, or a Latin hypercube, which has one of each column in each of `count` equal
+    parts: McKay, Beckman and Conover, Technometrics 21 (1979) 239. scipy.stats has one too, but takes half a second to import.
+    """
+    if method != "latin":
+        return rng.random((count, size))
+    (own,) = rng.spawn(1)
+    shares, parts = own.random((count, size)), np.tile(np.arange(1, count + 1), (size, 1))
+    for column in parts:
+        own.shuffle(column)
+    return np.asarray((parts.T - shares) / count)
 
 
 def _by_law(law: Law, shares: Array) -> Array:

@@ -98,11 +98,12 @@ def widened(space: StartSpace, balance: HarmonicBalance, evaluations: Sequence[E
 def explored_space(
     balance: HarmonicBalance, omegas: Sequence[float], level: float, rule: Rules = "slider_offset", share: Sharing = "element"
 ) -> StartSpace:
-    """The start states of a problem, wide enough for the solutions at some frequencies in rad/s.
+    """The start states of a problem, wide enough for the solutions at some frequencies in rad/s."""
+    return space_around(balance, virgin_solutions(balance, omegas, level), rule, share)
 
-    The virgin solution alone is too narrow: another start state moves the bodies and shifts the normal loads, which allows
-    sliders further out. Random corners are solved, and the space grows until they allow no more.
-    """
+
+def virgin_solutions(balance: HarmonicBalance, omegas: Sequence[float], level: float) -> list[Evaluation]:
+    """The solutions of the virgin contacts at those frequencies in rad/s where there are some; refused where there is none."""
     refuse_forgetful(balance.problem)
     virgin = balance.with_starts(np.zeros(balance.table.stiffness.size), OFFSET)
     firsts = [first_point(virgin, omega, level) for omega in omegas]
@@ -112,6 +113,15 @@ def explored_space(
             f"The virgin contact must have a solution at {omegas[0] / (2.0 * np.pi):g} Hz to scale the start states, but none "
             "was found. Start the band where contacts stick."
         )
+    return solved
+
+
+def space_around(balance: HarmonicBalance, solved: Sequence[Evaluation], rule: Rules, share: Sharing) -> StartSpace:
+    """The start states of a problem, wide enough for the solutions at the frequencies of some virgin ones.
+
+    The virgin solution alone is too narrow: another start state moves the bodies and shifts the normal loads, which allows
+    sliders further out. Random corners are solved, and the space grows until they allow no more.
+    """
     space = widened(start_space(balance, solved[0], rule, share), balance, solved)
     ratio = space.kind == RULES["traction_ratio"]
     if np.all(ratio):
