@@ -51,14 +51,26 @@ def eigenpairs_above(
         column = basis.conj().T @ weighted
         products = np.block([[products, column[:begun]], [column[:begun].conj().T, column[begun:]]])
         block, rest = _orthonormal(image - basis @ column, M, basis, _longest(image, weighted))
-        thetas, turned = linalg.eigh(0.5 * (products + products.conj().T))
-        thetas, turned = thetas[::-1][:number], turned[:, ::-1][:, :number]
-        residuals = np.linalg.norm(rest @ turned[begun:], axis=0)
+        projected = 0.5 * (products + products.conj().T)
         exhausted = block.shape[1] == 0 or done >= M.shape[0]
-        if exhausted or (thetas.size == number and np.all(residuals <= RESIDUAL * np.abs(thetas))):
+        # The smallest of the wanted θ converges last, and takes a quarter of the time of all.
+        if not exhausted and (done < number or not _converged(*linalg.eigh(projected, subset_by_index=[done - number] * 2), rest)):
+            continue
+        thetas, turned = linalg.eigh(projected)
+        thetas, turned = thetas[::-1][:number], turned[:, ::-1][:, :number]
+        if exhausted or _converged(thetas, turned, rest):
             break
     found = thetas > 0.0
     return shift + 1.0 / thetas[found], basis @ turned[:, found]
+
+
+def _converged(thetas: Array, turned: NDArray[Any], rest: NDArray[Any]) -> bool:
+    """Whether S φ = θ φ within the residual allowed, for φ = V y and each column y of `turned` (v, k).
+
+    What S V has outside V is rest (q, b), of the last b vectors of V alone.
+    """
+    residuals = np.linalg.norm(rest @ turned[-rest.shape[1] :], axis=0)
+    return bool(np.all(residuals <= RESIDUAL * np.abs(thetas)))
 
 
 def _longest(vectors: NDArray[Any], weighted: NDArray[Any]) -> float:
