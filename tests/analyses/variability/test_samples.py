@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.stats import qmc
 
 from stickslip.analyses.variability import samples
 from stickslip.analyses.variability.percentiles import percentiles
@@ -12,7 +13,8 @@ from stickslip.analyses.variability.samples import SamplesWork, response_samples
 from stickslip.analyses.variability.start_draws import draw, named_law
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.show.plots.response_samples import response_percentiles
-from stickslip.solve.starts.states import explored_space
+from stickslip.solve.starts.solutions import StartSolutions
+from stickslip.solve.starts.states import virgin_solutions
 from stickslip.support.checks import InputError
 from stickslip.support.units import hertz
 
@@ -26,6 +28,13 @@ def test_draws_cover_the_cube_and_repeat():
     many = draw(13, 50, "corners", 1)
     assert np.all(np.abs(many[1:]) == 1.0)
     assert len(np.unique(many, axis=0)) == len(many)
+
+
+@pytest.mark.parametrize(("size", "count", "seed"), [(1, 1, 0), (5, 8, 3), (40, 60, 9)])
+def test_a_latin_hypercube_is_that_of_scipy(size, count, seed):
+    drawn = draw(size, count + 1, "latin", seed)[1:]
+    expected = qmc.LatinHypercube(size, rng=np.random.default_rng(seed)).random(count)
+    np.testing.assert_array_equal(drawn, 2.0 * expected - 1.0)
 
 
 def test_a_law_is_mapped_from_its_support():
@@ -44,14 +53,40 @@ def test_a_law_is_mapped_from_its_support():
 def test_start_states_are_explored_once_and_the_result_travels(monkeypatch):
     """A process would repeat what takes seconds on a blade."""
     explored = []
-    monkeypatch.setattr(samples, "explored_space", lambda *given: explored.append(given[2]) or explored_space(*given))
+    monkeypatch.setattr(samples, "virgin_solutions", lambda *given: explored.append(given[2]) or virgin_solutions(*given))
     response_samples(three_mass_wedge(), [145.0, 222.0], [1.0, 2.0], 3)
     assert explored == [1.0, 2.0]
     work = SamplesWork(three_mass_wedge(), [145.0, 222.0])
-    first = work.space_at(1.0)
+    space, virgin = work.explored_at(1.0)
     other = pickle.loads(pickle.dumps(work))  # noqa: S301
-    np.testing.assert_array_equal(other.space_at(1.0).scale, first.scale)
+    np.testing.assert_array_equal(other.explored_at(1.0)[0].scale, space.scale)
+    np.testing.assert_array_equal(other.explored_at(1.0)[1], virgin)
     assert explored == [1.0, 2.0, 1.0]
+
+
+@pytest.mark.parametrize(("rule", "known"), [("slider_offset", True), ("traction_ratio", False), ("mean_traction", False)])
+def test_a_case_begins_at_the_solution_of_variables_zero_at_the_first_frequency(rule, known):
+    """Only offsets of zero are virgin: a traction of zero is prescribed, and its solution another one, which each case finds."""
+    work = SamplesWork(three_mass_wedge(), [222.0, 145.0], 1.0, rule=rule)
+    space, virgin = work.explored_at(1.0)
+    assert (virgin is not None) == known
+    begin = StartSolutions(work.balance, space, 2.0 * np.pi * 222.0, 1.0)
+    zero = begin.solve(np.zeros(space.size))[1].point.forces
+    if known:
+        np.testing.assert_array_equal(virgin, zero)
+    else:
+        first = virgin_solutions(work.balance, [begin.omega], 1.0)[0].point.forces
+        assert np.abs(first - zero).max() > 1e-3 * np.abs(zero).max()
+
+
+def test_the_first_point_of_a_case_does_not_depend_on_where_the_virgin_solution_was_found():
+    work = SamplesWork(three_mass_wedge(), [222.0, 180.0], 1.0)
+    space, virgin = work.explored_at(1.0)
+    given = (work.balance, space, np.linspace(-0.9, 0.8, space.size), work.frequencies, 1.0, True)
+    known, solved = samples.start_curve(*given, virgin=virgin), samples.start_curve(*given)
+    assert len(known.points) == len(solved.points) == 2
+    for one, other in zip(known.points, solved.points, strict=True):
+        np.testing.assert_array_equal(one.point.forces, other.point.forces)
 
 
 def test_percentiles_follow_the_law():
