@@ -23,6 +23,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ import llvmlite.binding as llvm  # type: ignore[import-untyped]
 import numba
 from numba.core import caching, serialize
 from numba.core.compiler import CompileResult
+from numba.core.runtime.nrt import rtsys
 
 from stickslip.support.files import replacing
 from stickslip.support.kernels.sources import digest_of
@@ -63,13 +65,11 @@ class KernelCache(caching._Cache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled kernel for a signature, of this processor or else from the wheel; None where it is to be compiled."""
-        target_context.refresh()
         triple, *processor = target_context.codegen().magic_tuple()
         places = [(FOLDER, (triple, *processor))] + [(PACKED, (triple, COMMON, ""))] * _takes_packed()
         for folder, target in places:
             with suppress(OSError):
-                kept = (folder / self._file(sig, target)).read_bytes()
-                return CompileResult._rebuild(target_context, *pickle.loads(kept))  # noqa: S301
+                return _loaded((folder / self._file(sig, target)).read_bytes(), target_context)
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -99,6 +99,21 @@ class KernelCache(caching._Cache):
 
     def flush(self) -> None:
         """Each change of the sources does so."""
+
+
+def _loaded(content: bytes, target_context: Any) -> Any:
+    """A compiled kernel from what was kept of it.
+
+    numba would prepare itself to compile and read the kernel's intermediate code, which takes as long as all else. It prepares
+    itself before it compiles in any case, and the intermediate code is read once a kernel is compiled that holds this one.
+    """
+    rtsys.initialize(target_context)
+    (name, kind, (code, intermediate)), description, *rest = pickle.loads(content)  # noqa: S301
+    entries = (description.llvm_func_name, description.llvm_cpython_wrapper_name)
+    stubs = llvm.parse_assembly("\n".join(f'define void @"{entry}"() {{ ret void }}' for entry in entries)).as_bitcode()
+    found = CompileResult._rebuild(target_context, (name, kind, (code, stubs)), description, *rest)
+    found.library._get_module_for_linking = cache(partial(llvm.parse_bitcode, intermediate))
+    return found
 
 
 def kept(dispatcher: Any) -> Any:
