@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import ndtri
 
 from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
 from stickslip.model.disks.few import blade_motion, loose_dofs
@@ -79,7 +79,7 @@ def _sobol(sectors: int, seed: int, sample: int) -> tuple[Array, Array]:
     if sample:
         sequence.fast_forward(sample)
     even = sequence.random()[0] + 0.5**31
-    return ndtri(even[:-sectors]).reshape(len(RELATIVE), sectors), even[-sectors:]
+    return scipy.special.ndtri(even[:-sectors]).reshape(len(RELATIVE), sectors), even[-sectors:]
 
 
 SAMPLING = {"random": _random, "sobol": _sobol}

@@ -18,8 +18,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
@@ -223,9 +223,9 @@ class Synthesis:
         return np.concatenate([[0.0], np.cumsum(np.maximum(np.linalg.norm(steps, axis=0), CLOSEST))])
 
     @cached_property
-    def _along(self) -> CubicHermiteSpline:
+    def _along(self) -> scipy.interpolate.CubicHermiteSpline:
         """The columns of the mode between its points, by the cubics that `mode_refine` has made right."""
-        return CubicHermiteSpline(self._places, self.mode.columns, self.slopes)
+        return scipy.interpolate.CubicHermiteSpline(self._places, self.mode.columns, self.slopes)
 
     @cached_property
     def _levels(self) -> Array:

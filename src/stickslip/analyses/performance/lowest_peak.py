@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import exp, log
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
@@ -72,7 +72,7 @@ def lowest_peak(peak: PeakBetween) -> LowestPeak:
     if 0 < k < values.size - 1:
         try:
             ends = (float(values[k - 1]), float(values[k + 1]))
-            minimize_scalar(peak, bounds=ends, method="bounded", options={"xatol": CLOSE, "maxiter": TRIALS})
+            scipy.optimize.minimize_scalar(peak, bounds=ends, method="bounded", options={"xatol": CLOSE, "maxiter": TRIALS})
         except LostCurveError as lost:
             messages.append(f"the search for the lowest peak ended, since {lost}")
     else:
@@ -96,6 +96,8 @@ def _reached(peak: PeakBetween, best: float, side: int) -> float:
     for x in peak.known[::side]:
         if (x - best) * side > 0.0:
             if peak(x) > height:
-                return exp(brentq(lambda x: log(peak(x) / height), inner, x, xtol=CLOSE, maxiter=TRIALS, disp=False))
+                return exp(
+                    scipy.optimize.brentq(lambda x: log(peak(x) / height), inner, x, xtol=CLOSE, maxiter=TRIALS, disp=False)
+                )
             inner = x
     return np.nan

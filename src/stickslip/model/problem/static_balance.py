@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import scipy
 from scipy import linalg, sparse
-from scipy.optimize import linprog
 from scipy.sparse.csgraph import connected_components
 
 from stickslip.model.contact.point import Contact
@@ -112,7 +112,7 @@ def _carried(forces: list[_Forces], bodies: list[_Loose], load: Array) -> bool:
     limits, over = np.concatenate([force.limits for force in forces]), np.eye(wanted.size)
     within: Any = sparse.block_diag([force.within for force in forces])
     beside: Any = sparse.hstack([within, sparse.csr_array((len(limits), 2 * wanted.size))])
-    program = linprog(
+    program = scipy.optimize.linprog(
         np.concatenate([np.zeros(within.shape[1]), np.ones(2 * wanted.size)]),
         A_ub=beside,
         b_ub=limits / size,

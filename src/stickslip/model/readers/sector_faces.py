@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from scipy import sparse
-from scipy.spatial import KDTree
 
 from stickslip.model.structure.cyclic_reduction import MATCH, Sector, partners, sector_of, spacing
 from stickslip.model.structure.reduced_waves import lowest_frequencies
@@ -100,10 +100,10 @@ def _interpolated(solid: Solid, faces: Faces, low: Index, high: Index) -> Sector
     left, right = (high, low) if mirrored else (low, high)
     turned = faces.axis.turned(solid.points[left], faces.sectors, -1 if mirrored else 1)
     weights, apart = _weights(turned, solid.points[right])
-    distance = float(np.median(np.asarray(KDTree(turned).query(turned, k=2)[0])[:, 1]))
-    away = float(np.max(KDTree(turned).query(solid.points[right])[0]))
+    distance = float(np.median(np.asarray(scipy.spatial.KDTree(turned).query(turned, k=2)[0])[:, 1]))
+    away = float(np.max(scipy.spatial.KDTree(turned).query(solid.points[right])[0]))
     # A point between nodes is nearer to one of them than the widest distance of a node from the third of its neighbours.
-    widest = float(np.max(np.asarray(KDTree(turned).query(turned, k=min(4, len(turned)))[0])[:, -1]))
+    widest = float(np.max(np.asarray(scipy.spatial.KDTree(turned).query(turned, k=min(4, len(turned)))[0])[:, -1]))
     if apart > OFF * distance or away > widest:
         raise fault(
             f"The face {faces.high}",
@@ -122,7 +122,7 @@ def _weights(nodes: Array, points: Array) -> tuple[sparse.csr_array, float]:
     distance and s that of the middle one. Linear fields, and with them rigid motions, are exact. (Lancaster and Salkauskas 1981.)
     """
     number = min(NEIGHBOURS, len(nodes))
-    distances, nearest = KDTree(nodes).query(points, k=number)
+    distances, nearest = scipy.spatial.KDTree(nodes).query(points, k=number)
     distances, nearest = np.reshape(distances, (-1, number)), np.reshape(nearest, (-1, number))
     shares, apart = np.zeros((len(points), number)), 0.0
     for k, (point, away, around) in enumerate(zip(points, distances, nearest, strict=True)):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from stickslip.solve.balance.mode_balance import ModeBalance
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, solve_at
@@ -101,6 +101,6 @@ def _located(
         return wanted(solved[level])
 
     try:
-        return solved[float(brentq(at, *ends, xtol=1e-14, rtol=1e-14))] if ends[0] != ends[1] else None
+        return solved[float(scipy.optimize.brentq(at, *ends, xtol=1e-14, rtol=1e-14))] if ends[0] != ends[1] else None
     except LostCurveError:
         return None
