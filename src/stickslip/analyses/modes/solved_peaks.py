@@ -65,23 +65,33 @@ def _solved(
 
 
 def _climbed(balance: HarmonicBalance, begin: Evaluation, output: int, ratio: float) -> tuple[float, float]:
-    """The peak above a point: steps in frequency from the half-power width on, halved where neither side is
-    higher."""
+    """The peak above a point: steps in frequency from the half-power width on, shortened where neither side is higher, there from
+    the top of the parabola through all three."""
 
     def size(evaluation: Evaluation) -> float:
         return float(np.hypot(*evaluation.w[balance.rows + output, balance.first]))
 
+    def beside(change: float) -> Evaluation | None:
+        solution = correct(balance, best.point, fixed("omega", best.point.omega + change))
+        return solution.evaluation if solution.converged else None
+
     best, step = begin, max(ratio, LEAST_RATIO) * begin.point.omega
+    sides: dict[float, Evaluation | None] = {}
     for _ in range(MOST_STEPS):
         if step < FINEST * best.point.omega:
             break
-        beside = [correct(balance, best.point, fixed("omega", best.point.omega + way * step)) for way in (-1.0, 1.0)]
-        solved = [each.evaluation for each in beside if each.converged]
-        higher = max(solved, key=size, default=best)
-        if size(higher) > size(best):
-            best = higher
-        else:
-            step *= 0.5
+        sides |= {way: beside(way * step) for way in (-1.0, 1.0) if way not in sides}
+        solved = {way: each for way, each in sides.items() if each is not None}
+        higher = max(solved, key=lambda way: size(solved[way]), default=0.0)
+        if solved and size(solved[higher]) > size(best):
+            sides, best = {-higher: best}, solved[higher]
+            continue
+        if len(solved) == 2:
+            low, middle, high = size(solved[-1.0]), size(best), size(solved[1.0])
+            bend = 2.0 * middle - low - high
+            top = beside(0.5 * step * (high - low) / bend) if bend > 0.0 else None
+            best = best if top is None else max(best, top, key=size)
+        sides, step = {}, (0.2 if len(solved) == 2 else 0.5) * step
     return best.point.omega / (2.0 * np.pi), size(best)
 
 
