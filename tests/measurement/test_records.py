@@ -1,5 +1,7 @@
 """Records at the door: read with their units, or refused with what is wrong; cycles found, gaps and drift said."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -59,6 +61,22 @@ def test_a_decimal_comma_is_read_where_semicolons_separate(tmp_path):
     np.testing.assert_array_equal(commas.signals["rotation"], numbers.signals["rotation"])
 
 
+@pytest.mark.parametrize("coding", ["cp1252", "utf-16", "utf-8-sig"])
+def test_a_table_is_read_as_a_logger_writes_it(tmp_path, coding):
+    """What was measured, titles and units in lines of their own, in any code page."""
+    path = write(tmp_path / "a.csv", in_file_units())
+    plain = read_record(path)
+    names, *rows = path.read_text().splitlines()
+    titles, units = zip(*(re.fullmatch(r"(\S+) [\[(](.*)[\])]", name).groups() for name in names.split(",")), strict=True)
+    lines = ["Damper rig, 20 °C", "Recorded: 2024-05-01 10:00", ",".join(titles), ",".join(units).replace("um", "µm"), *rows]
+    path.write_text("\n".join(lines), encoding=coding)
+    logged = read_record(path)
+    np.testing.assert_array_equal(logged.time, plain.time)
+    for name, values in plain.signals.items():
+        np.testing.assert_array_equal(logged.signals[name], values)
+    assert logged.warnings == plain.warnings
+
+
 def test_columns_and_units_can_be_given(tmp_path):
     columns = {"Zeit": TIME, "Kraft": signals()["force_x"], "Weg": 1e6 * signals()["platform_x"]}
     names = {"time": "Zeit", "force_x": "Kraft", "platform_x": "Weg"}
@@ -85,7 +103,10 @@ def test_a_bad_table_is_refused(tmp_path, change, words):
         read_record(write(tmp_path / "bad.csv", change(in_file_units())))
 
 
-@pytest.mark.parametrize(("text", "words"), [("", "header and rows"), ("time [s],force_x [N]\n1,2\n3\n", "must have 2 cells")])
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("", "is 'empty'"), ("time [s],force_x [N]\n1,2\n3,4\n5\n", "must have 2 cells"), ("1,2\n3,4\n", "must have titles")],
+)
 def test_a_broken_file_is_refused(tmp_path, text, words):
     path = tmp_path / "x.csv"
     path.write_text(text)

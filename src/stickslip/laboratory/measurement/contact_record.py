@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.laboratory.measurement.number_table import NumberTable, matlab_tables, named_column, text_table
-from stickslip.laboratory.measurement.records import LONGEST_CLIP, UNITS, longest_run, to_si
+from stickslip.laboratory.measurement.number_table import UNITS, NumberTable, matlab_tables, named_column, text_table, to_si
+from stickslip.laboratory.measurement.records import LONGEST_CLIP, longest_run
 from stickslip.support.checks import LARGEST, Array, counted, existing, fault, nearest, positive
 
 QUANTITIES = {"time": "s", "displacement": "m", "force": "N", "normal": "N"}

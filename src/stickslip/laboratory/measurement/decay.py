@@ -22,8 +22,7 @@ from stickslip.analyses.arguments import output_of
 from stickslip.analyses.free_decay import beside_modes
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
 from stickslip.laboratory.measurement.matlab_columns import response_columns
-from stickslip.laboratory.measurement.number_table import NumberTable, matlab_arrays, named_column, text_table
-from stickslip.laboratory.measurement.records import UNITS
+from stickslip.laboratory.measurement.number_table import UNITS, NumberTable, matlab_arrays, named_column, text_table
 from stickslip.laboratory.measurement.response_units import MOTIONS, known_unit, response_unit
 from stickslip.laboratory.measurement.universal_file import is_universal
 from stickslip.laboratory.measurement.universal_response import time_history

@@ -12,10 +12,34 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.laboratory.measurement.records import UNITS, number_or_gap
 from stickslip.laboratory.measurement.response_units import response_unit
+from stickslip.model.readers.numbers import number_of
 from stickslip.model.readers.process import arrays_of
 from stickslip.support.checks import Array, counted, fault, nearest
+
+UNITS: dict[str, tuple[str, float]] = {
+    "s": ("s", 1.0),
+    "ms": ("s", 1e-3),
+    "us": ("s", 1e-6),
+    "µs": ("s", 1e-6),
+    "min": ("s", 60.0),
+    "m": ("m", 1.0),
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "µm": ("m", 1e-6),
+    "μm": ("m", 1e-6),
+    "nm": ("m", 1e-9),
+    "N": ("N", 1.0),
+    "mN": ("N", 1e-3),
+    "uN": ("N", 1e-6),
+    "µN": ("N", 1e-6),
+    "μN": ("N", 1e-6),
+    "kN": ("N", 1e3),
+    "rad": ("rad", 1.0),
+    "mrad": ("rad", 1e-3),
+    "deg": ("rad", np.pi / 180.0),
+}
+"""Units of columns: the SI unit that each stands for, and the factor to it."""
 
 SEPARATORS = ("\t", ";", ",", None)
 """None stands for blanks. The comma comes last but one: before it, it may be a decimal comma."""
@@ -96,7 +120,7 @@ def _number(cell: str, separator: str | None) -> float | None:
 
 
 def _numbers(name: str, lines: Sequence[tuple[int, str]], separator: str | None, count: int) -> Array:
-    """(rows, columns) of lines of text; each comes with its number in the file, for messages."""
+    """(rows, columns) of lines of text, NaN for empty cells; each comes with its number in the file, for messages."""
     texts = [text if separator == "," else text.replace(",", ".") for _, text in lines]
     try:
         found = np.loadtxt([text.strip().rstrip(separator) for text in texts], delimiter=separator, ndmin=2)
@@ -107,10 +131,11 @@ def _numbers(name: str, lines: Sequence[tuple[int, str]], separator: str | None,
     found = np.empty((len(lines), count))
     for row, (number, text) in enumerate(lines):
         cells = _cells(text, separator)
+        cells = cells if len(cells) == count else _split(text, separator)  # of gaps at an end of the line
         if len(cells) != count:
             raise fault(f"Line {number} of {name}", f"must have {count} cells", len(cells), "Is the file cut off?")
         for column, cell in enumerate(cells):
-            value = _number(cell, separator)
+            value = _number(cell, separator) if cell else float("nan")
             if value is None:
                 raise fault(f"Line {number}, column {column + 1} of {name}", "must be a number", cell)
             found[row, column] = value
@@ -235,3 +260,18 @@ def _matlab_table(name: str, arrays: dict[str, Any]) -> NumberTable:
         raise fault(f"{name}", "must hold the matrix hyst, one matrix of columns, or vectors of one length", shapes, remedy)
     values = np.stack([np.asarray(value, dtype=float) for value in vectors.values()], axis=1)
     return NumberTable(name, values, tuple(map(bare, vectors)), tuple(map(stated_unit, vectors)))
+
+
+def number_or_gap(cell: str) -> float | None:
+    """The number of a cell, NaN where it is empty or says so, None where it is something else."""
+    return float("nan") if cell.lower() in ("", "nan") else number_of(cell)
+
+
+def to_si(what: str, unit: str, wanted: str) -> float:
+    """The factor of a unit to the SI unit `wanted`; refused where it is unknown or of another quantity."""
+    if unit not in UNITS:
+        raise fault(what, "must be a known one", unit, nearest(unit, UNITS))
+    base, factor = UNITS[unit]
+    if base != wanted:
+        raise fault(what, f"must be one of {', '.join(key for key, (b, _) in UNITS.items() if b == wanted)}", unit)
+    return factor

@@ -9,41 +9,15 @@ left_outward, left_upward, right_outward, right_upward   force of each damper of
 
 from __future__ import annotations
 
-import csv
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from stickslip.model.readers.numbers import number_of
+from stickslip.laboratory.measurement.number_table import bare, text_table, to_si
 from stickslip.support.checks import Array, InputError, fault, nearest
 from stickslip.support.files import write_text
-
-UNITS: dict[str, tuple[str, float]] = {
-    "s": ("s", 1.0),
-    "ms": ("s", 1e-3),
-    "us": ("s", 1e-6),
-    "µs": ("s", 1e-6),
-    "min": ("s", 60.0),
-    "m": ("m", 1.0),
-    "mm": ("m", 1e-3),
-    "um": ("m", 1e-6),
-    "µm": ("m", 1e-6),
-    "μm": ("m", 1e-6),
-    "nm": ("m", 1e-9),
-    "N": ("N", 1.0),
-    "mN": ("N", 1e-3),
-    "uN": ("N", 1e-6),
-    "µN": ("N", 1e-6),
-    "μN": ("N", 1e-6),
-    "kN": ("N", 1e3),
-    "rad": ("rad", 1.0),
-    "mrad": ("rad", 1e-3),
-    "deg": ("rad", np.pi / 180.0),
-}
-"""Units of columns: the SI unit that each stands for, and the factor to it."""
 
 BLADE_CELLS = ("left_outward", "left_upward", "right_outward", "right_upward")
 """The load cells behind the dampers of the blade rig, two each."""
@@ -162,29 +136,34 @@ def read_columns(
     path: str | Path, columns: Mapping[str, str] | None = None, units: Mapping[str, str] | None = None
 ) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
     """Time and the other known columns of a table, in SI, and warnings; see `read_record`."""
-    path = Path(path)
-    header, rows = _table(path)
+    path, renamed = Path(path), {bare(title).lower(): name for name, title in (columns or {}).items()}
+
+    def name_of(title: str) -> str:
+        return renamed.get(title.lower()) or ALIASES.get(title.lower(), title.lower())
+
+    if not path.is_file():
+        raise fault("Record", "must be a file", str(path))
+    table = text_table(path, lambda title: name_of(title) in QUANTITIES)
+    if table.titles is None:
+        raise fault(f"Columns of {path.name}", "must have titles", "missing", "Name them `time [s]`, `force_x [N]` and so on.")
     found: dict[str, Array] = {}
-    warnings, strange = [], []
-    renamed = {_bare(header_name): name for name, header_name in (columns or {}).items()}
-    for index, title in enumerate(header):
-        bare = _bare(title)
-        name = renamed.get(bare, ALIASES.get(bare.lower(), bare.lower()))
+    warnings, strange = list(table.notes), []
+    for title, stated, values in zip(table.titles, table.units, table.numbers.T, strict=True):
+        name = name_of(title)
         if name not in QUANTITIES:
             strange.append(title)
             continue
         if name in found:
-            raise fault(f"Columns of {path.name}", "must have different names", header)
-        stated = re.search(r"[\[(](.*?)[\])]\s*$", title)
-        unit = (units or {}).get(name) or (stated.group(1).strip() if stated else None)
+            raise fault(f"Columns of {path.name}", "must have different names", list(table.titles))
+        unit = (units or {}).get(name) or stated
         if unit is None:
             remedy = f"Name the column `{name} [{QUANTITIES[name]}]`, or give it in `units`."
             raise fault(f"The unit of {name} in {path.name}", "must be stated", "missing", remedy)
-        found[name] = rows[:, index] * to_si(f"The unit of {name} in {path.name}", unit, QUANTITIES[name])
+        found[name] = values * to_si(f"The unit of {name} in {path.name}", unit, QUANTITIES[name])
     if strange:
         warnings.append(f"{path.name}: columns without a known meaning are left out: {', '.join(strange)}.")
     if "time" not in found:
-        raise fault(f"Columns of {path.name}", "must hold time", header, "Name it `time [s]`.")
+        raise fault(f"Columns of {path.name}", "must hold time", list(table.titles), "Name it `time [s]`.")
     return found.pop("time"), found, tuple(warnings)
 
 
@@ -196,47 +175,3 @@ def write_record(record: Record, path: str | Path) -> Path:
         shown[f"{name} [{'um' if metres else QUANTITIES[name]}]"] = values * (1e6 if metres else 1.0)
     rows = [",".join(f"{value:.8g}" for value in row) for row in np.stack(list(shown.values()), axis=1)]
     return write_text(path, "\n".join([",".join(shown), *rows]) + "\n")
-
-
-def _table(path: Path) -> tuple[list[str], Array]:
-    """Header and numbers; empty cells are NaN."""
-    if not path.is_file():
-        raise fault("Record", "must be a file", str(path))
-    try:
-        lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip() and not line.startswith("#")]
-    except UnicodeDecodeError:
-        raise fault(f"{path.name}", "must be a text file", "binary", "Export it as CSV.") from None
-    if len(lines) < 2:
-        raise fault(f"{path.name}", "must hold a header and rows of numbers", f"{len(lines)} lines")
-    mark = max(",;\t", key=lines[0].count)
-    table = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=mark)]
-    header, body = table[0], table[1:]
-    numbers = np.empty((len(body), len(header)))
-    for i, row in enumerate(body):
-        if len(row) != len(header):
-            raise fault(f"Row {i + 1} of {path.name}", f"must have {len(header)} cells", len(row), "Is the file cut off?")
-        for j, cell in enumerate(row):
-            value = number_or_gap(cell if mark == "," else cell.replace(",", "."))
-            if value is None:
-                raise fault(f"Row {i + 1}, column {header[j]!r} of {path.name}", "must be a number", cell)
-            numbers[i, j] = value
-    return header, numbers
-
-
-def number_or_gap(cell: str) -> float | None:
-    """The number of a cell, NaN where it is empty or says so, None where it is something else."""
-    return float("nan") if cell.lower() in ("", "nan") else number_of(cell)
-
-
-def _bare(title: str) -> str:
-    return re.sub(r"\s*[\[(].*?[\])]\s*$", "", title).strip()
-
-
-def to_si(what: str, unit: str, wanted: str) -> float:
-    """The factor of a unit to the SI unit `wanted`; refused where it is unknown or of another quantity."""
-    if unit not in UNITS:
-        raise fault(what, "must be a known one", unit, nearest(unit, UNITS))
-    base, factor = UNITS[unit]
-    if base != wanted:
-        raise fault(what, f"must be one of {', '.join(key for key, (b, _) in UNITS.items() if b == wanted)}", unit)
-    return factor
