@@ -29,15 +29,26 @@ print(moving_sizes(np.ones((2, 3)), 1), moving_sizes(np.ones((3, 2)).T, 1))  # t
 """
 
 
+def ended(folder):
+    """A process that calls a kernel of two layouts, with its kernels in a folder."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder)}
+    return subprocess.run([sys.executable, "-c", COMPILES], env=environment, capture_output=True, text=True, check=True)
+
+
 def test_the_first_process_says_that_it_compiles_and_the_next_one_has_no_need(tmp_path):
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    first, second = (
-        subprocess.run([sys.executable, "-c", COMPILES], env=environment, capture_output=True, text=True, check=True)
-        for _ in range(2)
-    )
-    assert first.stdout == second.stdout
+    """Nor has one that finds the kernels that another holds but not that itself, or whose disk was full when they were kept."""
+    first, second = ended(tmp_path), ended(tmp_path)
     assert first.stderr.count("stickslip compiles its kernels") == 1
     assert second.stderr == ""
+    outer, *_ = (tmp_path / "stickslip").glob("continuation.curve_points.moving_sizes-*")
+    outer.unlink()
+    third = ended(tmp_path)
+    for path in (tmp_path / "stickslip").iterdir():
+        content = path.read_bytes()
+        path.write_bytes(content[: len(content) // 2] + bytes(len(content) - len(content) // 2))
+    damaged, mended = ended(tmp_path), ended(tmp_path)
+    assert [each.stderr.count("stickslip compiles its kernels") for each in (third, damaged, mended)] == [1, 1, 0]
+    assert {each.stdout for each in (second, third, damaged, mended)} == {first.stdout}
 
 
 @pytest.mark.slow

@@ -47,6 +47,9 @@ percent. Others than those of x86-64 take the basis of their kind."""
 
 _COMMON_NEEDS = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 
+DIGEST = 32
+"""Bytes before the content of a kernel, by which a damaged one is known and compiled anew."""
+
 UNUSED_SECONDS = 3 * 86400.0
 """Age from which kernels of other sources are removed; younger ones may belong to a process that still runs."""
 
@@ -69,7 +72,9 @@ class KernelCache(caching._Cache):
         places = [(FOLDER, (triple, *processor))] + [(PACKED, (triple, COMMON, ""))] * _takes_packed()
         for folder, target in places:
             with suppress(OSError):
-                return _loaded((folder / self._file(sig, target)).read_bytes(), target_context)
+                content = (folder / self._file(sig, target)).read_bytes()
+                if content.startswith(_digest(content[DIGEST:])):  # a full disk or a power cut may have damaged it
+                    return _loaded(content[DIGEST:], target_context)
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -80,7 +85,8 @@ class KernelCache(caching._Cache):
         with suppress(OSError):
             with replacing(path) as temporary:
                 temporary.touch(mode=0o600)  # what lies here is run: others must not write to it
-                temporary.write_bytes(serialize.dumps(data._reduce()))
+                content = serialize.dumps(data._reduce())
+                temporary.write_bytes(_digest(content) + content)
             for old in FOLDER.glob(f"{self._name}-*"):
                 if self._sources[:16] not in old.name and time.time() - old.stat().st_mtime > UNUSED_SECONDS:
                     old.unlink()
@@ -99,6 +105,10 @@ class KernelCache(caching._Cache):
 
     def flush(self) -> None:
         """Each change of the sources does so."""
+
+
+def _digest(content: bytes) -> bytes:
+    return hashlib.sha256(content).digest()
 
 
 def _loaded(content: bytes, target_context: Any) -> Any:
