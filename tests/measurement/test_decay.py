@@ -1,5 +1,7 @@
 """Measured decays against closed forms, a linear oscillator with and without noise and a Coulomb slider, and a computed decay."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -104,6 +106,23 @@ def test_tables_hold_the_frequency_also_where_it_is_a_coordinate():
     expected, found = (measured_tables(each) for each in (data, data.set_coords("frequency")))
     for name, table in expected.items():
         assert set(table) == set(found[name])
+
+
+@pytest.mark.parametrize("bits", [8, 12, 24])
+@pytest.mark.parametrize("frequency", [15.0, 60.0])
+def test_a_clipped_signal_is_refused_and_right_after_it(bits, frequency):
+    """Records of 8 to 24 bits, with up to 267 samples a cycle: whole ones are taken, those whose range is 0.7 of them are not."""
+    (signal, *_), _ = linear(frequency=frequency)
+    steps = 2.0 ** (bits - 1) / 1e-3
+    whole = np.round(signal * steps) / steps
+    expected = ss.measured_decay(TIME, whole).dataset
+    np.testing.assert_allclose(expected["frequency"][:3], frequency, rtol=1e-2)
+    clipped = np.clip(whole, -0.7e-3, 0.7e-3)
+    with pytest.raises(InputError, match="must not stay at its extreme value") as refusal:
+        ss.measured_decay(TIME, clipped)
+    begin = float(re.search(r"after (\S+) s", str(refusal.value)).group(1)) + 1e-3
+    found = ss.measured_decay(TIME, clipped, begin=begin).dataset
+    assert abs(float(found["damping_ratio"][0]) - 0.01) < 1e-3
 
 
 def test_a_blow_before_the_decay_is_left_out():

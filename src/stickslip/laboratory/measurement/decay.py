@@ -23,6 +23,7 @@ from stickslip.analyses.free_decay import beside_modes
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
 from stickslip.laboratory.measurement.matlab_columns import response_columns
 from stickslip.laboratory.measurement.number_table import UNITS, NumberTable, matlab_arrays, named_column, text_table
+from stickslip.laboratory.measurement.records import LONGEST_CLIP, longest_run
 from stickslip.laboratory.measurement.response_units import MOTIONS, known_unit, response_unit
 from stickslip.laboratory.measurement.universal_file import is_universal
 from stickslip.laboratory.measurement.universal_response import time_history
@@ -130,6 +131,7 @@ def measured_decay(
     omega = 2.0 * np.pi * _dominant(x[first:] - x[first:].mean(), step, (low, high))
     if 2.0 * np.pi / (omega * step) < FEWEST:
         raise fault("The samples of a cycle", f"must be {FEWEST} at least", 2.0 * np.pi / (omega * step), "Sample faster.")
+    _refuse_plateau(t[after:], x[after:], 2.0 * np.pi / (omega * step))
     rows = _windows(t[first:], x[first:], omega, cycles, drifting=cycles >= DRIFTING)
     if len(rows) < 2:  # other modes are strong
         rows = _windows(t[first:], x[first:], omega, cycles, drifting=False)
@@ -141,6 +143,20 @@ def measured_decay(
         what = f"A decay near {omega / (2.0 * np.pi):.4g} Hz"
         raise fault(what, f"must have two windows of {cycles:g} cycles that a damped sine fits", len(rows), remedy)
     return MeasuredDecay(_dataset(t, x, np.array(rows), quantity, name))
+
+
+def _refuse_plateau(t: Array, x: Array, cycle: float) -> None:
+    """A signal that is clipped, or held before its release, keeps its extreme value for more samples than the top of a sine of
+    `cycle` samples does at its resolution: there A (1 − cos φ) is below one step of the resolution along 2 φ."""
+    levels = np.unique(x)
+    half = 0.5 * (levels[-1] - levels[0])
+    top = cycle / np.pi * np.arccos(1.0 - min(np.diff(levels).min() / half, 2.0)) if levels.size > 1 else np.inf
+    at_ends = [x == extreme for extreme in (levels[0], levels[-1])]
+    longest = max(map(longest_run, at_ends))
+    if longest >= LONGEST_CLIP and longest > 2.0 * top + 1.0:
+        last = t[np.flatnonzero(at_ends[0] | at_ends[1])[-1]]
+        remedy = f"If it is clipped, choose a larger range; the decay after {last:.6g} s can be evaluated (begin, --begin)."
+        raise fault("The signal", "must not stay at its extreme value", f"{longest} samples in a row", remedy)
 
 
 def read_decay(
