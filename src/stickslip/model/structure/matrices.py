@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
 
 from stickslip.model.structure.damping import Damping, ModalDamping, RayleighDamping
 from stickslip.support.checks import (
@@ -128,11 +127,15 @@ class Structure:
 
     def rows(self, directions: Sequence[Mapping[str, float]]) -> Array:
         """The coefficients of several directions over the coordinates, (len(directions), m)."""
-        columns = [self.index(dof) for direction in directions for dof in direction]
+        columns = np.array([self.index(dof) for direction in directions for dof in direction], dtype=np.int64)
         values = np.array([value for direction in directions for value in direction.values()], dtype=float)
         at = np.repeat(np.arange(len(directions)), [len(direction) for direction in directions])
-        rows = sparse.coo_array((values, (at, np.array(columns, dtype=np.int64))), shape=(len(directions), len(self.dofs)))
-        return np.asarray(rows.toarray() if self.shapes is None else rows.tocsr() @ self.shapes)
+        rows = np.zeros((len(directions), self.size))
+        if self.shapes is None:
+            np.add.at(rows, (at, columns), values)
+        else:
+            np.add.at(rows, at, values[:, None] * self.shapes[columns])
+        return rows
 
     def shifted(self, by: Sequence[float]) -> Structure:
         """A copy whose nodes stand elsewhere, `by` (x, y, z) [m]: the same blade again beside it."""
