@@ -24,7 +24,7 @@ from stickslip.laboratory.measurement.synthetic import NO_ERRORS, synthetic_reco
 from stickslip.model.contact.friction import LoadDependentFriction
 from stickslip.model.dampers import Cylinder, Wedge
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
+from stickslip.model.dampers.platform_motion import PlatformMotion, in_phase, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.show.report.identification import PRESENTATION
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
@@ -632,3 +632,26 @@ def test_friction_of_a_contact_that_never_slides_is_said(truths):
     said = never_sliding(work.fit, theta, UNKNOWN_RIG)
     assert len(said) == 1
     assert said[0].startswith("mu_R: its contact never slides")
+
+
+@pytest.mark.slow
+def test_minima_far_from_the_best_do_not_end_the_search():
+    """A foot whose load falls to 0.07 N, out of phase and in phase at 45 degrees with small higher harmonics. The first four starts
+    lead to minima of three to eight times the stiffness and of eight times the least sum of squares."""
+    rig, harmonics = laboratory_damper(45.0, 80.0, FRICTION), np.zeros((2, 23))
+    harmonics[0, [2, 5, 10, 22]] = 30e-6, 0.9e-6, 0.3e-6, 0.1e-6
+    cells = RigErrors().draw(np.random.default_rng(1006))
+    loops = [
+        synthetic_record(
+            true_cycle(rig, PlatformMotion(harmonics[::way])),
+            RigErrors(),
+            seed=60 + axis,
+            systematic=cells,
+            samples=400,
+            name="xy"[axis],
+        )
+        for axis, way in enumerate((1, -1))
+    ]
+    found = identify(loops, laboratory_damper(45.0, 80.0, 0.3, kt=30e6, kn=30e6), resamples=8, seed=6)
+    assert found.values["kt"] == pytest.approx(TRUTH["kt"], rel=0.1)
+    assert found.values["kn"] == pytest.approx(TRUTH["kn"], rel=0.1)

@@ -55,7 +55,7 @@ off, and narrow at its end. Near lift-off there are many, and narrow ones alone 
 EVALUATIONS = 20
 """Of a search from one start, at most."""
 
-STARTS = 4
+STARTS = 8
 """Members of the population from which least squares begin, until the smallest sum of squares is found twice."""
 
 AGAIN, NEXT_TO_NOTHING = 0.02, 0.1

@@ -109,7 +109,8 @@ class IdentificationWork:
             if abs(seen) > largest:
                 there = self._searched(late, found, lambda share: report(0.4 + 0.1 * share))
                 seen = late.lag_at(there[0])
-                fit, (best, others) = (late, there) if abs(seen) > largest else (fit, (best, others))
+                # A lag that another minimum seemed to show is none, but has led to a better one.
+                fit, (best, others) = (late, there) if abs(seen) > largest else (fit, fitted(fit, np.array([best, there[0]])))
         fits = {law: fit.with_law(law) for law in LINE_LAWS if law in self.laws}
         thetas = {law: fitted_with_law(fit, best) for law, fit in fits.items()}
         errors = {law: held_out(fit, thetas[law]) for law, fit in fits.items()} if len(fits) > 1 else {}
