@@ -636,8 +636,8 @@ def test_friction_of_a_contact_that_never_slides_is_said(truths):
 
 @pytest.mark.slow
 def test_minima_far_from_the_best_do_not_end_the_search():
-    """A foot whose load falls to 0.07 N, at 45 degrees with small higher harmonics. The first four starts lead to minima of three to
-    eight times the stiffness and of eight times the least sum of squares."""
+    """A foot whose load falls to 0.07 N, at 45 degrees with small higher harmonics. The first four starts lead to minima of three
+    to eight times the stiffness and of eight times the least sum of squares."""
     rig, harmonics = laboratory_damper(45.0, 80.0, FRICTION), np.zeros((2, 23))
     harmonics[0, [2, 5, 10, 22]] = 30e-6, 0.9e-6, 0.3e-6, 0.1e-6
     cells = RigErrors().draw(np.random.default_rng(1006))
