@@ -6,9 +6,13 @@ test comes first, and is not counted, but where a child process compiles; nor is
 """
 
 import os
+import signal
 
 import pytest
 from numba.core import event
+
+# In the background of a script Ctrl-C is ignored, also by the processes that tests start and end by it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 LIMIT = 5.0
 LISTED = 30
