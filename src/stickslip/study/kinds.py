@@ -72,4 +72,4 @@ def owners(key: str) -> list[str]:
 
 def all_keys() -> tuple[str, ...]:
     """Every key of study files."""
-    return tuple(dict.fromkeys(key for kind in KINDS.values() for key in keys_of(kind)))
+    return (*COMMON_KEYS, *dict.fromkeys(key for kind in KINDS.values() for key in kind.tables))
