@@ -90,4 +90,4 @@ def costs() -> Iterator[Row]:
         hundred = np.geomspace(levels[0], levels[-1], 100)
         mode = seconds(lambda name=name, problem=problem, h=harmonics, at=hundred: mode_of(name, problem, h).peaks(at))
         sweeping = 100.0 / levels.size * seconds(lambda p=problem, b=band, at=levels, h=harmonics: forced_response(p, b, at, h))
-        yield at_most(f"{name}, 100 force levels: time from the mode over that of sweeping", mode / sweeping, 0.2, SWEEPS)
+        yield at_most(f"{name}, 100 force levels: time from the mode over that of sweeping", mode / sweeping, 1.0 / 20.0, SWEEPS)
