@@ -497,6 +497,18 @@ def test_a_reversed_rotation_is_refused(truths):
         identify(turned, UNKNOWN_RIG, resamples=8, population=5, generations=10)
 
 
+@pytest.mark.parametrize("channel", ["force_x", "force_y", "rotation", "damper_y"])
+def test_a_channel_with_the_wrong_sign_is_refused_at_the_true_parameters(truths, channel):
+    """A gain of -200 % would explain it."""
+    cases = tuple(map(whole_cycles, records(truths, RigErrors())))
+    fit, theta = IdentificationWork(cases, UNKNOWN_RIG, unknown=tuple(TRUTH)).fit, np.log([*TRUTH.values()])
+    remarks(fit, theta, np.full(len(TRUTH), 0.01))
+    data = fit.data.copy()
+    data[:, fit.channels.index(channel)] *= -1.0
+    with pytest.raises(InputError, match=f"{channel} of out runs against the model"):
+        remarks(replace(fit, data=data), theta, np.full(len(TRUTH), 0.01))
+
+
 @pytest.mark.parametrize(("pull", "crosstalk"), [(80.0, 0.0), (1600.0, 0.01)])
 def test_a_force_that_symmetry_holds_constant_refuses_no_fit(pull, crosstalk):
     """A symmetric cylinder moved out of phase bears half of the pull on each side, whatever its contacts: force_y is noise, and a
