@@ -131,6 +131,8 @@ from .laboratory.identification.contact_law.work import contact_law as contact_l
 from .laboratory.identification.damper.result import Identification as Identification
 from .laboratory.identification.damper.work import identify as identify
 from .laboratory.identification.response.prediction_result import ResponsePrediction as ResponsePrediction
+from .laboratory.identification.response.decay_prediction import predict_decay as predict_decay
+from .laboratory.identification.response.decay_prediction_result import DecayPrediction as DecayPrediction
 from .laboratory.identification.response.prediction import predict_response as predict_response
 from .laboratory.identification.response.result import ResponseIdentification as ResponseIdentification
 from .laboratory.identification.response.work import identify_response as identify_response

@@ -121,6 +121,63 @@ def test_held_amplitudes_and_a_band(identified, tmp_path):
     assert list(data["level"].values) == [3.0, 50.0]
 
 
+@pytest.fixture(scope="module")
+def ring_down(identified):
+    """A measured decay of the same mass, released at 2 m, as a signal and as results of `stickslip decay`."""
+    folder, _ = identified
+    problem = ss.rigs.single_mass(kt=0.5, limit=1.0, damping=0.02)
+    decay = ss.free_decay(problem, 60.0, displacement={"1.x": 2.0}, steps=6000).dataset
+    rows = zip(decay["time"].values[::5], decay["displacement"].values[0, ::5], strict=True)
+    signal = folder / "ring_down.csv"
+    signal.write_text("\n".join(["time [s],displacement [m]", *(f"{t:.6g},{u:.8g}" for t, u in rows)]))
+    shown = command("decay", signal, "--out", folder / "measured")
+    assert shown.exit_code == 0, shown.output
+    return signal, folder / "measured"
+
+
+@pytest.mark.slow
+def test_a_decay_is_predicted_beside_a_measured_one(identified, ring_down, tmp_path):
+    """From the signal and from its evaluation alike; while it sticks both are viscous, at a damping ratio of 0.82 %."""
+    folder, _ = identified
+    texts = []
+    for k, given in enumerate(ring_down):
+        options = ("--draws", "20", "--workers", "1", "--out", tmp_path / str(k))
+        shown = command("predict", folder / "found", "--decay", given, *options)
+        assert shown.exit_code == 0, shown.output
+        texts.append([line for line in shown.output.splitlines() if "predicted against measured" in line])
+    assert texts[0] == texts[1]
+    assert len(texts[0]) == 1
+    data = ss.open_results(tmp_path / "0")
+    assert float(data["damping_ratio"][0]) == pytest.approx(0.02 / (2.0 * np.sqrt(1.5)), rel=0.02)
+    assert float(data["frequency"][0]) == pytest.approx(np.sqrt(1.5) / (2.0 * np.pi), rel=1e-3)
+    assert float(data["inside_damping_ratio"][0]) > 0.7
+    assert (tmp_path / "0" / "report.html").is_file()
+
+
+@pytest.mark.slow
+def test_wrong_decays_are_refused(identified, ring_down):
+    folder, other = identified
+    signal, evaluated = ring_down
+    wrong = {
+        ("--decay", "1e-5"): "--decay must be a file that exists",
+        ("--decay", "1:2", "--decay", "2:3"): "--decay must give one range of amplitudes at most",
+        ("--decay", "1:2:3"): "--decay must be LOW:HIGH in m, or a file",
+        ("--decay", "2:1"): "amplitude must be [smallest, largest], the smaller first, but is [2.0, 1.0]",
+        ("--decay", "1:x"): "--decay must give numbers",
+        ("--decay", "1:2", "--force", "3"): "--decay and --force must not be given together",
+        ("--decay", "1:2", "--compare", str(other)): "--decay and --compare must not be given together",
+        ("--decay", "100:200", "--decay", str(signal)): "The amplitudes of ring_down must reach into those that are predicted",
+        ("--decay", str(folder / "found")): "must be results of `stickslip decay`, or recorded signals",
+        ("--decay", str(other)): "",
+    }
+    for options, message in wrong.items():
+        shown = command("predict", folder / "found", *options, "--out", folder / "none")
+        assert shown.exit_code == console.WRONG_INPUT, (options, shown.output)
+        assert message in " ".join(shown.output.split()), (options, shown.output)
+        assert "Traceback" not in shown.output
+        assert not (folder / "none").exists()
+
+
 @pytest.mark.slow
 def test_what_is_refused_comes_with_its_remedy(identified, tmp_path):
     folder, other = identified
@@ -166,7 +223,7 @@ def test_results_without_a_study_are_refused(identified, tmp_path):
 def test_levels_are_of_one_kind_and_of_the_measured_quantity(identified, tmp_path):
     folder, _ = identified
     wrong = {
-        ("--draws", "20"): "--force must be given, or --displacement for held amplitudes, or --compare",
+        ("--draws", "20"): "--force must be given, or --displacement for held amplitudes, --compare or --decay",
         ("--force", "1", "--amplitude", "2"): "--force and --amplitude must not be given together, but are: 1 and 2.",
         ("--displacement", "1", "--velocity", "2"): "--velocity and --displacement must not be given together",
         ("--velocity", "1"): "--velocity must be the quantity that was measured, --displacement, but is '1'. Give --displacement",

@@ -25,6 +25,7 @@ LESS = {
     "damper_cycle": {"steps": "200"},
     "damper_design": {"search": "false", "designs": "4", "refinements": "2", "samples": "64", "known": None},
     "damper_evolution": {"steps": "200", "friction": "[0.3, 0.9]"},
+    "decay_prediction": {"harmonics": "1", "draws": "20"},
     "flutter": {"amplitude": "[1e-5, 1e-3]", "harmonics": "1", "samples": "48"},
     "free_decay": {"harmonics": "1", "samples": "64"},
     "forced_response": {

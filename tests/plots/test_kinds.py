@@ -63,6 +63,13 @@ def predicted_responses(data):
     yield data["level"].values, data["peak_amplitude"].values
 
 
+def predicted_decays(data):
+    size = 1e6 * data["amplitude"].values
+    yield size, data["frequency"].values
+    yield size, 100.0 * data["damping_ratio"].values
+    yield 1e6 * data["measured_amplitude"].values[0], 100.0 * data["measured_damping_ratio"].values[0]
+
+
 def decays(data):
     yield 1e3 * data["time"].values, 1e6 * data["displacement"].values[0]
     yield 1e6 * data["amplitude"].values[0], data["frequency"].values[0]
@@ -166,6 +173,7 @@ SHOWN = {
     "response_identification": identified_responses,
     "response_prediction": predicted_responses,
     "free_decay": decays,
+    "decay_prediction": predicted_decays,
     "stepped_sine": stepped_sines,
 }
 """Numbers that a curve, points or bars show, x and y in the units of the axes; None: places of bars, in any order."""

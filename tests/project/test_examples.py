@@ -36,6 +36,7 @@ PINNED: dict[str, tuple[str, float, float]] = {
     "fatigue_margin.py": ("margin", 354.0, 2e-2),
     "duffing_oscillator.py": ("peak", 1.7209689, 1e-6),  # closed form of one harmonic
     "identify_from_responses.py": ("kt", 0.5, 5e-3),  # the truth that was put in
+    "predict_a_decay.py": ("damping", 3.8524e-3, 0.02),  # of a half cycle at 0.2 mm, in time
     "predict_an_unmeasured_response.py": ("peak", 3.3987, 3e-2),  # the peak of the truth at 0.6 N
     "acceleration_held.py": ("top", 1.0, 1e-4),  # the acceleration that was held
     "design_of_two_dampers.py": ("as_built", 6.2376e-6, 5e-3),
@@ -72,7 +73,13 @@ SLOW = {
     *("flutter_held_by_friction.py", "shrouded_blades.py", "one_sector_of_a_disk.py", "law_of_a_contact.py", "mistuned_disks.py"),
     *("identify_contact_parameters.py", "check_a_point_in_time.py", "bounds_of_a_wedge.py", "dry_and_oiled_dampers.py"),
     *("isolated_response_of_an_absorber.py", "nonlinear_mode_of_a_blade.py", "acceleration_held.py", "blade_root.py"),
-    *("own_bladed_disk.py", "predict_an_unmeasured_response.py", "fatigue_margin.py", "identify_from_responses.py"),
+    *(
+        "own_bladed_disk.py",
+        "predict_an_unmeasured_response.py",
+        "predict_a_decay.py",
+        "fatigue_margin.py",
+        "identify_from_responses.py",
+    ),
     *("band_of_a_performance_curve.py", "stress_of_a_blade.py", "single_blade_rig.py", "performance_curve_of_one_mass.py"),
     *("stepped_sine_with_dwell.py", "branch_of_two_masses.py", "decay_after_an_impact.py"),
 }

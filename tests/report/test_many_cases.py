@@ -158,7 +158,7 @@ OF_MANY = {
 OF_ONE = {
     *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
     *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance", "DampingByNodalDiameter", "Campbell"),
-    *("InterferenceDiagram", "RunUp", "FreeDecay", "MeasuredDecay", "SteppedSine"),
+    *("InterferenceDiagram", "RunUp", "FreeDecay", "MeasuredDecay", "SteppedSine", "DecayPrediction"),
 }
 """Their figures have no axis of cases."""
 DRAWN_ON_EVERY_CHANGE = {"ForcedResponse", "ContactLaw"}

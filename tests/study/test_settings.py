@@ -28,6 +28,7 @@ FUNCTIONS = {
     "identification": "identify",
     "response_identification": "identify_response",
     "response_prediction": "predict_response",
+    "decay_prediction": "predict_decay",
 }
 """Analyses that have another name in Python."""
 
@@ -37,6 +38,8 @@ DIFFERENT_MEANING = {
         "blade",
     ): "in Python the nodes of a blade (`blade_nodes` in a file), in a file the pattern of the blades",
     ("mistuned_population", "count"): "one disk, the default of a file, is `mistuned_disk` in Python",
+    ("decay_prediction", "identification"): "in Python what was identified, in a file results to read it from, if any",
+    ("decay_prediction", "amplitude"): "decays to compare with give it in a file; in Python they are compared afterwards",
     ("response_prediction", "identification"): "in Python what was identified, in a file results to read it from, if any",
     ("speed_sweep", "engine_orders"): "in Python a problem may hold its engine order",
 }

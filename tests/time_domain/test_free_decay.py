@@ -149,8 +149,8 @@ def test_the_decay_begins_in_the_steady_motion():
 
 
 def test_a_lightly_damped_decay_lies_on_the_nonlinear_mode(tmp_path):
-    """Frequency of each half cycle at its mean amplitude; the damping by amplitude is that of the mode and, since the slider lets
-    the mass soften with the amplitude, a little more. The study of this decay computes both."""
+    """Frequency of each half cycle at its mean amplitude; the damping by amplitude is that of a decay along the mode, up to 6 %
+    more than the mode's own. The study of this decay computes both."""
     problem = slider(1000.0, damping=0.2)
     found = ss.free_decay(problem, 1.5, velocity={"1.x": 1.0}, steps=30_000)
     modes = ss.nonlinear_modes(problem, amplitude=(1e-3, 1.1e-2), harmonics=5)
@@ -162,7 +162,7 @@ def test_a_lightly_damped_decay_lies_on_the_nonlinear_mode(tmp_path):
     at = np.interp(amplitude[inside], x, data["mode_frequency"].values[0])
     np.testing.assert_allclose(frequency[inside], at, rtol=5e-4)
     excess = ratio[inside] / np.interp(amplitude[inside], x, data["mode_damping_ratio"].values[0])
-    assert np.all((excess > 0.99) & (excess < 1.06))
+    assert np.all((excess > 0.98) & (excess < 1.01))
     assert ss.open_results(found.save(tmp_path / "decay.nc")).attrs["analysis"] == "free_decay"
     with pytest.raises(ss.InputError, match="must be those of the problem"):
         ss.free_decay(slider(2000.0), 0.5, velocity={"1.x": 1.0}, steps=2000).with_modes(modes)

@@ -13,6 +13,7 @@ import numpy as np
 from stickslip.analyses.arguments import OfProblem
 from stickslip.analyses.contact_rows import ContactRows
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
+from stickslip.analyses.modes.slow_decay import decay_damping
 from stickslip.analyses.settings import Setting, Settings, Whole, takes
 from stickslip.analyses.time_response import time_response
 from stickslip.model.contact.point import DIRECTION_NAMES
@@ -62,8 +63,8 @@ class FreeDecay(Result):
     1/(2 Δt); damping_ratio ζ from the logarithmic decrement δ = ln(A_k/A_{k+1}) = πζ/√(1 − ζ²) of the amplitudes at its two ends,
     A_k = (a_{k−1} + a_k)/2, exact for viscous damping and for rigid friction; NaN for the first and the last half cycle, which
     have only one neighbour.
-    Of nonlinear modes beside it (`with_modes`): mode_amplitude [m] (mode, output, mode_point), mode_frequency [Hz] and
-    mode_damping_ratio (mode, mode_point).
+    Of nonlinear modes beside it (`with_modes`): mode_amplitude [m] (mode, mode_point, output), mode_frequency [Hz] and
+    mode_damping_ratio (mode, mode_point), that of a slow decay along the mode, `decay_damping`.
     """
 
     dataset: xr.Dataset
@@ -204,8 +205,10 @@ def free_decay(work: FreeDecayWork) -> FreeDecay:
 
 
 def beside_modes(dataset: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
-    """The dataset of a decay with the curves of nonlinear modes (case, point)."""
-    axes = ("mode", "mode_point")
+    """The dataset of a decay with the curves of nonlinear modes (case, point), their damping as a decay shows it."""
+    axes, first = ("mode", "mode_point"), modes.isel(output=0)
+    along = [first[key].values for key in ("frequency", "damping_ratio", "energy", "amplitude")]
+    damping, words = np.array([decay_damping(*one) for one in zip(*along, strict=True)]), "damping ratio of a slow decay along it"
 
     def named(dims: tuple[str, ...], values: Array, words: str, units: str) -> tuple[Any, ...]:
         return dims, values, {"units": units, "long_name": words}
@@ -213,7 +216,7 @@ def beside_modes(dataset: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
     found = {
         "mode_amplitude": named((*axes, "output"), modes["amplitude"].values, "amplitude of the nonlinear mode", "m"),
         "mode_frequency": named(axes, modes["frequency"].values, "frequency of the nonlinear mode", "Hz"),
-        "mode_damping_ratio": named(axes, modes["damping_ratio"].values, "damping ratio of the nonlinear mode", "1"),
+        "mode_damping_ratio": named(axes, damping, words, "1"),
     }
     numbers = named(("mode",), modes["mode_number"].values, "number of the stuck mode", "1")
     return dataset.assign(found).assign_coords(mode=numbers)

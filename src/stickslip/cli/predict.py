@@ -1,4 +1,4 @@
-"""The command `predict`: from the results of `identify-response` to responses that were not measured."""
+"""The command `predict`: from the results of `identify-response` to responses and decays that were not measured."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stickslip.support.console import say
 if TYPE_CHECKING:
     import xarray as xr
 
-TABLE, IDENTIFICATION = "response_prediction", "response_identification"
+RESPONSES, DECAY, IDENTIFICATION = "response_prediction", "decay_prediction", "response_identification"
 
 
 @guarded
@@ -42,6 +42,14 @@ def predict(
     ] = None,
     displacement: Annotated[
         list[str] | None, typer.Option(metavar="U", help="Held amplitudes in m, if displacements were measured.")
+    ] = None,
+    decay: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LOW:HIGH|FILE",
+            help="Free decay in place of responses: its amplitudes in m, or a measured decay to compare with (results of "
+            "`stickslip decay`, or a recorded signal); may be repeated.",
+        ),
     ] = None,
     setting: Annotated[
         list[str] | None,
@@ -88,7 +96,7 @@ def predict(
     overwrite: Overwrite = False,
     figures: Figures = False,
 ) -> None:
-    """Predict responses that were not measured, with intervals, from parameters identified by `identify-response`."""
+    """Predict responses or a decay that were not measured, with intervals, from parameters found by `identify-response`."""
     from stickslip import study
     from stickslip.results.files import open_results
     from stickslip.study.run import Run
@@ -99,16 +107,21 @@ def predict(
     document = document_in(dataset)
     motions = {"amplitude": amplitude, "acceleration": acceleration, "velocity": velocity, "displacement": displacement}
     options = {f"--{name}": given for name, given in {"force": force, **motions}.items() if given}
-    one_kind_of_level(options, bool(compare), str(dataset["quantity"].values[0]))
-    given = [level for option, texts in options.items() for level in levels(option, texts)]
-    table: dict[str, Any] = {"identification": str(identification.resolve()), "draws": draws, "seed": seed}
-    table |= {"force" if force else "amplitude": given}
     values = pairs("--setting", setting or (), "pull=50")
-    table |= {"settings": {name: number("--setting", value) for name, value in values.items()}}
-    table |= {"compare": [str(path.resolve()) for path in compare or ()], "by": by, "start_states": start_states}
-    table |= {"compare_force": levels("--compare-force", [compare_force] if compare_force else None)}
-    table |= {"columns": pairs("--column", column or (), "real=3"), "column_units": pairs("--unit", unit or (), "real=mm/N")}
-    document = with_prediction(document, {key: value for key, value in table.items() if value not in (None, [], {})}, band)
+    table: dict[str, Any] = {"identification": str(identification.resolve()), "draws": draws, "seed": seed}
+    table |= {"settings": {name: number("--setting", value) for name, value in values.items()}, "start_states": start_states}
+    curves: dict[str, Any] = {"compare_force": levels("--compare-force", [compare_force] if compare_force else None), "by": by}
+    curves |= {"columns": pairs("--column", column or (), "real=3"), "column_units": pairs("--unit", unit or (), "real=mm/N")}
+    curves |= {"compare": [str(path.resolve()) for path in compare or ()]}
+    if decay:
+        refuse_beside_decay([*options, *(f"--{key.replace('_', '-')}" for key, value in curves.items() if value)])
+        table |= of_decay(decay)
+    else:
+        one_kind_of_level(options, bool(compare), str(dataset["quantity"].values[0]))
+        given = [level for option, texts in options.items() for level in levels(option, texts)]
+        table |= {"force" if force else "amplitude": given} | curves
+    table = {key: value for key, value in table.items() if value not in (None, [], {})}
+    document = with_prediction(document, DECAY if decay else RESPONSES, table, band)
     job = study.job(toml_text(document), folder, "prediction")
     own = identification if identification.is_dir() else identification.parent
     own = own if own.name not in ("", "..") else own.resolve()
@@ -124,13 +137,35 @@ def one_kind_of_level(options: Mapping[str, list[str]], compared: bool, measured
         given = " and ".join(", ".join(texts) for texts in options.values())
         raise InputError(f"{' and '.join(options)} must not be given together, but are: {given}. Give one of them.")
     if not options and not compared:
-        raise fault("--force", f"must be given, or --{measured} for held amplitudes, or --compare", "none")
+        raise fault("--force", f"must be given, or --{measured} for held amplitudes, --compare or --decay", "none")
     from stickslip.solve.balance.measure import quantity_named
 
     for option in options:
         if option not in ("--force", "--amplitude", f"--{measured}"):
             remedy = f"Give --{measured}, in {quantity_named(measured)[0].units}."
             raise fault(option, f"must be the quantity that was measured, --{measured}", ", ".join(options[option]), remedy)
+
+
+def refuse_beside_decay(options: list[str]) -> None:
+    """Refuse what is of responses where a decay is predicted."""
+    if options:
+        raise InputError(
+            f"--decay and {', '.join(options)} must not be given together: --decay predicts a decay in place of responses, and a "
+            "measured decay is its value, --decay FILE."
+        )
+
+
+def of_decay(given: list[str]) -> dict[str, Any]:
+    """The amplitudes and the measured decays that --decay says."""
+    files = [text for text in given if Path(text).exists()]
+    ranges = [text for text in given if text not in files]
+    existing("--decay", [Path(text) for text in ranges if ":" not in text])
+    if len(ranges) > 1:
+        raise fault("--decay", "must give one range of amplitudes at most", ", ".join(ranges))
+    ends = [number("--decay", one) for text in ranges for one in text.split(":")]
+    if ranges and len(ends) != 2:
+        raise fault("--decay", "must be LOW:HIGH in m, or a file", ranges[0])
+    return {"amplitude": ends, "compare": [str(Path(text).resolve()) for text in files]}
 
 
 def levels(option: str, given: list[str] | None) -> list[float]:
@@ -156,10 +191,11 @@ def document_in(dataset: xr.Dataset) -> dict[str, Any]:
     return toml(text)
 
 
-def with_prediction(document: Mapping[str, Any], table: Mapping[str, Any], band: str | None) -> dict[str, Any]:
+def with_prediction(document: Mapping[str, Any], analysis: str, table: Mapping[str, Any], band: str | None) -> dict[str, Any]:
     """The study of the identification with the table of the prediction, and its band."""
     title = document["study"].get("title") or "Parameters from responses"
-    found = {**document, "study": {**document["study"], "analysis": TABLE, "title": f"{title}: prediction"}, TABLE: dict(table)}
+    found = {**document, "study": {**document["study"], "analysis": analysis, "title": f"{title}: prediction"}}
+    found[analysis] = dict(table)
     if band is not None:
         ends = [number("--band", one) for one in band.split(":")]
         if len(ends) != 2:

@@ -16,6 +16,7 @@ from stickslip.study.templates.beside import (
     synthetic_contact_record,
     synthetic_loops,
     synthetic_responses,
+    synthetic_responses_and_a_decay,
     synthetic_responses_to_predict,
     wedge_matrices,
 )
@@ -45,6 +46,7 @@ BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
     "contact_law": synthetic_contact_record,
     "response_identification": synthetic_responses,
     "response_prediction": synthetic_responses_to_predict,
+    "decay_prediction": synthetic_responses_and_a_decay,
 }
 """What writes the files beside a study at a path: the words that it puts into the study, and the files."""
 

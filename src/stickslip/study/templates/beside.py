@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.free_decay import free_decay
 from stickslip.laboratory.measurement.records import write_record
 from stickslip.laboratory.measurement.rig_errors import RigErrors
 from stickslip.laboratory.measurement.synthetic import loop_of, synthetic_record, true_cycle
@@ -46,6 +47,20 @@ def synthetic_responses_to_predict(study: Path) -> tuple[dict[str, str], list[Pa
     *files, other = _stepped_sines(study, (0.5, 6.0, 15.0, 10.0))
     words = {"files": json.dumps([file.name for file in files], ensure_ascii=False)}
     return words | {"compared": json.dumps([other.name], ensure_ascii=False)}, [*files, other]
+
+
+def synthetic_responses_and_a_decay(study: Path) -> tuple[dict[str, str], list[Path]]:
+    """The same three, and the displacement with 0.2 % noise while the motion decays after the excitation at 15 N has stopped."""
+    files = _stepped_sines(study, (0.5, 6.0, 15.0))
+    problem, rng = blade_and_wedge(pull=60.0), np.random.default_rng(1)
+    decay = free_decay(problem, 0.5, frequency=333.0, force=15.0, steps=32_000).dataset
+    time, motion = decay["time"].values[::8], decay["displacement"].values[0, ::8]
+    motion = motion + 2e-3 * np.abs(motion).max() * rng.normal(size=motion.size)
+    rows = [f"{t:.6g},{u:.6g}" for t, u in zip(time, motion, strict=True)]
+    ring_down = study.with_name(f"{study.stem}_ring_down.csv")
+    write_text(ring_down, "\n".join(["time [s],displacement [m]", *rows]) + "\n")
+    words = {"files": json.dumps([file.name for file in files], ensure_ascii=False)}
+    return words | {"compared": json.dumps([ring_down.name], ensure_ascii=False)}, [*files, ring_down]
 
 
 def _stepped_sines(study: Path, forces: Sequence[float]) -> list[Path]:

@@ -5,30 +5,25 @@ Each case is the curve of one draw (`draws.py`) at one level; `half_power.py` me
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from scipy import special
 
-from stickslip.analyses.arguments import Seed, made
 from stickslip.analyses.controlled_response import amplitudes_of
-from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.settings import Execution, OfKind, OneOf, Setting, Whole, takes
+from stickslip.analyses.settings import Setting, takes
 from stickslip.analyses.variability.samples import start_curve
-from stickslip.laboratory.identification.response.draws import Draw, Draws, interval
+from stickslip.laboratory.identification.response.drawn_problems import DrawnProblems
+from stickslip.laboratory.identification.response.draws import interval
 from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak
 from stickslip.laboratory.identification.response.prediction_result import FINER, ResponsePrediction
-from stickslip.model.problem import Problem
-from stickslip.model.rigs import single_mass
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.measure import Measure, measure_of, quantity_named
+from stickslip.solve.balance.measure import quantity_named
 from stickslip.solve.balance.orders import highest, of_attribute
 from stickslip.solve.balance.system import Control
 from stickslip.solve.continuation.curve_points import CurvePoint
@@ -36,17 +31,12 @@ from stickslip.solve.curves.controlled import controlled_curve, force_phase, pha
 from stickslip.solve.curves.curve import Curve, solve_curve
 from stickslip.solve.curves.refine import refined
 from stickslip.solve.starts.space import StartSpace
-from stickslip.solve.starts.states import explored_space
-from stickslip.support.checks import Array, InputError, fault, finite, of_kind
+from stickslip.support.checks import Array, InputError, fault
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FEWEST_DRAWS = 20
-"""Draws at least."""
 
 PER_FORCE = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s2 N)"}
 """Units of responses per force."""
@@ -60,29 +50,6 @@ PEAK = {
     "damping_ratio": ("1", "damping ratio by half power"),
 }
 """What is predicted of a peak."""
-
-StartStates = Literal["identified", "virgin", "any"]
-StartsOfDraws = Annotated[StartStates, Setting(OneOf(get_args(StartStates)))]
-
-
-class Identification(Protocol):
-    """What is predicted from: the dataset of an identification, and the problem of its parameters."""
-
-    @property
-    def dataset(self) -> xr.Dataset: ...
-
-    @property
-    def problem_of(self) -> Callable[..., Problem]: ...
-
-
-def _identification(name: str, given: Any) -> Any:
-    """An identification by `identify_response`, with the problem that it is of."""
-    if not callable(getattr(given, "problem_of", None)) or "fit_value" not in getattr(given, "dataset", {}):
-        raise fault(name, "must be what identify_response returned", given, "Identify again with this version if it is older.")
-    return given
-
-
-Identified = Annotated[Identification, Setting(_identification)]
 
 
 def levels_of(name: str, values: Any) -> tuple[float, ...]:
@@ -100,53 +67,17 @@ def one_kind_of_level(force: Sequence[float], amplitude: Sequence[float], files:
         raise fault("force", f"must be given, or amplitude{', or files to compare with' if files else ''}", [], what)
 
 
-def settings_beside(tests: Sequence[Mapping[str, Any]], given: Mapping[str, float]) -> dict[str, Any]:
-    """Settings given for a prediction, and those that all tests had alike; refused where one that differs is not given."""
-    found: dict[str, Any] = dict(given)
-    for name in dict.fromkeys(name for one in tests for name in one if name not in found):
-        values = [one.get(name) for one in tests]
-        if values[0] is None or any(value != values[0] for value in values):
-            rule = f"must give {name} a value for the prediction, since it differs from test to test"
-            remedy = f"The tests have {values}. Give settings={{{name!r}: ...}} (--setting {name}=...)."
-            raise fault("settings", rule, dict(given), remedy)
-        found[name] = values[0]
-    return found
-
-
-def _settings(name: str, given: Any) -> dict[str, float]:
-    return {str(key): finite(f"{name}, {key}", value) for key, value in dict(of_kind(name, given, Mapping)).items()}  # type: ignore[type-abstract]
-
-
 @dataclass(frozen=True, eq=False)
-class ResponsePredictionWork(Execution):
+class ResponsePredictionWork(DrawnProblems):
     """A prediction as independent cases: the identified parameters and each draw, at each level."""
 
-    identification: Identified
     force: Annotated[float | Sequence[float], Setting(levels_of)] = ()
     _: KW_ONLY
     amplitude: Annotated[float | Sequence[float], Setting(levels_of)] = ()
-    band: Annotated[Band | None, Setting(OfKind(Band))] = None
-    settings: Annotated[Mapping[str, float] | None, Setting(_settings)] = None
-    start_states: StartsOfDraws = "identified"
-    draws: Annotated[int, Setting(Whole(FEWEST_DRAWS))] = 40
-    seed: Seed = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         one_kind_of_level(*self.levels)
-        for name in self.settings or {}:
-            if name in self.population.free:
-                raise fault("settings", "must not name what was identified", name)
-        _ = self.known_settings
-
-    @property
-    def data(self) -> xr.Dataset:
-        """The dataset of the identification."""
-        return self.identification.dataset
-
-    @cached_property
-    def population(self) -> Draws:
-        return Draws.of(self.data)
 
     @cached_property
     def levels(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -159,27 +90,6 @@ class ResponsePredictionWork(Execution):
         return bool(self.levels[1])
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """The band in Hz, that of the measured curves unless given."""
-        f = self.data["frequency"].values
-        return (float(np.nanmin(f)), float(np.nanmax(f))) if self.band is None else (self.band.low, self.band.high)
-
-    @property
-    def measure(self) -> Measure:
-        """What was measured."""
-        return measure_of(str(self.data["quantity"].values[0]), "amplitude")
-
-    @cached_property
-    def known_settings(self) -> dict[str, Any]:
-        """Settings of the problem: those given, and those that all tests had alike."""
-        return settings_beside(json.loads(str(self.data.attrs["settings"])), self.settings or {})
-
-    @cached_property
-    def drawn(self) -> list[Draw]:
-        """The identified parameters, and the draws."""
-        return [self.population.best, *self.population.drawn(self.draws, self.seed)]
-
-    @property
     def cases(self) -> list[tuple[int, int]]:
         """Level and draw of every case."""
         return [(level, draw) for level in range(len(self.levels[self.held])) for draw in range(len(self.drawn))]
@@ -187,11 +97,9 @@ class ResponsePredictionWork(Execution):
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on."""
-        problem = self._problem(self.population.best).fingerprint
-        words = f"{problem}, {self.ends}, {self.measure}, {self._starts}, {self.seed}, {self.data.attrs['harmonics']}"
-        words += f", {self.data.attrs['samples']}, held {self.held}, {self.known_settings}"
         return tuple(
-            f"prediction {self.levels[self.held][k]!r}, {n}, {dict(self.drawn[n].values)!r}, {words}" for k, n in self.cases
+            f"prediction {self.levels[self.held][k]!r}, {n}, {dict(self.drawn[n].values)!r}, {self.about_all}, held {self.held}"
+            for k, n in self.cases
         )
 
     @property
@@ -202,22 +110,6 @@ class ResponsePredictionWork(Execution):
     def level_units(self) -> str:
         return self.measure.units if self.held else "N"
 
-    @property
-    def _starts(self) -> tuple[str, tuple[str, ...], str, float]:
-        """How contacts start: virgin, free (normal about 0) or any; rule, share and deviation."""
-        attrs = self.data.attrs
-        known = {"identified": str(attrs["start_states"]), "virgin": "virgin", "any": "any"}[self.start_states]
-        rule = tuple(np.atleast_1d(attrs["rule"]).tolist())
-        return "any" if known == "bounds" else known, rule, str(attrs["share"]), float(attrs["start_deviation"])
-
-    def _problem(self, draw: Draw) -> Problem:
-        values: dict[str, Any] = {**draw.values, **self.known_settings}
-        return made(self.identification.problem_of, **values)
-
-    def prepare(self) -> None:
-        """Compile the kernels, or load them from disk, with the smallest problem there is."""
-        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
-
     def solve(self, case: int, report: Report) -> Arrays:
         """Frequency and response along the curve of a case, and its peak; of the identified parameters its errors too.
 
@@ -226,7 +118,7 @@ class ResponsePredictionWork(Execution):
         """
         started = time.process_time()
         k, number = self.cases[case]
-        level, problem = self.levels[self.held][k], self._problem(self.drawn[number])
+        level, problem = self.levels[self.held][k], self.problem(self.drawn[number])
         harmonics, samples = of_attribute(self.data.attrs["harmonics"]), int(self.data.attrs["samples"])
         with one_blas_thread():
             curve, points, peak = self._curve(HarmonicBalance(problem, harmonics, samples), level, number, report)
@@ -244,34 +136,13 @@ class ResponsePredictionWork(Execution):
         self, balance: HarmonicBalance, level: float, number: int, report: Report
     ) -> tuple[Curve, tuple[Array, Array], tuple[float, float] | None]:
         """The curve of a draw, its frequencies and responses, and those of its peak."""
-        space, variables = self._start_state(balance, level, number)
+        force = float(np.nanmedian(self.data["force"].values)) if self.held else level
+        space, variables = self.start_state(balance, force, number)
         if self.held:
             curve, peak = self._held_curve(space.balance(balance, variables) if space else balance, level, report)
         else:
             curve, peak = self._forced_curve(balance, space, variables, level, report)
         return curve, self._sizes(balance, curve.points), peak
-
-    @property
-    def _output(self) -> int:
-        return int(self.data.attrs["output_number"])
-
-    def _start_state(self, balance: HarmonicBalance, level: float, number: int) -> tuple[StartSpace | None, Array]:
-        """The start states of the contacts and the variables of a draw; None for virgin ones."""
-        states, rule, share, deviation = self._starts
-        if states == "virgin" or not balance.problem.contacts:
-            return None, np.zeros(0)
-        force = float(np.nanmedian(self.data["force"].values)) if self.held else level
-        low, high = self.ends
-        omegas = [2.0 * np.pi * f for f in (low, 0.5 * (low + high), high)]
-        rules: Any = rule[0] if len(rule) == 1 else rule
-        space = explored_space(balance, omegas, force, rules, share)  # type: ignore[arg-type]
-        generator = np.random.default_rng([self.seed, number])
-        if number == 0:
-            return space, np.zeros(space.size)
-        if states == "any":
-            return space, generator.uniform(-1.0, 1.0, space.size)
-        low, high = special.ndtr(np.array([-1.0, 1.0]) / deviation).tolist()
-        return space, np.asarray(deviation * special.ndtri(generator.uniform(low, high, space.size)))
 
     def _forced_curve(
         self, balance: HarmonicBalance, space: StartSpace | None, variables: Array, level: float, report: Report
@@ -286,14 +157,14 @@ class ResponsePredictionWork(Execution):
         if not curve.points:
             return curve, None
         curve = refined(balance, curve) if curve.peaks else curve
-        peaks = curve.peaks[self._output] if curve.peaks else ()
+        peaks = curve.peaks[self.output] if curve.peaks else ()
         tops = np.array(self._sizes(balance, peaks)) if peaks else np.zeros((2, 0))
         return curve, None if not peaks else (float(tops[0, tops[1].argmax()]), float(tops[1].max()))
 
     def _held_curve(self, balance: HarmonicBalance, amplitude: float, report: Report) -> tuple[Curve, tuple[float, float] | None]:
         """The curve at a held amplitude, and the phase resonance of the least force."""
         order = quantity_named(str(self.data["quantity"].values[0]))[0].order
-        held = balance.holding(Control(balance.rows + self._output, order, amplitude))
+        held = balance.holding(Control(balance.rows + self.output, order, amplitude))
         curve = controlled_curve(held, [2.0 * np.pi * f for f in self.ends], False, report)
         phase = force_phase(balance.problem, 2.0 * np.pi * self.ends[0]) or 0.0
         found = phase_resonances(held, curve.points, phase) if curve.points else []
@@ -304,7 +175,7 @@ class ResponsePredictionWork(Execution):
 
     def _sizes(self, balance: HarmonicBalance, points: Sequence[CurvePoint]) -> tuple[Array, Array]:
         """Frequencies in Hz and responses of points; where an amplitude is held, the response per force."""
-        row = balance.rows + self._output
+        row = balance.rows + self.output
         sizes = [self.measure.size(each.evaluation.w[row], each.point.omega) for each in points]
         if self.held:
             sizes = [size / abs(each.point.level) for size, each in zip(sizes, points, strict=True)]
@@ -399,11 +270,8 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
 
 def _measured_levels(work: ResponsePredictionWork) -> tuple[float, float]:
     """Least and largest level that the tests of the identification had at their largest response."""
-    data = work.data
-    key = "response" if work.held else "force"
-    tops = [int(np.nanargmax(data["measured"].values[t])) for t in range(data.sizes["test"])]
-    found = [float(data[key].values[t, top]) for t, top in enumerate(tops)]
-    return min(found), max(found)
+    found = work.tops("response" if work.held else "force")
+    return float(found.min()), float(found.max())
 
 
 def _interpolated(work: ResponsePredictionWork, levels: Sequence[float]) -> Array:
@@ -412,27 +280,12 @@ def _interpolated(work: ResponsePredictionWork, levels: Sequence[float]) -> Arra
 
 
 def _attributes(work: ResponsePredictionWork) -> dict[str, Any]:
-    population, states = work.population, work._starts[0]
     low, high = _measured_levels(work)
-    scatter = population.scatter
-    free = [name for name in population.free if name not in population.of_each_test]
-    return {
+    return work.about_draws | {
         "title": "Predicted responses",
         "held": "response" if work.held else "force",
         "quantity": work.measure.quantity.name,
-        "draws": work.draws,
-        "seed": work.seed,
-        "start_states": states,
-        "free": ", ".join(free),
-        "free_of_each_test": ", ".join(population.of_each_test),
-        "unknown": ", ".join(population.unknown),
-        "tests": population.tests,
         "measured_from": low,
         "measured_to": high,
-        "gain_scatter": scatter.gain,
-        "frequency_scatter": scatter.shift,
-        "scatter_known": int(scatter.freedom > 0.0),
         "point_error": float(np.median(work.data["point_error"].values)),
-        "harmonics": work.data.attrs["harmonics"],
-        "samples": work.data.attrs["samples"],
     }

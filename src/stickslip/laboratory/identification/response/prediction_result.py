@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -228,12 +228,17 @@ def level_head(dataset: xr.Dataset) -> str:
 
 def summary(dataset: xr.Dataset) -> list[str]:
     """What was free and what is interpolated; peaks with intervals; tests against them; what the intervals do not include."""
-    return [_what_was_free(dataset), *_peaks(dataset), *_compared_lines(dataset), *_remarks(dataset)]
+    return [_first_line(dataset), *_peaks(dataset), *_compared_lines(dataset), *_remarks(dataset)]
 
 
-def _what_was_free(dataset: xr.Dataset) -> str:
-    attrs, unit = dataset.attrs, dataset["level"].attrs["units"]
+def what_was_free(attrs: Mapping[str, Any]) -> str:
+    """The parameters that the identification found, as a sentence."""
     own = f"; of each test by itself: {attrs['free_of_each_test']}" if attrs["free_of_each_test"] else ""
+    return f"Free: {attrs['free'] or 'nothing'}{own}."
+
+
+def _first_line(dataset: xr.Dataset) -> str:
+    attrs, unit = dataset.attrs, dataset["level"].attrs["units"]
     what = "held amplitudes" if attrs["held"] == "response" else "forces"
     measured = f"Measured {what} from {attrs['measured_from']:.4g} to {attrs['measured_to']:.4g} {unit}"
     inside = dataset["interpolated"].values > 0.0
@@ -242,7 +247,7 @@ def _what_was_free(dataset: xr.Dataset) -> str:
         for which, words in ((inside, "interpolated"), (~inside, "extrapolated"))
         if which.any()
     ]
-    return f"Free: {attrs['free'] or 'nothing'}{own}. {measured}: {', '.join(parts)}."
+    return f"{what_was_free(attrs)} {measured}: {', '.join(parts)}."
 
 
 def _peaks(dataset: xr.Dataset) -> list[str]:
@@ -317,8 +322,9 @@ def _mistake(dataset: xr.Dataset, t: int) -> str:
     return f"{dataset['measured'].values[t]}: its responses per force are {gain:.3g} times the predicted ones, {words}."
 
 
-def _remarks(dataset: xr.Dataset) -> list[str]:
-    attrs, found = dataset.attrs, []
+def remarks_on_draws(attrs: Mapping[str, Any]) -> list[str]:
+    """What the tests leave open, and how far they scatter."""
+    found = []
     if attrs["unknown"]:
         found.append(f"Not determined by the tests, and drawn between their bounds: {attrs['unknown']}.")
     if not attrs["scatter_known"]:
@@ -328,6 +334,22 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
             f"Tests scatter beyond parameters and noise by {100.0 * attrs['gain_scatter']:.2g} % in response and "
             f"{100.0 * attrs['frequency_scatter']:.2g} % in frequency (standard deviations), which the intervals include."
         )
+    return found
+
+
+def remark_on_few_draws(dataset: xr.Dataset) -> list[str]:
+    """What intervals of few draws hold."""
+    if int(dataset.attrs["draws"]) >= WHOLE:
+        return []
+    share = held_share(dataset)
+    return [
+        f"With {dataset.attrs['draws']} draws the intervals go from the lowest to the highest draw and hold {share:.0f} %. Take "
+        f"{WHOLE} draws or more for 95 %."
+    ]
+
+
+def _remarks(dataset: xr.Dataset) -> list[str]:
+    found = remarks_on_draws(dataset.attrs)
     if not dataset["interpolated"].values.all():
         found.append(
             "Beyond the measured levels the prediction rests on the contact law alone, whose error is not in the intervals."
@@ -349,13 +371,7 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
             f"{100.0 * size.max():.2g} % in the response of a peak, which the intervals include. The parameters carry an "
             "error of the same cause, which they do not: identify again with more harmonics."
         )
-    if attrs["draws"] < WHOLE:
-        share = held_share(dataset)
-        found.append(
-            f"With {attrs['draws']} draws the intervals go from the lowest to the highest draw and hold {share:.0f} %. Take "
-            f"{WHOLE} draws or more for 95 %."
-        )
-    return found
+    return found + remark_on_few_draws(dataset)
 
 
 def failures(dataset: xr.Dataset) -> list[str]:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.laboratory.identification.response.decay_prediction import predict_decay
+from stickslip.laboratory.identification.response.decay_prediction_result import DecayPrediction
 from stickslip.laboratory.identification.response.draws import free_as_text, kept_for_draws, names_of_fit
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import FitStatistics
@@ -55,6 +57,11 @@ class ResponseIdentification(Result):
         """Responses that were not measured, with 95 % intervals: at force levels, N, or at held amplitudes (`amplitude`); further
         arguments are those of `predict_response`."""
         return predict_response(self, force, **settings)
+
+    def predict_decay(self, amplitude: tuple[float, float], **settings: Any) -> DecayPrediction:
+        """Frequency and damping of a free decay between two amplitudes of the displacement, m, with 95 % intervals; further
+        arguments are those of `predict_decay`."""
+        return predict_decay(self, amplitude, **settings)
 
     def save(self, path: str | Path) -> Path:
         """Write the dataset as NetCDF, as the command does."""

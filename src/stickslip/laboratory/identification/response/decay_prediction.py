@@ -1,0 +1,209 @@
+"""Free decays that were not measured, from an identification: frequency and damping over the amplitude, with 95 % intervals.
+
+Each case is the nonlinear mode of one draw (`drawn_problems.py`): a motion that decays slowly is, at every instant, that of the
+mode at its amplitude.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+
+from stickslip.analyses.modes.slow_decay import decay_damping
+from stickslip.analyses.modes.work import Modes
+from stickslip.analyses.settings import Setting, Whole, takes
+from stickslip.laboratory.identification.response.decay_prediction_result import DecayPrediction
+from stickslip.laboratory.identification.response.drawn_problems import DrawnProblems
+from stickslip.laboratory.identification.response.draws import Draw, interval
+from stickslip.laboratory.identification.response.prediction_result import FINER
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Report
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.mode_energy import mode_energy
+from stickslip.solve.balance.orders import highest, of_attribute
+from stickslip.solve.curves.mode_curve import solve_mode
+from stickslip.support.checks import Array, fault, positive, vector
+from stickslip.support.machine import one_blas_thread
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+GRID = 33
+"""Amplitudes at which a decay is predicted, in equal ratios."""
+
+BEYOND = 1.2
+"""Ratio by which a mode goes beyond these amplitudes on either side: they count in the shape of the stuck mode, which changes as
+contacts slip."""
+
+
+def decay_ends(name: str, amplitude: Any) -> tuple[float, float]:
+    """The smallest and the largest amplitude."""
+    low, high = (positive(name, end) for end in vector(name, amplitude, 2).tolist())
+    if not low < high:
+        raise fault(name, "must be (low, high) with low below high", amplitude)
+    return low, high
+
+
+@dataclass(frozen=True, eq=False)
+class DecayPredictionWork(DrawnProblems):
+    """A prediction of a decay as independent cases: the nonlinear mode of the identified parameters and of each draw."""
+
+    amplitude: Annotated[tuple[float, float], Setting(decay_ends)]
+    _: KW_ONLY
+    mode: Annotated[int | None, Setting(Whole(1))] = None
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a mode depends on."""
+        about, drawn = f"{self.amplitude}, mode {self.followed}, {self.about_all}", enumerate(self.drawn)
+        return tuple(f"predicted decay, {n}, {dict(draw.values)!r}, {draw.gain!r}, {about}" for n, draw in drawn)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(f"draw {n}" for n in range(len(self.drawn)))
+
+    @cached_property
+    def grid(self) -> Array:
+        """The amplitudes of the displacement, m."""
+        return np.geomspace(*self.amplitude, GRID)
+
+    @cached_property
+    def followed(self) -> int:
+        """The number of the stuck mode: the given one, or that nearest to the largest measured response inside the band of the
+        test with the smallest motion."""
+        if self.mode is not None:
+            return self.mode
+        low, high = self.ends
+        test = self.data.isel(test=int(np.argmin(self.tops("response"))))
+        size = np.where((test["frequency"] >= low) & (test["frequency"] <= high), test["measured"], np.nan)
+        if not np.any(np.isfinite(size)):
+            raise fault("band", "must hold measured points, or mode be given", [low, high])
+        at = float(test["frequency"].values[int(np.nanargmax(size))])
+        return Modes(self.problem(self.population.best), frequency=at, output=self.output).modes[0]
+
+    @property
+    def measured(self) -> tuple[float, float]:
+        """Least and largest amplitude of the displacement at the points of the tests, m."""
+        data = self.data
+        size = data["response"].values / (2.0 * np.pi * data["frequency"].values) ** self.measure.quantity.order
+        return float(np.nanmin(size)), float(np.nanmax(size))
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """Frequency and damping ratio of a draw over the amplitude; of the identified parameters their errors too.
+
+        The error of harmonics and samples is estimated as for a predicted response: the change of ln f and ln ζ with `FINER`
+        times the harmonics and twice the samples, times 1/(1 − 1/FINER). That of a decay's damping is half of what
+        `decay_damping` adds to that of the mode.
+        """
+        started = time.process_time()
+        harmonics, samples = of_attribute(self.data.attrs["harmonics"]), int(self.data.attrs["samples"])
+        with one_blas_thread():
+            along = self._along(case, harmonics, samples, report)
+            arrays: dict[str, Any] = {"found": along[:2]}
+            if case == 0:
+                many = FINER * highest(harmonics)
+                finer = self._along(case, many, max(2 * samples, 4 * many + 2), lambda share: None)
+                with np.errstate(invalid="ignore", divide="ignore"):
+                    arrays["errors"] = np.abs(np.log(finer[:2] / along[:2])) / (1.0 - 1.0 / FINER)
+                    arrays["decay_error"] = 0.5 * np.abs(np.log(along[1] / along[2]))
+        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+
+    def _along(self, number: int, harmonics: Any, samples: int, report: Report) -> Array:
+        """Frequency, damping ratio of the decay and of the mode of a draw (3, amplitudes) as its measuring chain shows the
+        amplitudes; NaN beyond the curve."""
+        draw = self.drawn[number]
+        problem, gain = self.problem(draw), float(np.exp(draw.gain))
+        low, high = self.amplitude
+        ends = low / gain / BEYOND, high / gain * BEYOND
+        modes = Modes(problem, self.followed, ends, harmonics, samples, output=self.output)
+        balance = modes.balance(0)
+        levels = modes.levels(balance)
+        forced = HarmonicBalance(problem, harmonics, modes.samples)
+        space, variables = self.start_state(forced, float(np.nanmedian(self.data["force"].values)), number)
+        curve = solve_mode(balance if space is None else space.balance(balance, variables), *levels, report)  # type: ignore[arg-type]
+        if len(curve.points) < 2:
+            return np.full((3, GRID), np.nan)
+        row, solved = balance.rows + self.output, [point.evaluation for point in curve.points]
+        size = np.array([float(np.hypot(*one.w[row, 1:3])) for one in solved])
+        frequency = np.array([balance.omega_of(one.point) / (2.0 * np.pi) for one in solved])
+        damping = np.array([balance.damping_of(one.point) for one in solved])
+        energy = np.array([mode_energy(balance, one).mechanical for one in solved])
+        rows = frequency, decay_damping(frequency, damping, energy, size), damping
+        order, at = np.argsort(size, kind="stable"), np.log(self.grid / gain)
+        return np.array([np.interp(at, np.log(size[order]), values[order], np.nan, np.nan) for values in rows])
+
+    def gathered(self, results: Sequence[Arrays]) -> DecayPrediction:
+        """The prediction from all cases."""
+        return DecayPrediction(_dataset(self, results))
+
+
+@takes(DecayPredictionWork)
+def predict_decay(work: DecayPredictionWork) -> DecayPrediction:
+    """Predict the frequency and the damping ratio of a free decay over its amplitude, with 95 % intervals, from an identification
+    by `identify_response`.
+
+    amplitude: (low, high) of the displacement at the measured output, m. mode: number of the stuck mode that decays, 1 the
+    lowest; unless given that nearest to the largest response in `band` of the test with the smallest motion. Frequency and
+    damping are those that a slow decay along the nonlinear mode of each draw shows: the frequency of the mode, and the damping
+    ratio by `decay_damping`, whose error is part of the intervals. draws, seed, settings and start_states are those of
+    `predict_response`, and so is what else the intervals include: parameters, scatter from test to test, of the gain too, start
+    states of the contacts, errors of harmonics and samples.
+    """
+    return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
+
+
+KEYS = {"frequency": ("Hz", "frequency of the decay"), "damping_ratio": ("1", "damping ratio of the decay")}
+"""What is predicted of a decay."""
+
+
+def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
+    import xarray as xr
+
+    drawn = np.array([np.asarray(one["found"]) for one in results[1:]])  # (draws, 2, amplitudes)
+    errors, of_decay = np.asarray(results[0]["errors"]), np.asarray(results[0]["decay_error"])
+    whole = np.nan_to_num(errors) + np.array([np.zeros(GRID), np.nan_to_num(of_decay)])
+    shifted = [_with_errors(draw, values, whole) for draw, values in zip(work.drawn[1:], drawn, strict=True)]
+
+    def named(dims: Any, values: Any, words: str, unit: str) -> tuple[Any, ...]:
+        return dims, values, {"units": unit, "long_name": words}
+
+    data: dict[str, Any] = {}
+    for k, (name, (unit, words)) in enumerate(KEYS.items()):
+        values = np.array(shifted)[:, k]
+        low, middle, high = interval(values, axis=0)
+        for suffix, row, what in (
+            ("", middle, "median"),
+            ("_low", low, "low end of the interval"),
+            ("_high", high, "high end of the interval"),
+        ):
+            data[f"{name}{suffix}"] = named("amplitude", row, f"{words}, {what} of the draws", unit)
+        data[f"{name}_drawn"] = named(("draw", "amplitude"), values, f"{words} of each draw", unit)
+        what = f"estimated error of the {words} due to harmonics and samples, relative"
+        data[f"{name}_error"] = named("amplitude", errors[k], what, "1")
+    words = "estimated error of the damping ratio that the mode leaves of a decay, relative"
+    data["decay_error"] = named("amplitude", of_decay, words, "1")
+    least, most = work.measured
+    inside = (work.grid >= least * (1.0 - 1e-6)) & (work.grid <= most * (1.0 + 1e-6))
+    data["interpolated"] = named("amplitude", inside.astype(float), "1 within the measured amplitudes, 0 beyond them", "1")
+    lost = np.sum(~np.isfinite(drawn[:, 0]), axis=0).astype(float)
+    data["unsolved"] = named("amplitude", lost, "draws whose mode does not reach the amplitude", "1")
+    names = list(work.population.free)
+    values = np.array([[draw.values[name] for name in names] for draw in work.drawn[1:]])
+    data["drawn"] = named(("draw", "parameter"), values, "drawn parameters", "as given")
+    coords = {
+        "amplitude": named("amplitude", work.grid, "amplitude of the displacement", "m"),
+        "parameter": named("parameter", names, "parameter", "1"),
+    }
+    attrs = work.about_draws | {"title": "Predicted decay", "mode": work.followed, "measured_from": least, "measured_to": most}
+    return xr.Dataset(data, coords, attrs | {"cpu_seconds": sum(float(one["cpu_seconds"]) for one in results)})
+
+
+def _with_errors(draw: Draw, values: Array, errors: Array) -> Array:
+    """Frequency and damping ratio (2, amplitudes) of a draw with its scatter between tests and its share of the errors."""
+    scatter = np.array([[draw.shift], [0.0]])
+    return np.asarray(values * np.exp(scatter + draw.truncation * errors))

@@ -1,0 +1,124 @@
+"""Prediction of a free decay from an identification in a study: the tables [response_identification] and [decay_prediction]."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from stickslip.laboratory.identification.response.decay_prediction import DecayPredictionWork
+from stickslip.laboratory.identification.response.decay_prediction_result import windows_between
+from stickslip.laboratory.identification.response.result import ResponseIdentification
+from stickslip.laboratory.measurement.decay import MeasuredDecay, read_decay
+from stickslip.results.files import open_results
+from stickslip.results.schema import analysis_of
+from stickslip.runs.work import Arrays
+from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
+from stickslip.study.analyses.response_identification import ResponseIdentificationTable, free_parameters
+from stickslip.study.analysis import Asked, Kind
+from stickslip.study.prediction import PredictionPlan, PredictionTable
+from stickslip.study.tables import Ends
+from stickslip.study.units import LENGTH, with_si
+from stickslip.support.checks import MOST, counted, existing, fault
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class DecayPredictionTable(PredictionTable):
+    """A free decay that was not measured, from the identification of [response_identification], with 95 % intervals."""
+
+    amplitude: Annotated[
+        Ends | None,
+        LENGTH,
+        Field(description="[smallest, largest] amplitude of the displacement; default: those of the decays to compare with"),
+    ] = None
+    mode: Annotated[
+        int | None,
+        Field(ge=1, le=MOST, description="number of the stuck mode that decays; default: that of the measured peaks"),
+    ] = None
+    compare: Annotated[
+        list[str], Field(description="measured decays to compare with: results of `stickslip decay`, or recorded signals")
+    ] = Field(default_factory=list)
+
+
+TABLE = "decay_prediction"
+
+
+def checked(table: DecayPredictionTable) -> None:
+    """Amplitudes, or decays that say them."""
+    if table.amplitude is None and not table.compare:
+        raise fault("amplitude", "must be given, or decays to compare with", "none")
+    if table.amplitude is not None and not table.amplitude[0] < table.amplitude[1]:
+        raise fault("amplitude", "must be [smallest, largest], the smaller first", list(table.amplitude))
+
+
+@dataclass(frozen=True, eq=False)
+class DecayPredictionPlan(PredictionPlan):
+    """An identification, carried out or read, and the prediction of a decay from it."""
+
+    table: DecayPredictionTable
+
+    @classmethod
+    def of(cls, asked: Asked) -> DecayPredictionPlan:
+        """The plan of a study."""
+        table = with_si(DecayPredictionTable.model_validate(asked.tables[TABLE]), asked.units)
+        return cls(cls.base_of(asked, TABLE, table), table, asked.document, TABLE)
+
+    @property
+    def what(self) -> str:
+        beside = f" beside {counted(len(self.table.compare), 'measured one')}" if self.table.compare else ""
+        return f"free decay{beside}"
+
+    @cached_property
+    def decays(self) -> list[MeasuredDecay]:
+        """The decays to compare with."""
+        return [_decay(self.base.folder / file) for file in self.table.compare]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The smallest and the largest amplitude, m."""
+        if self.table.amplitude is not None:
+            return self.table.amplitude[0], self.table.amplitude[1]
+        sizes = [one.dataset["amplitude"].values for one in self.decays]
+        return min(float(one.min()) for one in sizes), max(float(one.max()) for one in sizes)
+
+    def check(self, held: bool, quantity: str) -> None:
+        """Refuse decays that cannot be read, and those at other amplitudes."""
+        for decay in self.decays:
+            windows_between(decay.dataset, *self.ends)
+
+    def prediction(self, identified: ResponseIdentification) -> DecayPredictionWork:
+        """The work of the prediction."""
+        return DecayPredictionWork(identified, self.ends, mode=self.table.mode, band=self.band, **self.about_draws)
+
+    def compared(self, work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
+        """The prediction beside the measured decays."""
+        found = work.gathered(results)
+        return (found.compare(self.decays) if self.decays else found).dataset
+
+
+def _decay(path: Path) -> MeasuredDecay:
+    """A measured decay, from results of `stickslip decay` or from a recorded signal."""
+    if not path.is_dir() and path.suffix != ".nc":
+        existing(f"[{TABLE}]: compare", [path])
+        return read_decay(path, name=path.stem)
+    dataset = open_results(path)
+    if analysis_of(dataset) != "measured_decay":
+        rule = "must be results of `stickslip decay`, or recorded signals"
+        raise fault(f"[{TABLE}]: compare", rule, f"{path.name}, results of {analysis_of(dataset)}")
+    return MeasuredDecay(dataset)
+
+
+KIND = Kind(
+    DecayPredictionPlan.of,
+    {IDENTIFICATION: ResponseIdentificationTable, TABLE: DecayPredictionTable},
+    required=(IDENTIFICATION, TABLE),
+    checks={IDENTIFICATION: free_parameters, TABLE: checked},
+    without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),
+)
+"""Files are read when the work begins."""

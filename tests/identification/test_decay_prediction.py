@@ -1,0 +1,156 @@
+"""Predicted decays: against time integration of the true structure, coverage of the intervals, and what is refused."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.analyses.modes.slow_decay import decay_damping
+from stickslip.laboratory.identification.response.decay_prediction_result import QUICK, summary
+from stickslip.support.checks import InputError
+
+FREQUENCIES = np.linspace(0.150, 0.170, 31)
+FORCES = (0.005, 0.03, 0.06)
+FINE = {"harmonics": 3, "samples": 128}
+FREE = {"kt": (0.06, 0.01, 0.5), "limit": (0.04, 0.005, 0.5), "damping": (3e-3, 2e-4, 2e-2)}
+AMPLITUDES = (0.5, 4.5)
+
+
+def one_mass(kt=0.05, limit=0.05, damping=2e-3, gain=1.0):
+    """A slider so soft that a decay takes many cycles while it slips: at most 0.9 % of damping."""
+    return ss.rigs.single_mass(kt=kt, limit=limit, damping=damping)
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """The responses of the true structure, by force."""
+    data = ss.forced_response(one_mass(), FREQUENCIES.tolist(), FORCES, **FINE).dataset
+    return dict(zip(FORCES, data["amplitude"].values[:, :, 0], strict=True))
+
+
+def identified(clean, seed, gains=(1.0, 1.0, 1.0), **about):
+    """An identification by three tests with 1 % noise."""
+    rng = np.random.default_rng(seed)
+    tests = [
+        ss.MeasuredResponse(
+            FREQUENCIES,
+            gain * size * (1.0 + 0.01 * rng.normal(size=size.size)),
+            force,
+            quantity="displacement",
+            name=f"{force:g} N",
+            **about,
+        )
+        for gain, (force, size) in zip(gains, clean.items(), strict=True)
+    ]
+    return ss.identify_response(one_mass, FREE, tests, tries=0, **FINE)
+
+
+@pytest.fixture(scope="module")
+def found(clean):
+    return identified(clean, 3)
+
+
+@pytest.fixture(scope="module")
+def predicted(found):
+    return found.predict_decay(AMPLITUDES, draws=20)
+
+
+@pytest.fixture(scope="module")
+def ring_down():
+    """The true structure released at 7 m and integrated in time, with 0.1 % noise."""
+    decay = ss.free_decay(one_mass(), 400.0, displacement={"1.x": 7.0}, steps=20_000).dataset
+    rng = np.random.default_rng(0)
+    signal = decay["displacement"].values[0] + 7e-3 * rng.normal(size=20_001)
+    return ss.measured_decay(decay["time"].values, signal, name="ring-down")
+
+
+def test_a_decay_in_time_lies_inside_its_prediction(predicted, ring_down):
+    """Frequency and damping of the windows against those predicted from steady responses, by no common code of solution."""
+    compared = predicted.compare(ring_down)
+    data, table = compared.dataset, compared.comparison()
+    assert data.sizes["window"] > 50
+    assert float(data["inside_damping_ratio"][0]) > 0.75
+    assert np.abs(table["error of frequency in %"]).max() < 0.05
+    slipping = table[table["amplitude [m]"] > 1.3]
+    assert len(slipping) >= 4
+    assert np.abs(slipping["error of damping ratio in %"]).max() < 2.0
+    assert "ring-down: predicted against measured frequency" in "\n".join(summary(data))
+
+
+def test_the_first_line_says_what_was_free_and_what_is_extrapolated(predicted, found):
+    first, *_ = summary(predicted.dataset)
+    assert first.startswith("Free: kt, limit, damping. Measured amplitudes from 0.03154 m to 4.557 m:")
+    assert first.endswith("decay from 0.5 m to 4.5 m, interpolated.")
+    beyond = summary(found.predict_decay((1.0, 100.0), draws=20).dataset)
+    assert beyond[0].endswith("decay from 1 m to 100 m, extrapolated in part.")
+    assert any("rests on the contact law alone" in line for line in beyond)
+
+
+def test_intervals_hold_the_decay_of_the_truth(predicted):
+    hits, widths = inside(predicted.dataset)
+    assert hits.mean() > 0.85
+    assert np.all(widths < (3e-4, 0.06))
+
+
+def inside(data):
+    """Whether frequency and damping ratio of a decay along the true mode lie in the intervals (2, amplitudes), and the median
+    widths of these, relative."""
+    mode = ss.nonlinear_modes(one_mass(), amplitude=(0.4, 6.0), **FINE).dataset.isel(case=0, output=0)
+    along = [mode[key].values for key in ("frequency", "damping_ratio", "energy", "amplitude")]
+    size, hits, widths = np.log(along[-1]), [], []
+    for key, values in (("frequency", along[0]), ("damping_ratio", decay_damping(*along))):
+        truth = np.interp(np.log(data["amplitude"].values), size, values)
+        low, high = data[f"{key}_low"].values, data[f"{key}_high"].values
+        hits.append((low <= truth) & (truth <= high))
+        widths.append(np.median((high - low) / truth))
+    return np.array(hits), np.array(widths)
+
+
+@pytest.mark.nightly
+def test_95_per_cent_intervals_hold_95_per_cent_of_true_decays(clean):
+    """Twenty seeds of noise, at five amplitudes that are far enough apart to be of their own."""
+    hits = [inside(identified(clean, seed).predict_decay(AMPLITUDES, seed=seed).dataset)[0][:, ::8] for seed in range(20)]
+    assert 0.90 <= np.mean(hits) <= 0.99, np.mean(hits)
+
+
+def test_gains_of_the_tests_move_the_amplitudes(clean):
+    """Half as much again is measured in all tests: the measured amplitudes of a decay are so as well."""
+    plain = identified(clean, 3).predict_decay((1.0, 3.0), draws=20).dataset
+    gained = identified(clean, 3, gains=(1.5, 1.5, 1.5), free_gain=True).predict_decay((1.5, 4.5), draws=20).dataset
+    assert gained["amplitude"].values == pytest.approx(1.5 * plain["amplitude"].values)
+    assert gained["damping_ratio"].values == pytest.approx(plain["damping_ratio"].values, rel=0.1)
+    assert gained["frequency"].values == pytest.approx(plain["frequency"].values, rel=5e-4)
+    assert "of each test by itself: gain" in summary(gained)[0]
+
+
+def test_a_quick_decay_is_said_to_be_one(predicted, ring_down):
+    """Within two cycles of a damping ratio of three per cent the amplitude falls by a third."""
+    assert np.exp(-2.0 * 2.0 * np.pi * QUICK) == pytest.approx(2.0 / 3.0, abs=0.03)
+    compared = predicted.compare(ring_down).dataset
+    assert not any("too quick" in line for line in summary(compared))
+    quick = compared.assign(damping_ratio=compared["damping_ratio"] + QUICK)
+    assert any("too quick" in line for line in summary(quick))
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "settings", "message"),
+    [
+        ((2.0, 1.0), {}, "amplitude must be (low, high) with low below high"),
+        ((1.0,), {}, "amplitude must have 2 entries"),
+        ((1.0, 2.0), {"mode": 3}, "mode"),
+        ((1.0, 2.0), {"band": ss.hertz(3.0, 4.0)}, "band must hold measured points, or mode be given"),
+        ((1.0, 2.0), {"settings": {"kt": 1.0}}, "settings must not name what was identified"),
+        ((1.0, 2.0), {"draws": 3}, "draws must be at least 20"),
+    ],
+)
+def test_what_is_refused(found, amplitude, settings, message):
+    with pytest.raises(InputError) as error:
+        found.predict_decay(amplitude, **settings)
+    assert message in str(error.value)
+
+
+def test_decays_at_other_amplitudes_are_refused(predicted, ring_down):
+    small = ring_down.dataset.assign(amplitude=1e-3 * ring_down.dataset["amplitude"])
+    with pytest.raises(InputError, match=r"The amplitudes of ring-down must reach into those that are predicted, 0\.5 to 4\.5 m"):
+        predicted.compare(ss.MeasuredDecay(small))
+    with pytest.raises(InputError, match="A comparison needs measured decays"):
+        predicted.comparison()
