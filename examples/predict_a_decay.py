@@ -1,4 +1,4 @@
-"""A bolted joint, shaken at three forces: how its vibration will die away, with intervals, and the ring-down test that follows."""
+"""A bolted joint, shaken at three forces: how its vibration will decay, with intervals, and the ring-down test that follows."""
 
 import numpy as np
 

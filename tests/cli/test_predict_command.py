@@ -157,7 +157,7 @@ def test_a_decay_is_predicted_beside_a_measured_one(identified, ring_down, tmp_p
 @pytest.mark.slow
 def test_wrong_decays_are_refused(identified, ring_down):
     folder, other = identified
-    signal, evaluated = ring_down
+    signal, _ = ring_down
     wrong = {
         ("--decay", "1e-5"): "--decay must be a file that exists",
         ("--decay", "1:2", "--decay", "2:3"): "--decay must give one range of amplitudes at most",
