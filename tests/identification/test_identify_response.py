@@ -5,9 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy import stats
 
 import stickslip as ss
+from stickslip.laboratory.identification.response.diagnosis import _about_misfit
 from stickslip.laboratory.identification.response.fit import ResponseFit
 from stickslip.laboratory.identification.response.intervals import (
     above_noise,
@@ -389,6 +391,18 @@ def test_intervals_hold_what_differs_from_test_to_test():
     said = " ".join(found.notes)
     assert "Residuals go together over" in said
     assert "such as a wrong contact law, they do not hold" in said
+
+
+@pytest.mark.parametrize(("one_in", "named"), [(1.0, False), (1.4, False), (2.5, True)])
+def test_neighbours_that_hardly_go_together_are_no_fault_of_the_model(one_in, named):
+    """Chance alone makes one residual in 1.4 independent: "together over 1 points" would say nothing."""
+    rng = np.random.default_rng(0)
+    fit = SimpleNamespace(
+        tests=[SimpleNamespace(test=SimpleNamespace(error=0.01, phase=None))] * 3, series=lambda x: list(rng.normal(size=(3, 41)))
+    )
+    known = SimpleNamespace(one_in=one_in, noise=1.0)
+    said = _about_misfit(fit, np.zeros(1), known, {"misfit": xr.DataArray([0.01] * 3)})
+    assert any("the model lacks something" in sentence for sentence in said) == named
 
 
 def test_noise_above_the_stated_error_is_no_fault_of_the_model():

@@ -5,11 +5,13 @@ from functools import cache
 
 import numpy as np
 import pytest
+import xarray as xr
 from identification.test_identify_response import FREE, measured, one_mass
 
 import stickslip as ss
 from stickslip.laboratory.identification.response.diagnosis import SUSPICION
 from stickslip.laboratory.identification.response.mistakes import notes_on_mistakes
+from stickslip.laboratory.identification.response.result import summary
 
 SETTINGS = {"tries": 1, "evaluations": 25, "samples": 64, "harmonics": 3}
 
@@ -74,6 +76,7 @@ def test_a_mistake_is_named(name):
     first, *rest = [note for note in found.notes if "is assumed" not in note]
     assert first in said  # the cause, and none of its consequences
     assert rest == [SUSPICION]
+    assert summary(found.dataset)[:2] == [first, SUSPICION]  # before the values, which mean nothing
 
 
 @pytest.mark.slow
@@ -85,7 +88,7 @@ def test_a_sound_fit_and_a_wrong_model_are_no_mistakes():
     )
     assert float(stuck.dataset["misfit"].max()) > 0.1
     assert hints(stuck) == []
-    assert any("Check quantity, units, contact law" in note for note in stuck.notes)
+    assert any("Check quantity, units, mass and stiffness of the model, contact law" in note for note in stuck.notes)
 
 
 @pytest.mark.slow
@@ -93,6 +96,17 @@ def test_one_wrong_test_is_named_alone():
     tests = [sound()[0], MISTAKES["sign"][0](sound()[1]), sound()[2]]
     (said,) = hints(ss.identify_response(one_mass, FREE, tests, **SETTINGS))
     assert said.startswith("1: the measured phases have the opposite sign")
+
+
+def test_a_suspected_mistake_is_printed_before_the_values():
+    data = xr.Dataset(
+        {key: ("parameter", [1.0]) for key in ("value", "low", "high")} | {"least": ("parameter", [np.nan])},
+        {"parameter": ["kt"], "own": ("own", []), "test": ["a"]},
+        {"notes": f"The mistake.\n{SUSPICION}\nAnother note."},
+    ).assign({key: ("test", [0.3]) for key in ("misfit", "held_out")})
+    first, second, third, *_, last = summary(data)
+    assert (first, second, last) == ("The mistake.", SUSPICION, "Another note.")
+    assert third.startswith("kt = 1")
 
 
 def test_one_curve_that_fits_with_exchanged_columns_is_chance():

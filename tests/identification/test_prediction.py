@@ -11,8 +11,8 @@ import xarray as xr
 import stickslip as ss
 from stickslip.laboratory.identification.response.draws import Draws, interval
 from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak, measured_peak
-from stickslip.laboratory.identification.response.prediction_result import steady_median, summary
-from stickslip.support.checks import InputError
+from stickslip.laboratory.identification.response.prediction_result import curve_table, steady_median, summary
+from stickslip.support.checks import InputError, digits_between
 
 FREQUENCIES = np.linspace(0.14, 0.24, 21)
 MEASURED, UNMEASURED = (0.3, 1.0, 2.0), (0.6, 1.5, 4.0)
@@ -400,3 +400,59 @@ def test_results_of_earlier_versions_are_shown():
     old = data.drop_vars([name for name in data if name == "gain" or str(name).endswith("_deviation")])
     old.attrs.pop("notes_on_tests")
     assert any(line.startswith("blade: predicted against measured frequency") for line in summary(old))
+
+
+def test_a_held_amplitude_without_phase_resonance_is_named_as_that(found):
+    prediction = found.predict(amplitude=3.0, draws=20, band=ss.hertz(0.23, 0.24))
+    assert "3 m: force and displacement are nowhere at 90°, so no peak, in the band. Give another or a wider one." in summary(
+        prediction.dataset
+    )
+
+
+def test_an_identification_that_explains_nothing_is_said_before_all_else():
+    """What follows is only as good; one that explains its tests needs no such sentence."""
+    attrs = a_prediction(0).dataset.attrs
+    first = summary(a_prediction(0).dataset.assign_attrs(attrs | {"worst_misfit": 0.17}))[0]
+    assert first.startswith("The identification did not explain its tests: a misfit of 17 % of the largest response.")
+    assert summary(a_prediction(0).dataset.assign_attrs(attrs | {"worst_misfit": 0.09}))[0].startswith("Free: kt.")
+
+
+def test_both_ends_of_a_narrow_interval_differ_in_their_digits():
+    """Of 1.37e5 within ten, and of a peak within its fifth digit; wide intervals keep few digits."""
+    assert digits_between(136990.0, 137010.0, 5) == 6
+    assert digits_between(0.5, 2.0, 5) == 5
+    assert digits_between(1.0, 1.0, 4) == 4
+    one = a_prediction(0).dataset
+    one = one.assign(
+        {f"peak_amplitude{end}": one["peak_amplitude"] * f for end, f in (("_low", 1.0), ("_high", 1.00003), ("", 1.00001))}
+    )
+    line = next(line for line in summary(one) if "peak at" in line)
+    _, ends = line.split(" Hz), ")
+    low, high = re.findall(r"\(([\d.]+) .*? to ([\d.]+) ", ends)[0]
+    assert float(high) > float(low)
+
+
+def test_noise_of_compared_peaks_is_what_differs_from_point_to_point(found):
+    """A misfit that goes along the curves is no noise of points: a predicted half-power width would break on it."""
+    data = found.dataset
+    assert np.all(data["point_noise"].values <= data["point_error"].values)
+    prediction = found.predict(0.6, draws=20)
+    smooth = prediction.dataset.assign_attrs(point_error=0.11, point_noise=0.0)
+    measured = ss.MeasuredResponse(FREQUENCIES, np.interp(FREQUENCIES, *curve_of(prediction)), 0.6, quantity="displacement")
+    compared = ss.ResponsePrediction(smooth).compare(measured).dataset
+    assert float(compared["predicted_damping_ratio"][0]) == pytest.approx(float(compared["measured_damping_ratio"][0]), rel=0.02)
+
+
+def curve_of(prediction):
+    """Frequencies and medians of the first level."""
+    known = np.isfinite(prediction.dataset["frequency"].values[0])
+    return prediction.dataset["frequency"].values[0][known], prediction.dataset["amplitude"].values[0][known]
+
+
+def test_curves_with_their_bands_are_among_the_tables(found):
+    """For other programs: every point of every level."""
+    data = found.predict([0.6, 1.5], draws=20).dataset
+    table = curve_table(data)
+    assert len(table) == int(np.isfinite(data["frequency"].values).sum())
+    assert np.all(table["from amplitude [m]"] <= table["amplitude [m]"])
+    assert set(table["force level [N]"]) == {0.6, 1.5}

@@ -121,10 +121,10 @@ def unit_in(system: UnitSystem | None, units: str, largest: float) -> Length:
     return Length(unit.metres, unit.name + units.removeprefix("m"))
 
 
-def size_text(size: float, units: str, *datasets: xr.Dataset) -> str:
+def size_text(size: float, units: str, *datasets: xr.Dataset, digits: int = 4) -> str:
     """A size in SI with its unit, "12.3 µm", "12.3 µm/N" or "4.56 m/s²"."""
     unit = shown_unit(units, abs(size), *datasets)
-    return f"{size / unit.metres:.4g} {unit.name}"
+    return f"{size / unit.metres:.{digits}g} {unit.name}"
 
 
 def energy_unit(largest: float) -> tuple[float, str]:

@@ -309,6 +309,14 @@ def existing(what: str, paths: Sequence[Path]) -> None:
         raise fault(what, "must be a file that exists", ", ".join(missing), similar_file(Path(missing[0])))
 
 
+def digits_between(low: float, high: float, least: int) -> int:
+    """Digits with which the ends of an interval differ by ten units of the last one, `least` at least: 1.3699e5 to 1.3701e5."""
+    size, width = max(abs(low), abs(high)), abs(high - low)
+    if not (np.isfinite(size) and width > 0.0):
+        return least
+    return int(np.clip(np.floor(np.log10(size)) - np.floor(np.log10(width)) + 2.0, least, 12))
+
+
 def rounded(value: float, digits: int) -> str:
     """A number with so many digits, without an exponent where a reader would not write one: `120`, never `1.2e+02`."""
     return f"{float(f'{value:.{digits}g}'):.15g}" if abs(value) < 1e7 else f"{value:.{digits}g}"

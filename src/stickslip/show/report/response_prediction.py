@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from stickslip.laboratory.identification.response.prediction_result import comparison_table, failures, peak_table, summary
+from stickslip.laboratory.identification.response.prediction_result import (
+    comparison_table,
+    curve_table,
+    failures,
+    peak_table,
+    summary,
+)
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.response_prediction import predicted, predicted_peaks
 from stickslip.show.report.presentation import Presentation, presents
@@ -17,7 +23,7 @@ if TYPE_CHECKING:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The predicted peaks, and the measured curves against what is predicted of them."""
-    found = {"predicted peaks": peak_table(dataset)}
+    found = {"predicted peaks": peak_table(dataset), "predicted curves": curve_table(dataset)}
     return found | ({"measured against predicted": comparison_table(dataset)} if "measured" in dataset.sizes else {})
 
 

@@ -13,9 +13,12 @@ from stickslip.analyses.truncation import ALLOWED
 from stickslip.laboratory.identification.response.draws import NORMAL
 from stickslip.laboratory.identification.response.prediction_result import (
     ALLOWED_SHIFT,
+    damping_text,
+    frequency_text,
     held_share,
     remark_on_few_draws,
     remarks_on_draws,
+    unexplained,
     what_was_free,
 )
 from stickslip.laboratory.measurement.decay import MeasuredDecay
@@ -171,7 +174,7 @@ def _shown(size: Array, most: int) -> np.ndarray:
 
 def summary(dataset: xr.Dataset) -> list[str]:
     """What was free and what is interpolated; frequency and damping; decays against them; what the intervals do not include."""
-    return [_first_line(dataset), *_values(dataset), *_compared_lines(dataset), *_remarks(dataset)]
+    return [*unexplained(dataset.attrs), _first_line(dataset), *_values(dataset), *_compared_lines(dataset), *_remarks(dataset)]
 
 
 def _first_line(dataset: xr.Dataset) -> str:
@@ -193,10 +196,7 @@ def _values(dataset: xr.Dataset) -> list[str]:
         if not np.isfinite(f[0]):
             found.append(f"{where}: no nonlinear mode was found at this amplitude.")
             continue
-        found.append(
-            f"{where}: {f[0]:.6g} Hz ({share:.0f} % interval {f[1]:.6g} to {f[2]:.6g} Hz), damping ratio {100 * z[0]:.3g} % "
-            f"({100 * z[1]:.3g} to {100 * z[2]:.3g} %)"
-        )
+        found.append(f"{where}: {frequency_text(f, share)}{damping_text(z)}")
     return found
 
 

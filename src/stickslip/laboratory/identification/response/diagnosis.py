@@ -46,8 +46,11 @@ UNEXPLAINED = 2.0
 OUTSIDE = 2.0
 """Distance from the bounds, in standard errors, from which on a point counts as outside."""
 
+TOGETHER = 2.0
+"""Residuals go together from which on so many count as one: of fewer the model need lack nothing."""
+
 SUSPICION = (
-    "What comes first here is a suspicion: a model with a wrong mass or stiffness looks the same. Values and intervals mean "
+    "This is a suspicion: a model with a wrong mass or stiffness looks the same. The values and intervals that follow mean "
     "nothing before the cause is found."
 )
 
@@ -62,11 +65,12 @@ def notes(
     """What must be known of the result. Where a mistake in the tests is suspected, all else may be its consequence."""
     mistakes = notes_on_mistakes(tests, dataset["misfit"].values, solution) if "plain_gain" in solution else []
     about = [(test.name, note) for test in tests for note in (*test.notes, *([] if mistakes else flat_top(test)))]
-    found = [*mistakes, *assumed_units(tests), *(() if mistakes else mixed_units(tests)), *joined(about), *remarks]
+    suspected = [*mistakes, SUSPICION] if mistakes else []
+    found = [*suspected, *assumed_units(tests), *(() if mistakes else mixed_units(tests)), *joined(about), *remarks]
     if "bounds" in solution:
         found += notes_on_bounds(dataset, solved[0])
     if mistakes:
-        return (*found, SUSPICION, *_repeated(solved[0]))
+        return (*found, *_repeated(solved[0]))
     return (*found, *notes_of_fit(*solved, dataset))
 
 
@@ -159,13 +163,13 @@ def _about_misfit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset
     apart, stated = float(np.median(dataset["misfit"].values)), float(np.median([model.test.error for model in fit.tests]))
     large, series = apart > UNEXPLAINED * stated, fit.series(x)
     sizes = f"misfit {rounded(100.0 * apart, 2)} % in the median, stated errors {rounded(100.0 * stated, 2)} %"
-    suspects = "quantity, units, contact law, the number of harmonics"
+    suspects = "quantity, units, mass and stiffness of the model, contact law, the number of harmonics"
     if any(model.test.phase is not None for model in fit.tests):
         suspects += " and the phase (of the displacement, not of the acceleration, which is 180° from it)"
     words = f"The model does not explain the tests: {sizes}. Check {suspects}"
     if "lower" in dataset or min(one.size for one in series) < FEWEST_POINTS:
         return [f"{words}; the intervals mean little."] if large else []
-    if statistics.one_in == 1.0:
+    if statistics.one_in < TOGETHER:
         noise = "From point to point the residuals are independent, as noise is: the intervals hold that."
         if "outlier" in dataset and np.any(dataset["outlier"].values):
             noise = "Outliers are part of it."

@@ -185,6 +185,7 @@ class DrawnProblems(Execution):
             "free_of_each_test": ", ".join(population.of_each_test),
             "unknown": ", ".join(population.unknown),
             "tests": population.tests,
+            "worst_misfit": float(self.data["misfit"].max()),
             "gain_scatter": scatter.gain,
             "frequency_scatter": scatter.shift,
             "scatter_known": int(scatter.freedom > 0.0),

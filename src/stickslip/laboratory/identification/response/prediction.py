@@ -288,4 +288,5 @@ def _attributes(work: ResponsePredictionWork) -> dict[str, Any]:
         "measured_from": low,
         "measured_to": high,
         "point_error": float(np.median(work.data["point_error"].values)),
+        "point_noise": float(np.median(work.data.get("point_noise", work.data["point_error"]).values)),
     }

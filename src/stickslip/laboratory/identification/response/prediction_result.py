@@ -19,7 +19,7 @@ from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.results.schema import stamped
 from stickslip.results.view import size_text
-from stickslip.support.checks import Array, Index, InputError, counted, fault, of_kind, rounded, several
+from stickslip.support.checks import Array, Index, InputError, counted, digits_between, fault, of_kind, rounded, several
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -105,7 +105,7 @@ def compared(dataset: xr.Dataset, tests: Sequence[MeasuredResponse]) -> xr.Datas
         )
         points[:, t, : f.size] = f, size, low, middle, high
         peaks[t, 0] = measured_peak(f, size)
-        noisy = with_noise(rows, error)
+        noisy = with_noise(rows, float(dataset.attrs.get("point_noise", error)))  # earlier versions kept the error alone
         drawn = np.array([[measured_peak(f, row) for row in each] for each in noisy])
         peaks[t, 1:] = interval(drawn[0], axis=0)
         peaks[t, 2], digits[t] = np.transpose([steady_median(drawn[:, :, j]) for j in range(3)])
@@ -221,6 +221,18 @@ def peak_table(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns | {"measured levels": np.where(inside, "interpolated", "extrapolated")})
 
 
+def curve_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """The predicted curves with their bands."""
+    import pandas as pd
+
+    unit, known = dataset["amplitude"].attrs["units"], np.isfinite(dataset["frequency"].values)
+    columns: dict[str, Any] = {level_head(dataset): np.repeat(dataset["level"].values, known.sum(axis=1))}
+    columns["frequency [Hz]"] = dataset["frequency"].values[known]
+    for end, name in (("", "amplitude"), ("_low", "from amplitude"), ("_high", "to amplitude")):
+        columns[f"{name} [{unit}]"] = dataset[f"amplitude{end}"].values[known]
+    return pd.DataFrame(columns)
+
+
 def level_head(dataset: xr.Dataset) -> str:
     """The head of a column of levels: "force level [N]"."""
     return f"{dataset['level'].attrs['long_name']} [{dataset['level'].attrs['units']}]"
@@ -228,7 +240,18 @@ def level_head(dataset: xr.Dataset) -> str:
 
 def summary(dataset: xr.Dataset) -> list[str]:
     """What was free and what is interpolated; peaks with intervals; tests against them; what the intervals do not include."""
-    return [_first_line(dataset), *_peaks(dataset), *_compared_lines(dataset), *_remarks(dataset)]
+    return [*unexplained(dataset.attrs), _first_line(dataset), *_peaks(dataset), *_compared_lines(dataset), *_remarks(dataset)]
+
+
+def unexplained(attrs: Mapping[str, Any]) -> list[str]:
+    """A sentence where the identification has not explained its tests."""
+    worst = float(attrs.get("worst_misfit", 0.0))  # earlier versions did not keep it
+    if worst < POOR:
+        return []
+    return [
+        f"The identification did not explain its tests: a misfit of {rounded(100.0 * worst, 2)} % of the largest response. What "
+        "follows is only as good: find the cause first."
+    ]
 
 
 def what_was_free(attrs: Mapping[str, Any]) -> str:
@@ -255,19 +278,31 @@ def _peaks(dataset: xr.Dataset) -> list[str]:
     for k, level in enumerate(dataset["level"].values):
         one = {key: [float(dataset[f"{key}{end}"].values[k]) for end in ("", "_low", "_high")] for _, _, key in COMPARED}
         if not np.isfinite(one["peak_frequency"][0]):
-            reached = "the band. Give another or a wider one"
+            what = "no peak" if dataset.attrs["held"] == "force" else "force and displacement are nowhere at 90°, so no peak,"
+            where = "the band. Give another or a wider one"
             if dataset["unsolved"].values[k]:
-                reached = "the part of the band that the curves reach"
-            found.append(f"{level:.4g} {dataset['level'].attrs['units']}: no peak in {reached}.")
+                where = "the part of the band that the curves reach"
+            found.append(f"{level:.4g} {dataset['level'].attrs['units']}: {what} in {where}.")
             continue
         f, a, z = one.values()
-        damping = f", damping ratio {100 * z[0]:.3g} % ({100 * z[1]:.3g} to {100 * z[2]:.3g} %)" if np.isfinite(z[0]) else ""
-        size, low, high = (size_text(each, unit, dataset) for each in a)
-        found.append(
-            f"{level:.4g} {dataset['level'].attrs['units']}: peak at {f[0]:.6g} Hz "
-            f"({share:.0f} % interval {f[1]:.6g} to {f[2]:.6g} Hz), {size} ({low} to {high}){damping}"
-        )
+        level_name = f"{level:.4g} {dataset['level'].attrs['units']}"
+        size, low, high = (size_text(each, unit, dataset, digits=digits_between(a[1], a[2], 4)) for each in a)
+        found.append(f"{level_name}: peak at {frequency_text(f, share)}, {size} ({low} to {high}){damping_text(z)}")
     return found
+
+
+def frequency_text(values: Sequence[float], share: float) -> str:
+    """A frequency with its interval, from value and ends."""
+    f, low, high = (f"{each:.{digits_between(values[1], values[2], 6)}g}" for each in values)
+    return f"{f} Hz ({share:.0f} % interval {low} to {high} Hz)"
+
+
+def damping_text(values: Sequence[float]) -> str:
+    """A damping ratio with its interval in percent, from value and ends; empty where there is none."""
+    if not np.isfinite(values[0]):
+        return ""
+    z, low, high = (f"{100.0 * each:.{digits_between(values[1], values[2], 3)}g}" for each in values)
+    return f", damping ratio {z} % ({low} to {high} %)"
 
 
 def held_share(dataset: xr.Dataset) -> float:

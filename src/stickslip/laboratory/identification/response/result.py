@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip.laboratory.identification.response.decay_prediction import predict_decay
 from stickslip.laboratory.identification.response.decay_prediction_result import DecayPrediction
+from stickslip.laboratory.identification.response.diagnosis import SUSPICION
 from stickslip.laboratory.identification.response.draws import free_as_text, kept_for_draws, names_of_fit
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import FitStatistics
@@ -21,7 +22,7 @@ from stickslip.model.problem import Problem
 from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.results.schema import stamped
-from stickslip.support.checks import Array, counted, rounded
+from stickslip.support.checks import Array, counted, digits_between, rounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -170,7 +171,9 @@ def _own_values(fit: ResponseFit, x: Array) -> tuple[list[str], Array]:
 
 
 def summary(dataset: xr.Dataset) -> list[str]:
-    """Parameters with intervals, what each test has by itself, misfit of each test, notes."""
+    """Parameters with intervals, what each test has by itself, misfit of each test, notes; mistakes that are suspected first."""
+    said = [note for note in str(dataset.attrs.get("notes", "")).split("\n") if note]
+    suspected = said.index(SUSPICION) + 1 if SUSPICION in said else 0
     lines = [_parameter(dataset, k) for k in range(dataset.sizes["parameter"])]
     lines += [_of_each_test(dataset, str(name)) for name in dataset["own"].values]
     sizes, predicted = 100.0 * dataset["misfit"].values, 100.0 * dataset["held_out"].values
@@ -181,7 +184,7 @@ def summary(dataset: xr.Dataset) -> list[str]:
     )
     if np.isfinite(predicted).any():
         lines.append(f"left out and predicted by the others: at most {rounded(float(np.nanmax(predicted)), 2)} %")
-    return lines + [note for note in str(dataset.attrs.get("notes", "")).split("\n") if note]
+    return said[:suspected] + lines + said[suspected:]
 
 
 def _parameter(dataset: xr.Dataset, k: int) -> str:
@@ -192,20 +195,21 @@ def _parameter(dataset: xr.Dataset, k: int) -> str:
     if np.isfinite(least):
         known = f"{least:.5g}" if own is None else f"{times(own, least, unit)} (× {least:.5g})" if own else f"× {least:.5g}"
         return f"{name} ≥ {known}: no contact slips or opens, with less one would"
+    digits = digits_between(low, high, 5)
+    shown, ends = f"{value:.{digits}g}", f"{low:.{digits}g} to {high:.{digits}g}"
     if own is None:
-        return f"{name} = {value:.5g}, 95 % interval {low:.5g} to {high:.5g}"
+        return f"{name} = {shown}, 95 % interval {ends}"
     if not own:
-        return f"{name} × {value:.5g}, 95 % interval × {low:.5g} to {high:.5g}"
+        return f"{name} × {shown}, 95 % interval × {ends}"
     if own[0] < own[1]:
-        whole = f"{times(own, value, unit)} over the contacts"
-        return f"{name} × {value:.5g} = {whole}, 95 % interval × {low:.5g} to {high:.5g}"
-    ends = f"{low * own[0]:.5g} to {times(own, high, unit)}"
-    return f"{name} × {value:.5g} = {times(own, value, unit)}, 95 % interval {ends} (× {low:.5g} to {high:.5g})"
+        return f"{name} × {shown} = {times(own, value, unit, digits)} over the contacts, 95 % interval × {ends}"
+    of_value = f"{low * own[0]:.{digits}g} to {times(own, high, unit, digits)}"
+    return f"{name} × {shown} = {times(own, value, unit, digits)}, 95 % interval {of_value} (× {ends})"
 
 
-def times(own: list[float], factor: float, unit: str) -> str:
+def times(own: list[float], factor: float, unit: str, digits: int = 5) -> str:
     """The value of the problem, or its least and largest one, times a factor."""
-    values = " to ".join(dict.fromkeys(f"{factor * value:.5g}" for value in own))
+    values = " to ".join(dict.fromkeys(f"{factor * value:.{digits}g}" for value in own))
     return f"{values} {unit}".rstrip()
 
 
