@@ -17,7 +17,7 @@ from stickslip.laboratory.identification.response.intervals import (
     independent_one_in,
     statistics,
 )
-from stickslip.laboratory.identification.response.model import FittedTest
+from stickslip.laboratory.identification.response.model import ComputedResponse, FittedTest
 from stickslip.laboratory.identification.response.result import summary
 from stickslip.laboratory.measurement.measured_response import flat_top
 from stickslip.laboratory.measurement.response_units import FileUnit
@@ -84,6 +84,83 @@ def test_derivatives_by_start_states():
         differences = (fit.residuals(x + step) - fit.residuals(x - step)) / 2e-5
         assert exact[:count, k] == pytest.approx(differences[:count], abs=1e-3 * max(np.abs(exact[:count]).max(), 1e-300))
     assert np.abs(exact[:count, 1:]).max() > 0.0
+
+
+def blade(cylinder_kt=45e6, cylinder_mu=0.4):
+    return ss.rigs.single_blade(4.6, cylinder_kt=cylinder_kt, cylinder_mu=cylinder_mu)
+
+
+@pytest.fixture(scope="module")
+def beside_a_fold():
+    """A fit of three points at 20 N, the first between two folds of the single blade with some start states; its variables."""
+    frequencies, balance = np.array([536.3, 540.0, 546.25]), HarmonicBalance(blade(), 3, 128)
+    space = start_space(balance, first_point(balance, 2.0 * np.pi * 500.0, 20.0).evaluation, ("traction_ratio", "virgin"))
+    rng = np.random.default_rng(0)
+    starts = [rng.uniform(-0.8, 0.8, space.size) for _ in range(3)][2]
+    test = ss.MeasuredResponse(frequencies, 20.0 * np.array([140.0, 177.0, 177.0]) * 1e-9, 20.0, np.zeros(3), "displacement")
+    free = {"cylinder_kt": ss.FreeParameter(45e6, 10e6, 150e6), "cylinder_mu": ss.FreeParameter(0.4, 0.05, 1.0)}
+    fit = ResponseFit([FittedTest(test, blade, 3, 128, [None] * 3, space)], free)
+    x = np.concatenate([fit.start[:2], starts])
+    fit.jacobian(x)
+    return fit, x
+
+
+def test_a_point_behind_a_fold_is_reached_along_the_curve(beside_a_fold):
+    """Newton's method finds no solution at 546.25 Hz, neither from the stuck contacts nor from beside it."""
+    fit, x = beside_a_fold
+    fit.residuals(x)
+    assert fit.computed[0].solved.all()
+    assert np.abs(fit.computed[0].per_force[1:]) == pytest.approx([176.92e-9, 176.88e-9], rel=1e-3)
+
+
+def test_a_refused_step_leaves_no_solutions_behind(beside_a_fold):
+    """A point between two folds has three solutions: that of a far step must not change the residuals where it came from."""
+    fit, x = beside_a_fold
+    there, far = fit.residuals(x), x.copy()
+    far[2:] = 0.5 * x[2:]
+    fit.residuals(far)
+    assert fit.residuals(x) == pytest.approx(there, abs=1e-6)
+
+
+def test_a_fit_begins_again_at_its_solutions(beside_a_fold):
+    """The solutions of all points survive an array, padded as those of several tests are; a point without one has none."""
+    fit, x = beside_a_fold
+    fit.jacobian(x)
+    model = replace(fit.tests[0], known=[*fit.tests[0].known[:2], None])
+    other = replace(model, known=[None] * 3)
+    other.solutions = np.pad(model.solutions, ((0, 1), (0, 2), (0, 3)), constant_values=np.nan)
+    assert other.known[2] is None
+    for mine, its in zip(other.known[:2], model.known[:2], strict=True):
+        assert np.array_equal(mine.forces, its.forces)
+        assert (mine.omega, mine.level) == pytest.approx((its.omega, its.level))
+
+
+class SlipsUnlessStarted(FittedTest):
+    """A response that its start variable changes only above 0.2, where a contact begins to stick."""
+
+    def computed(self, values, starts, names):
+        found = ComputedResponse.unsolved(3, names, 1)
+        found.per_force[:] = values["scale"] * (1.0 + max(starts[0] - 0.2, 0.0)) * np.array([1.0, 2.0, 1.0])
+        found.by_value["scale"][:] = found.per_force / values["scale"]
+        found.by_start[:, 0] = (starts[0] > 0.2) * values["scale"] * np.array([1.0, 2.0, 1.0])
+        found.solved[:] = True
+        return found
+
+
+def test_a_test_that_its_start_state_does_not_explain_takes_others():
+    """A start variable without a derivative stays where it is, and its test is missed, until other start states are tried."""
+
+    def test_of(name, size):
+        amplitude = size * np.array([1.0, 2.0, 1.0])
+        measured = ss.MeasuredResponse(FREQUENCIES[:3], amplitude, 1.0, np.zeros(3), "displacement", name=name, error=0.01)
+        return SlipsUnlessStarted(measured, one_mass, 3, 128, [None] * 3, SimpleNamespace(size=1))
+
+    fit = ResponseFit(
+        [*(test_of(f"{k}", 1.0) for k in range(5)), test_of("stuck", 1.3)], {"scale": ss.FreeParameter(1.1, 0.5, 2.0)}
+    )
+    x = fit.best(0, 0, 30)
+    assert np.exp(x[0]) == pytest.approx(1.0, abs=0.01)
+    assert x[-1] == pytest.approx(0.5, abs=0.01)
 
 
 SMOOTH = {

@@ -31,6 +31,9 @@ UNFINISHED = 0.02
 MOST_STARTS, EXPLAINED = 4, 3.0
 """Starts that are fitted at most, and the residual in standard errors, root mean square, from which on another one is."""
 
+RESTARTS, TRIED = 4, 15
+"""Other start states from which a test that is not explained is fitted alone, and evaluations of each such fit, at most."""
+
 BROAD = 10.0
 """Limit of ln gain, of a phase offset and of start variables that no other bound holds."""
 
@@ -122,8 +125,12 @@ class ResponseFit(LeastSquares):
         return self._at(x)[0]
 
     def jacobian(self, x: Array, here: Array | None = None) -> Array:
-        """Their derivatives by the variables, exact."""
-        return self._at(x)[1]
+        """Their derivatives by the variables, exact. A search wants them where it has arrived: from here all then starts."""
+        slopes = self._at(x)[1]
+        for model, computed in zip(self.tests, self.computed, strict=True):
+            if isinstance(model, FittedTest):
+                model.keep(computed)
+        return slopes
 
     def _at(self, x: Array) -> tuple[Array, Array]:
         key = x.tobytes()
@@ -199,7 +206,44 @@ class ResponseFit(LeastSquares):
         def explained(found: Sequence[Solution]) -> bool:
             return found[-1].cost < EXPLAINED**2 * found[-1].residuals.size
 
-        return self.solutions(in_turn(), explained, evaluations=evaluations)[0].x
+        best = self.solutions(in_turn(), explained, evaluations=evaluations)[0].x
+        return self.with_other_starts(best, seed, evaluations)
+
+    def with_other_starts(self, x: Array, seed: int, evaluations: int) -> Array:
+        """The least squares from x, where tests that are not explained there begin with other start states, if these fit better.
+
+        A contact that slips has no derivative by its start state, so a search never moves the latter: it ends where a test is
+        missed by far although other start states explain it. They are drawn from their prior, the parameters of all tests held.
+        """
+        cost, rng, others = self.cost(x), np.random.default_rng(seed), x.copy()
+        self.jacobian(x)
+        started = {t: model for t, model in enumerate(self.tests) if isinstance(model, FittedTest) and "start" in self.places[t]}
+        before, parts = {t: model.known for t, model in started.items()}, self.parted(self.residuals(x))
+        for t, model in started.items():
+            if np.mean(parts[t] ** 2) < EXPLAINED**2:
+                continue
+            numbers = [*self.shared, *(k for k, variable in enumerate(self.variables) if variable.test == t)]
+            least = ResponseFit([model], self.free, self.start_deviation).cost(x[numbers])
+            for _ in range(RESTARTS):
+                own, start = replace(model, known=[None] * len(model.known)), x.copy()
+                starts = self.places[t]["start"]
+                start[starts] = np.clip(rng.normal(0.0, self.start_deviation, len(starts)), -1.0, 1.0)
+                alone = ResponseFit([own], self.free, self.start_deviation)
+                other = alone.solved(start[numbers], alone.shared, TRIED)
+                if other.cost < least:
+                    least, others[numbers], model.known = other.cost, other.x, own.known
+                if least < EXPLAINED**2 * parts[t].size:
+                    break
+        if np.array_equal(others, x):
+            return x
+        self._last = {}
+        solution = self.solved(others, evaluations=evaluations)
+        if solution.cost < cost:
+            return solution.x
+        for t, model in started.items():
+            model.known = before[t]
+        self._last = {}
+        return x
 
     def unfinished(self, x: Array) -> bool:
         """Whether a Gauss-Newton step inside the bounds would still lower the sum of squares by a part of it, beyond rounding."""

@@ -1,6 +1,6 @@
 """The response per force of a problem at the points of a measured test, with exact derivatives by parameters and start states.
 
-Each point takes its own measured force, or its own measured response, and starts from what the last evaluation left there.
+Each point takes its own measured force, or its own measured response, and starts from the solution that was last kept there.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.measure import quantity_named
 from stickslip.solve.balance.orders import Harmonics
 from stickslip.solve.balance.system import Control
-from stickslip.solve.continuation.continuation import solve_cold
+from stickslip.solve.continuation.continuation import solve_cold, trace
+from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.continuation.held_amplitude import first_held, scaled
 from stickslip.solve.continuation.newton import Correction, correct, fixed
 from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
@@ -32,6 +33,9 @@ Values = Mapping[str, float]
 RAISES = 30
 """Newton solutions on the way from a small force to the measured one, at most."""
 
+BESIDE = 2
+"""Solved points, the nearest ones, from which the curve is followed to one where Newton's method fails."""
+
 STEP = 1e-6
 """Of the differences of the balance by a parameter, relative to its value."""
 
@@ -39,25 +43,30 @@ STEP = 1e-6
 @dataclass(frozen=True, eq=False)
 class ComputedResponse:
     """Response per force at the points of a test (n,), 0 where there is no solution; its derivatives by_value {name: (n,)} and
-    by_start (n, variables); solved (n,); slips (n,): whether a contact slips or opens there."""
+    by_start (n, variables); solved (n,); slips (n,): whether a contact slips or opens there; points (n,): the solutions, where
+    the test starts from them again."""
 
     per_force: Complex
     by_value: Mapping[str, Complex]
     by_start: Complex
     solved: NDArray[np.bool_]
     slips: NDArray[np.bool_]
+    points: list[Point | None]
 
     @classmethod
     def unsolved(cls, count: int, names: Sequence[str], starts: int = 0) -> ComputedResponse:
         """So many points, none of which has a solution yet."""
         by_value = {name: np.zeros(count, dtype=complex) for name in names}
         none = np.zeros(count, dtype=bool)
-        return cls(np.zeros(count, dtype=complex), by_value, np.zeros((count, starts), dtype=complex), none, none.copy())
+        by_start = np.zeros((count, starts), dtype=complex)
+        return cls(np.zeros(count, dtype=complex), by_value, by_start, none, none.copy(), [None] * count)
 
 
 @dataclass(eq=False)
 class FittedTest:
-    """A measured test as the balance computes it; `known`: the last solution of each point."""
+    """A measured test as the balance computes it; `known`: the solution of each point from which all evaluations start until
+    others are kept. Beside a fold a point has several: one that a rejected step has found must not take the place of the one
+    that the search has arrived at, which no shorter step would then come back to."""
 
     test: MeasuredResponse
     problem_of: Callable[..., Problem]
@@ -86,7 +95,7 @@ class FittedTest:
         sides = {name: self.sides(values, starts, name) for name in names}
         found = ComputedResponse.unsolved(len(self.known), names, starts.size)
         for k, own, evaluation in self._solved(balance):
-            self.known[k] = evaluation.point
+            found.points[k] = evaluation.point
             found.solved[k] = True
             found.slips[k] = slips(own.problem, evaluation)
             slopes = self.slopes(own, evaluation, sides)
@@ -97,6 +106,28 @@ class FittedTest:
                 found.by_start[k] = slopes[len(names) :]
         return found
 
+    def keep(self, computed: ComputedResponse) -> None:
+        """Start from these solutions from now on, where there are any."""
+        self.known = [known if point is None else point for point, known in zip(computed.points, self.known, strict=True)]
+
+    @property
+    def solutions(self) -> Array:
+        """What is known of the points, to begin there again: level and λ, (points, rows, 1 + 2H+1); NaN where nothing is."""
+        shape = next((point.forces.shape for point in self.known if point is not None), (1, 0))
+        found = np.full((len(self.known), shape[0], 1 + shape[1]), np.nan)
+        for one, point in zip(found, self.known, strict=True):
+            if point is not None:
+                one[:, 0], one[:, 1:] = point.level, point.forces
+        return found
+
+    @solutions.setter
+    def solutions(self, solutions: Array) -> None:
+        """They may be padded by NaN, as those of several tests in one array are."""
+        for k, (frequency, one) in enumerate(zip(np.asarray(self.test.frequency), solutions, strict=False)):
+            rows, columns = np.isfinite(one[:, 0]), np.isfinite(one[0])
+            known = one[rows][:, columns]
+            self.known[k] = Point(known[:, 1:], 2.0 * np.pi * float(frequency), float(known[0, 0])) if known.size else None
+
     def sides(self, values: Values, starts: Array, name: str) -> tuple[HarmonicBalance, HarmonicBalance, float]:
         """The balances on both sides of a value, and their distance."""
         step = STEP * (abs(values[name]) or 1.0)
@@ -104,18 +135,29 @@ class FittedTest:
         return high, low, 2.0 * step
 
     def _solved(self, balance: HarmonicBalance) -> Iterator[tuple[int, HarmonicBalance, Evaluation]]:
-        """The points that have a solution: number, balance, evaluation. Each begins at what is known of it, else beside it."""
-        test, before = self.test, None
+        """The points that have a solution: number, balance, evaluation. Each begins at what is known of it, else beside it, else
+        it is reached along the curve from those beside it."""
+        test, found, lost = self.test, dict[int, Evaluation](), list[int]()
+        omegas = 2.0 * np.pi * np.asarray(test.frequency, dtype=float)
         row, order = balance.rows + test.output, quantity_named(test.quantity)[0].order
-        measured = zip(np.asarray(test.frequency), np.asarray(test.force), np.asarray(test.amplitude), strict=True)
-        for k, (frequency, force, amplitude) in enumerate(measured):
-            omega = 2.0 * np.pi * float(frequency)
+        before: Point | None = None
+        for k, (omega, force, amplitude) in enumerate(
+            zip(omegas, np.asarray(test.force), np.asarray(test.amplitude), strict=True)
+        ):
             held = Control(row, order, float(amplitude)) if test.held == "response" else None
             own = balance.holding(held)
-            evaluation = _solution(own, omega, float(force), [self.known[k], before])
+            evaluation = _solution(own, float(omega), float(force), [self.known[k], before])
             if evaluation is not None:
-                before = evaluation.point
+                before, found[k] = evaluation.point, evaluation
                 yield k, own, evaluation
+            elif held is None:
+                lost.append(k)
+        for k in lost:
+            for beside in sorted(found, key=lambda other: abs(omegas[other] - omegas[k]))[:BESIDE]:
+                evaluation = _followed(balance, found[beside].point, float(omegas[k]), float(np.asarray(test.force)[k]))
+                if evaluation is not None:
+                    yield k, balance, evaluation
+                    break
 
     def slopes(
         self,
@@ -175,6 +217,18 @@ def _solution(balance: HarmonicBalance, omega: float, force: float, known: Seque
     if not correction.converged and not held:
         correction = _raised(balance, omega, force)
     return correction.evaluation if correction.converged else None
+
+
+def _followed(balance: HarmonicBalance, beside: Point, omega: float, force: float) -> Evaluation | None:
+    """The solution at a point by the curve from one beside it: where a fold has passed over a point, the other branch is far."""
+    first = correct(balance, replace(beside, level=force), fixed("omega", beside.omega), iterations=15, halvings=6)
+    if not first.converged or beside.omega == omega:
+        return first.evaluation if first.converged else None
+    try:
+        *_, last = trace(balance, first, "omega", omega)
+    except LostCurveError:
+        return None
+    return last.evaluation
 
 
 def _raised(balance: HarmonicBalance, omega: float, force: float) -> Correction:

@@ -16,7 +16,7 @@ from stickslip.analyses.arguments import HarmonicNumbers, Rule, Samples, Seed, S
 from stickslip.analyses.settings import OneOf, Setting, Settings, Whole, takes
 from stickslip.laboratory.identification.least_squares import FreeParameter
 from stickslip.laboratory.identification.response.diagnosis import notes
-from stickslip.laboratory.identification.response.enclosed import EnclosedTest
+from stickslip.laboratory.identification.response.enclosed import EnclosedTest, padded
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import enclosed, friction_bounds, statistics
 from stickslip.laboratory.identification.response.mistakes import POOR, amplitudes_alone
@@ -31,7 +31,7 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.orders import attribute
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.starts.space import StartSpace, refuse_forgetful, rules_of, start_space
-from stickslip.support.checks import Array, InputError, fault, numbers, of_kind, positive, several, truth, unique
+from stickslip.support.checks import InputError, fault, numbers, of_kind, positive, several, truth, unique
 from stickslip.support.machine import one_blas_thread
 
 Starts = Literal["virgin", "free", "bounds"]
@@ -149,6 +149,16 @@ class ResponseIdentificationWork(Settings):
             models = [replace(model, space=self._space(model)) for model in models]
         return ResponseFit(models, self.free, self.start_deviation)
 
+    def fitted(self, solution: Mapping[str, Any]) -> ResponseFit:
+        """The least squares that begin again at a solution: a point with several ones takes that which was fitted."""
+        fit = self.fit()
+        for t, model in enumerate(fit.tests):
+            if isinstance(model, EnclosedTest) and "starts" in solution:
+                model.starts = np.asarray(solution["starts"])[t]
+            if isinstance(model, FittedTest) and "solutions" in solution:
+                model.solutions = np.asarray(solution["solutions"])[t]
+        return fit
+
     def _space(self, model: FittedTest) -> StartSpace:
         """The start states of a test, scaled by its first point."""
         problem = self._at_the_start(model.test)
@@ -172,6 +182,8 @@ class ResponseIdentificationWork(Settings):
                 found |= bounds
             else:
                 x, found["least"] = friction_bounds(fit, x, self.evaluations)
+                fit.jacobian(x)
+                found["solutions"] = padded([model.solutions for model in fit.tests if isinstance(model, FittedTest)])
             outliers = fitted_without(fit, x, self.evaluations)
             found |= {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
             if max(fit.misfit(x, t) for t in range(len(fit.tests))) > POOR:
@@ -184,7 +196,7 @@ class ResponseIdentificationWork(Settings):
         """The result, from that of the fit."""
         held_out: Sequence[Arrays] = ()
         if self.leave_one_out and len(self.tests) > 1:
-            held_out = all_cases(HeldOutWork(self, np.asarray(results[0]["x"])), checkpoint, workers, progress)
+            held_out = all_cases(HeldOutWork(self, results[0]), checkpoint, workers, progress)
         return self.gathered(results, held_out, **about)
 
     def gathered(
@@ -201,11 +213,7 @@ class ResponseIdentificationWork(Settings):
         solution = results[0]
         x = np.asarray(solution["x"])
         with one_blas_thread():
-            fit = self.fit()
-            if "starts" in solution:
-                for model, starts in zip(fit.tests, np.asarray(solution["starts"]), strict=True):
-                    if isinstance(model, EnclosedTest):
-                        model.starts = starts
+            fit = self.fitted(solution)
             fit.residuals(x)
             known = statistics(fit, x)
             predicted = [float(one["misfit"]) for one in held_out] or [np.nan] * len(self.tests)
@@ -222,11 +230,11 @@ class ResponseIdentificationWork(Settings):
 class HeldOutWork:
     """One case for each test: its misfit with the shared parameters of the others; what it has by itself is fitted to it.
 
-    x: the variables of the fit to all tests, from which each begins.
+    solution: that of the fit to all tests, from which each begins.
     """
 
     whole: ResponseIdentificationWork
-    x: Array
+    solution: Arrays
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -242,9 +250,9 @@ class HeldOutWork:
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The misfit of a test."""
-        started, x, evaluations = time.process_time(), self.x, self.whole.evaluations
+        started, x, evaluations = time.process_time(), np.asarray(self.solution["x"]), self.whole.evaluations
         with one_blas_thread():
-            fit = self.whole.fit()
+            fit = self.whole.fitted(self.solution)
             rest = ResponseFit([fit.tests[k] for k in range(len(fit.tests)) if k != case], fit.free, fit.start_deviation)
             rest.evaluated = lambda count: report(min(count / evaluations, 0.95))
             fitted = rest.solved(x[[k for k, v in enumerate(fit.variables) if v.test != case]], evaluations=evaluations).x
