@@ -212,8 +212,8 @@ class ResponseFit(LeastSquares):
     def with_other_starts(self, x: Array, seed: int, evaluations: int) -> Array:
         """The least squares from x, where tests that are not explained there begin with other start states, if these fit better.
 
-        A contact that slips has no derivative by its start state, so a search never moves the latter: it ends where a test is
-        missed by far although other start states explain it. They are drawn from their prior, the parameters of all tests held.
+        Over the start states of a test there are several minima, which differ by much: a search ends where a test is missed by
+        far although others explain it. These are drawn from their prior, and fitted with the parameters of all tests held.
         """
         cost, rng, others = self.cost(x), np.random.default_rng(seed), x.copy()
         self.jacobian(x)
