@@ -203,6 +203,15 @@ def test_curves_of_one_file_are_split_by_a_column(curves, tmp_path):
 
 
 @pytest.mark.slow
+def test_joints_are_left_out_one_by_one(curves, tmp_path):
+    known = ("identify-response", "single_mass", *curves, "--free", "kt=0.1:3", "--free", "damping", "--free", "limit=2:0.2:5")
+    shown = command(*known, "--joints", "A, A,B", "--leave-one-out", "--out", tmp_path / "out")
+    assert shown.exit_code == 0, shown.output
+    assert "each joint left out and predicted by the others: at most" in shown.output
+    assert list(ss.open_results(tmp_path / "out" / "results.nc")["joint"].values) == ["A", "A", "B"]
+
+
+@pytest.mark.slow
 def test_force_levels_of_curves_of_one_file(curves, tmp_path):
     """Responses per force, whose levels the file does not have."""
     rows = []
@@ -297,6 +306,8 @@ def test_settings_of_each_curve_and_a_curve_named_twice(curves, tmp_path):
         ("single_mass", ("--free", "kt", "--error", "nan"), "error must be finite"),
         ("single_mass", ("--free", "kt", "--start-states", "worn"), "start_states"),
         ("single_mass", ("--free", "kt", "--quantity", "velocity"), "must name amplitude"),
+        ("single_mass", ("--free", "kt", "--joints", "A,B"), "joints must be one for each of 3 curves"),
+        ("single_mass", ("--free", "kt", "--joints", "A,,B"), "joint must be named for all tests or for none"),
     ],
 )
 def test_what_is_refused_leaves_nothing_behind(curves, tmp_path, problem, options, words):

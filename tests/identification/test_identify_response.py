@@ -10,7 +10,7 @@ from scipy import stats
 
 import stickslip as ss
 from stickslip.laboratory.identification.response.diagnosis import _about_misfit
-from stickslip.laboratory.identification.response.fit import ResponseFit
+from stickslip.laboratory.identification.response.fit import ResponseFit, enough
 from stickslip.laboratory.identification.response.intervals import (
     above_noise,
     error_between_tests,
@@ -223,6 +223,46 @@ def test_amplitudes_alone_with_preloads_and_a_measured_force_that_varies():
     assert float(found.dataset["held_out"].max()) < 1e-4
     again = ss.forced_response(found.problem(load=0.7), FREQUENCIES.tolist(), 1.5, samples=128).dataset
     assert again["amplitude"].values[0, :, 0] == pytest.approx(tests[0].amplitude, rel=1e-5)
+
+
+def of_joints():
+    """Two curves each of three joints whose stiffnesses differ."""
+    tests = []
+    for name, kt in {"A": 0.45, "B": 0.5, "C": 0.56}.items():
+        for force in (0.3, 1.0):
+            data = ss.forced_response(one_mass(kt=kt), FREQUENCIES[::2].tolist(), force, harmonics=3, samples=64).dataset
+            size = data["amplitude"].values[0, :, 0]
+            tests.append(
+                ss.MeasuredResponse(FREQUENCIES[::2], size, force, None, "displacement", name=f"{name} {force}", joint=name)
+            )
+    return tests
+
+
+JOINTS = {"tries": 0, "harmonics": 3, "samples": 64}
+
+
+def test_one_joint_is_left_out_with_all_its_curves():
+    """Its misfits are those of a fit to the other joints alone, which one curve of it would already have moved."""
+    found = ss.identify_response(one_mass, FREE, of_joints(), leave_one_out=True, **JOINTS)
+    others = ss.identify_response(one_mass, FREE, [test for test in of_joints() if test.joint != "A"], **JOINTS)
+    model = [FittedTest.of(test, one_mass, 3, 64) for test in of_joints() if test.joint == "A"]
+    fit = ResponseFit(model, {name: ss.FreeParameter(*ends) for name, ends in FREE.items()})
+    x = np.array([fit.free[name].variable(value) for name, value in others.values.items()])
+    assert found.dataset["held_out"].values[:2] == pytest.approx([fit.misfit(x, t) for t in range(2)], rel=1e-3)
+    assert "each joint left out and predicted by the others: at most" in str(found)
+    assert "(joint " in str(found)
+
+
+def test_intervals_hold_how_joints_differ():
+    """By the joints, of which there are three, and not by their six curves: the stiffness of each lies inside."""
+    found = ss.identify_response(one_mass, FREE, of_joints(), **JOINTS).dataset.sel(parameter="kt")
+    alone = ss.identify_response(one_mass, FREE, [replace(test, joint="") for test in of_joints()], **JOINTS).dataset
+    alone = alone.sel(parameter="kt")
+    assert float(found["low"]) < 0.46
+    assert float(found["high"]) > 0.55
+    assert float(found["high"] - found["low"]) > 1.2 * float(alone["high"] - alone["low"])
+    with pytest.raises(ss.InputError, match="joint must be named for all tests or for none"):
+        ss.identify_response(one_mass, FREE, [*of_joints()[:2], replace(of_joints()[2], joint="")])
 
 
 @pytest.mark.nightly
@@ -468,6 +508,22 @@ def test_intervals_hold_what_differs_from_test_to_test():
     said = " ".join(found.notes)
     assert "Residuals go together over" in said
     assert "such as a wrong contact law, they do not hold" in said
+
+
+@pytest.mark.parametrize(
+    ("costs", "ends"),
+    [
+        ([1.0], True),
+        ([5e3], False),
+        ([5e3, 5.001e3], True),
+        ([5e3, 4.9e3], False),
+        ([5e3, 4e3, 5.001e3], False),
+        ([5e3, 4e3, 4e3], True),
+    ],
+)
+def test_a_fit_that_explains_nothing_ends_when_two_starts_agree(costs, ends):
+    """Of 100 residuals; further starts of a wrong model would take minutes to find the same minimum again."""
+    assert enough([SimpleNamespace(cost=cost, residuals=np.zeros(100)) for cost in costs]) == ends
 
 
 @pytest.mark.parametrize(("one_in", "named"), [(1.0, False), (1.4, False), (2.5, True)])

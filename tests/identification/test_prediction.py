@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import stickslip as ss
-from stickslip.laboratory.identification.response.draws import Draws, interval
+from stickslip.laboratory.identification.response.draws import Draws, interval, line_over
 from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak, measured_peak
 from stickslip.laboratory.identification.response.prediction_result import curve_table, steady_median, summary
 from stickslip.support.checks import InputError, digits_between
@@ -400,6 +400,33 @@ def test_results_of_earlier_versions_are_shown():
     old = data.drop_vars([name for name in data if name == "gain" or str(name).endswith("_deviation")])
     old.attrs.pop("notes_on_tests")
     assert any(line.startswith("blade: predicted against measured frequency") for line in summary(old))
+
+
+def test_what_each_test_has_by_itself_may_lie_on_a_line_over_the_levels():
+    """Ends by hand at a level between the tests and beyond them: t of two degrees of freedom times s √(1 + 1/n + (L − L̄)²/Σ²)."""
+    levels, off = np.array([1.0, 2.0, 3.0, 4.0]), np.array([1e-3, -1e-3, -1e-3, 1e-3])
+    own = 0.30 + 0.05 * levels + off
+    known = Draws.of(dataset_of_draws([0.5, *own], np.zeros((5, 5)), 4))
+    assert known.lines(levels) == ["b"]
+    for level in (2.5, 6.0):
+        drawn = shares(known.drawn(2000, 0, (levels, level)), "b")
+        reach = 4.302653 * np.sqrt(4e-6 / 2.0 * (1.0 + 0.25 + (level - 2.5) ** 2 / 5.0))
+        assert np.percentile(drawn, [2.5, 97.5]) == pytest.approx(0.30 + 0.05 * level + reach * np.array([-1.0, 1.0]), abs=3e-4)
+    assert shares([known.best_at((levels, 6.0))], "b") == pytest.approx([0.6])
+    assert shares([known.best_at(None)], "b") == pytest.approx([own.mean()])
+
+
+@pytest.mark.parametrize(("values", "found"), [([0.5, 0.52, 0.49, 0.51], False), ([0.5, 0.6, 0.7], False), ([0.5] * 4, False)])
+def test_chance_and_three_tests_make_no_line(values, found):
+    levels = np.arange(1.0, len(values) + 1.0)
+    assert (line_over(levels, np.array(values)) is not None) == found
+    assert line_over(np.ones(4), np.array([0.1, 0.2, 0.3, 0.4])) is None
+
+
+def test_a_line_over_the_levels_is_said_in_the_first_line(found):
+    attrs = found.predict(0.6, draws=20).dataset.attrs | {"free_of_each_test": "gain, frequency", "free_over_level": "frequency"}
+    first = summary(found.predict(0.6, draws=20).dataset.assign_attrs(attrs))[0]
+    assert first.startswith("Free: kt, limit, damping; of each test by itself: gain, frequency (along a line over the levels).")
 
 
 def test_a_held_amplitude_without_phase_resonance_is_named_as_that(found):

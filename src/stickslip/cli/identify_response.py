@@ -87,8 +87,12 @@ def identify_response(
     start_states: Annotated[
         str | None, typer.Option(help="Start states of the contacts: virgin (default), free or bounds.")
     ] = None,
+    joints: Annotated[
+        str | None,
+        typer.Option(metavar="A,A,B", help="Joint of each curve, by a name: the curves of a joint are left out together."),
+    ] = None,
     leave_one_out: Annotated[
-        bool | None, typer.Option("--leave-one-out", help="Also predict each curve from the others.")
+        bool | None, typer.Option("--leave-one-out", help="Also predict each curve, or each joint, from the others.")
     ] = None,
     harmonics: Annotated[int | None, typer.Option(help="Highest harmonic H; default: that of the study, else 5.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results; default: results/NAME of the problem.")] = None,
@@ -108,6 +112,7 @@ def identify_response(
         document["sweep"] = {**document.get("sweep", {}), "harmonics": harmonics}
     table: dict[str, Any] = {"quantity": quantity, "output": output, "held": held, "error": error, "of_largest": of_largest}
     table |= {"free_gain": free_gain, "free_phase": free_phase, "start_states": start_states, "leave_one_out": leave_one_out}
+    table |= {"joints": [name.strip() for name in joints.split(",")] if joints else None}
     table |= {"columns": pairs("--column", column or (), "real=3") or None}
     table |= {"column_units": pairs("--unit", unit or (), "real=mm/N") or None}
     table |= {"phase_of": phase_of, "force": [number("--force", one) for one in force.split(",")] if force else None}

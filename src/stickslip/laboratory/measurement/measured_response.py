@@ -45,6 +45,7 @@ class MeasuredResponse:
     output: number of the output. settings: keywords of the problem for this test, say its preload or mounting.
     error: standard error of a measured response per force, relative to it, or where `of_largest` to the largest of the curve.
     free_gain, free_phase: a constant factor and a constant phase of the measuring chain are free variables of this test.
+    joint: the specimen or assembly that was measured, where tests of several go into one identification.
     notes: what was assumed in reading, one sentence each. units: of the columns of its file, by what they hold.
     """
 
@@ -61,6 +62,7 @@ class MeasuredResponse:
     of_largest: bool = False
     free_gain: bool = False
     free_phase: bool = False
+    joint: str = ""
     notes: tuple[str, ...] = ()
     units: Mapping[str, FileUnit] = field(default_factory=dict)
 
@@ -90,6 +92,7 @@ class MeasuredResponse:
         among(f"{what}, held", self.held, ("force", "response"))
         among(f"{what}, quantity", self.quantity, ("displacement", "velocity", "acceleration"))
         positive(f"{what}, error", self.error)
+        storable(f"{what}, joint", self.joint)
 
     @property
     def per_force(self) -> Array:
@@ -102,6 +105,15 @@ class MeasuredResponse:
         """Standard error of `per_force` (n,)."""
         size = np.abs(self.per_force)
         return np.asarray(self.error * (np.full(size.shape, size.max()) if self.of_largest else size))
+
+
+def by_joint(tests: Sequence[MeasuredResponse]) -> list[tuple[str, list[int]]]:
+    """The numbers of the tests of each joint, with its name; each test by itself where no joints are named."""
+    if not any(test.joint for test in tests):
+        return [(test.name, [k]) for k, test in enumerate(tests)]
+    return [
+        (joint, [k for k, test in enumerate(tests) if test.joint == joint]) for joint in dict.fromkeys(one.joint for one in tests)
+    ]
 
 
 def flat_top(test: MeasuredResponse) -> list[str]:

@@ -102,6 +102,12 @@ class ResponseIdentificationTable(Table):
         list[dict[str, Number]],
         Field(description="{ name = value } for each curve: arguments of the rig, or factors, that differ between the tests"),
     ] = Field(default_factory=list)
+    joints: Annotated[
+        list[str],
+        Field(
+            description="joint of each curve, by a name: its curves are left out together, and intervals hold how joints differ"
+        ),
+    ] = Field(default_factory=list)
     each_test: Annotated[list[str], Field(description="which of these have a value of their own in every test")] = Field(
         default_factory=list
     )
@@ -128,7 +134,7 @@ class ResponseIdentificationTable(Table):
     start_deviation: Annotated[Positive, Field(description="standard deviation of free start variables about 0, their prior")] = (
         0.5
     )
-    leave_one_out: Annotated[bool, Field(description="predict each curve by the others too")] = False
+    leave_one_out: Annotated[bool, Field(description="predict each curve, or each joint, by the others too")] = False
     tries: Annotated[int, Field(ge=0, le=MOST, description="further starts of the fit, of which the best is taken")] = 8
     seed: Annotated[Seed, Field(description="of these starts")] = 0
     evaluations: Annotated[int, Field(ge=1, le=MOST, description="of the residuals in one fit, at most")] = 60
@@ -336,8 +342,11 @@ class ResponseIdentificationPlan(Plan):
         about |= {"free_gain": table.free_gain, "free_phase": table.free_phase}
         about["output"] = 0 if table.output is None else names.index(table.output)
         tests = measured_curves(table, self.folder, **about)
-        own = table.settings or [{} for _ in tests]
-        return [replace(test, settings=settings) for test, settings in zip(tests, own, strict=True)]
+        own, joints = table.settings or [{} for _ in tests], table.joints or [""] * len(tests)
+        if len(joints) != len(tests):
+            raise fault(f"[{TABLE}]: joints", f"must be one for each of {counted(len(tests), 'curve')}", len(joints))
+        each = zip(tests, own, joints, strict=True)
+        return [replace(test, settings=settings, joint=joint) for test, settings, joint in each]
 
     def _inside(self, test: MeasuredResponse) -> MeasuredResponse:
         """A test at its points in the band."""

@@ -58,6 +58,11 @@ class DecayPredictionWork(DrawnProblems):
     mode: Annotated[int | None, Setting(Whole(1))] = None
 
     @cached_property
+    def drawn(self) -> list[Draw]:
+        """The identified parameters, and the draws: a decay passes many levels, so that no line over them is followed."""
+        return self.drawn_at(np.nan)
+
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a mode depends on."""
         about, drawn = f"{self.amplitude}, mode {self.followed}, {self.about_all}", enumerate(self.drawn)
@@ -84,7 +89,7 @@ class DecayPredictionWork(DrawnProblems):
         if not np.any(np.isfinite(size)):
             raise fault("band", "must hold measured points, or mode be given", [low, high])
         at = float(test["frequency"].values[int(np.nanargmax(size))])
-        return Modes(self.problem(self.population.best), frequency=at, output=self.output).modes[0]
+        return Modes(self.problem(self.drawn[0]), frequency=at, output=self.output).modes[0]
 
     @property
     def measured(self) -> tuple[float, float]:

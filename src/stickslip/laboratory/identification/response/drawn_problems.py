@@ -120,10 +120,15 @@ class DrawnProblems(Execution):
         """Settings of the problem: those given, and those that all tests had alike."""
         return settings_beside(json.loads(str(self.data.attrs["settings"])), self.settings or {})
 
-    @cached_property
-    def drawn(self) -> list[Draw]:
-        """The identified parameters, and the draws."""
-        return [self.population.best, *self.population.drawn(self.draws, self.seed)]
+    @property
+    def test_levels(self) -> Array:
+        """Levels of the tests (tests,), on which what each has by itself may depend along a line; of none nothing does."""
+        return np.zeros(0)
+
+    def drawn_at(self, level: float) -> list[Draw]:
+        """The identified parameters, and the draws, of a further test at a level."""
+        at = self.test_levels, level
+        return [self.population.best_at(at), *self.population.drawn(self.draws, self.seed, at)]
 
     @property
     def starts(self) -> tuple[str, tuple[str, ...], str, float]:
@@ -136,7 +141,7 @@ class DrawnProblems(Execution):
     @property
     def about_all(self) -> str:
         """Everything that all problems and their solutions depend on, beside the drawn values."""
-        problem, attrs = self.problem(self.population.best).fingerprint, self.data.attrs
+        problem, attrs = self.problem(self.population.best_at(None)).fingerprint, self.data.attrs
         words = f"{problem}, {self.ends}, {self.measure}, {self.starts}, {self.seed}, {attrs['harmonics']}"
         return f"{words}, {attrs['samples']}, {self.known_settings}"
 
@@ -183,6 +188,7 @@ class DrawnProblems(Execution):
             "start_states": self.starts[0],
             "free": ", ".join(name for name in population.free if name not in population.of_each_test),
             "free_of_each_test": ", ".join(population.of_each_test),
+            "free_over_level": ", ".join(population.lines(self.test_levels)),
             "unknown": ", ".join(population.unknown),
             "tests": population.tests,
             "worst_misfit": float(self.data["misfit"].max()),

@@ -33,6 +33,9 @@ NORMAL = 1.959964
 ATTEMPTS = 1000
 """Attempts to draw anew what lies outside the bounds, before it is moved onto them."""
 
+FEWEST_ON_A_LINE = 4
+"""Tests from which a line over their levels leaves two degrees of freedom."""
+
 FEWEST_POINTS, SIGNIFICANCE = 6, 0.05
 """Points from which a test shows its own scatter, and the chance of noise alone from which on nothing counts as scatter."""
 
@@ -130,11 +133,6 @@ class Draws:
         return np.flatnonzero(np.array(self.names) == name)
 
     @property
-    def best(self) -> Draw:
-        """The identified parameters; of what each test has by itself the mean."""
-        return self._drawn(self.dataset["fit_value"].values, {}, (0.0, 0.0, 0.0))
-
-    @property
     def unknown(self) -> list[str]:
         """Parameters that may lie anywhere between two ends."""
         marked = self.dataset["fit_unknown"].values > 0.0
@@ -166,8 +164,17 @@ class Draws:
         gain, shift = np.sqrt(np.where(large, excess, 0.0))
         return Scatter(float(gain), float(shift), freedom)
 
-    def drawn(self, count: int, seed: int) -> list[Draw]:
-        """So many draws inside the bounds, stratified in each variable (Latin hypercube)."""
+    def lines(self, levels: Array) -> list[str]:
+        """What each test has by itself and that a straight line over the levels of the tests (tests,) explains beyond chance."""
+        return [name for name in self.of_each_test if self._line(name, levels) is not None]
+
+    def _line(self, name: str, levels: Array) -> Line | None:
+        values = self.dataset["fit_value"].values[self._at(name)]
+        return line_over(levels, values) if values.size == levels.size else None
+
+    def drawn(self, count: int, seed: int, at: tuple[Array, float] | None = None) -> list[Draw]:
+        """So many draws inside the bounds, stratified in each variable (Latin hypercube). at: levels of the tests (tests,) and
+        the level of the further one, on which what each test has by itself may depend along a line."""
         generator = np.random.default_rng(seed)
         own, scatter = self.of_each_test, self.scatter
         # Latin hypercube: one in each of `count` strata of every column.
@@ -180,8 +187,13 @@ class Draws:
         found = []
         for x, apart, last in zip(variables, deviations, shares[:, -3:], strict=True):
             normal = special.ndtri(last[:2]) * spread * np.array([scatter.gain, scatter.shift])
-            found.append(self._drawn(x, dict(zip(own, apart, strict=True)), (normal[0], normal[1], 2.0 * last[2] - 1.0)))
+            others = normal[0], normal[1], 2.0 * last[2] - 1.0
+            found.append(self._drawn(x, dict(zip(own, apart, strict=True)), others, at))
         return found
+
+    def best_at(self, at: tuple[Array, float] | None) -> Draw:
+        """The identified parameters; of what each test has by itself the mean, or the line at a level."""
+        return self._drawn(self.dataset["fit_value"].values, {}, (0.0, 0.0, 0.0), at)
 
     def _variables(self, shares: Array, generator: np.random.Generator) -> Array:
         """Variables (draws, variables) from shares between 0 and 1."""
@@ -203,23 +215,62 @@ class Draws:
                     break
         return np.clip(found, low, high)
 
-    def _drawn(self, x: Array, apart: Mapping[str, float], others: tuple[float, float, float]) -> Draw:
-        """What variables mean; apart: of what each test has by itself, the share of the scatter of a further test."""
-        low, high = self.dataset["fit_low"].values, self.dataset["fit_high"].values
+    def _drawn(
+        self, x: Array, apart: Mapping[str, float], others: tuple[float, float, float], at: tuple[Array, float] | None
+    ) -> Draw:
+        """What variables mean; apart: of what each test has by itself, the share of the scatter of a further test, at a level."""
+        low, high, fitted = (self.dataset[f"fit_{key}"].values for key in ("low", "high", "value"))
 
         def variable(name: str) -> float:
-            at = self._at(name)
-            mean = float(np.mean(x[at]))
-            if name not in apart or at.size < 2:
-                return mean
-            freedom = at.size - 1
-            spread = float(np.std(self.dataset["fit_value"].values[at], ddof=1)) * np.sqrt(1.0 + 1.0 / at.size)
-            further = mean + spread * float(special.stdtrit(freedom, apart[name]))
-            return float(np.clip(further, low[at[0]], high[at[0]]))
+            own = self._at(name)
+            line = None if at is None else self._line(name, at[0])
+            mean = float(np.mean(x[own]))
+            if line is not None and at is not None:
+                mean += line.at(at[1]) - float(np.mean(fitted[own]))
+            if name in apart and own.size > 1:
+                if line is None or at is None:
+                    freedom, spread = own.size - 1, float(np.std(fitted[own], ddof=1)) * np.sqrt(1.0 + 1.0 / own.size)
+                else:
+                    freedom, spread = own.size - 2, line.spread(at[1])
+                mean += spread * float(special.stdtrit(freedom, apart[name]))
+            return float(np.clip(mean, low[own[0]], high[own[0]])) if own.size > 1 else mean
 
         values = {name: free.value(variable(name)) for name, free in self.free.items()}
         gain = variable(GAIN) if self._at(GAIN).size else 0.0
         return Draw(values, gain + others[0], others[1], others[2])
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight line through values over levels by least squares, with what the values scatter about it."""
+
+    slope: float
+    middle: tuple[float, float]
+    deviation: float
+    tests: int
+    width: float
+
+    def at(self, level: float) -> float:
+        return self.middle[1] + self.slope * (level - self.middle[0])
+
+    def spread(self, level: float) -> float:
+        """Standard error of a further value at a level, s √(1 + 1/n + (L − L̄)²/Σ(L − L̄)²)."""
+        return self.deviation * float(np.sqrt(1.0 + 1.0 / self.tests + (level - self.middle[0]) ** 2 / self.width))
+
+
+def line_over(levels: Array, values: Array) -> Line | None:
+    """The line of values over levels (tests,), None where chance alone gives such a slope in `SIGNIFICANCE` of all cases."""
+    if values.size < FEWEST_ON_A_LINE or not np.ptp(levels) > 0.0:
+        return None
+    across = levels - levels.mean()
+    width = float(across @ across)
+    slope = float(across @ values) / width
+    left = values - values.mean() - slope * across
+    square = float(left @ left) / (values.size - 2)
+    t = abs(slope) / np.sqrt(max(square, np.finfo(float).tiny) / width)
+    if 2.0 * special.stdtr(values.size - 2, -t) > SIGNIFICANCE:
+        return None
+    return Line(slope, (float(levels.mean()), float(values.mean())), float(np.sqrt(square)), values.size, width)
 
 
 def interval(values: Array, axis: int = -1) -> Array:

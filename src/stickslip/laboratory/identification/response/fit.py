@@ -31,6 +31,9 @@ UNFINISHED = 0.02
 MOST_STARTS, EXPLAINED = 4, 3.0
 """Starts that are fitted at most, and the residual in standard errors, root mean square, from which on another one is."""
 
+AGREE = 1e-3
+"""Relative distance of the sums of squares of two starts up to which both have ended in the same minimum."""
+
 RESTARTS, TRIED = 4, 15
 """Other start states from which a test that is not explained is fitted alone, and evaluations of each such fit, at most."""
 
@@ -187,7 +190,8 @@ class ResponseFit(LeastSquares):
     ) -> Array:
         """The least squares from the start of the lowest cost: the given one, or one of `tries` more between the bounds.
 
-        Where it explains the tests worse than `EXPLAINED`, further starts are taken in the order of their cost, `most` in all.
+        Where it explains the tests worse than `EXPLAINED`, further starts are taken in the order of their cost, `most` in all,
+        until two end in the same minimum.
         begun: what each start becomes first.
         """
         from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
@@ -203,10 +207,7 @@ class ResponseFit(LeastSquares):
                 self.forget()
                 yield x
 
-        def explained(found: Sequence[Solution]) -> bool:
-            return found[-1].cost < EXPLAINED**2 * found[-1].residuals.size
-
-        best = self.solutions(in_turn(), explained, evaluations=evaluations)[0].x
+        best = self.solutions(in_turn(), enough, evaluations=evaluations)[0].x
         return self.with_other_starts(best, seed, evaluations)
 
     def with_other_starts(self, x: Array, seed: int, evaluations: int) -> Array:
@@ -299,6 +300,15 @@ class ResponseFit(LeastSquares):
     def without(self, marks: Sequence[NDArray[np.bool_]]) -> ResponseFit:
         """The fit without marked points of each test."""
         return replace(self, excluded=marks, _last={})
+
+
+def enough(found: Sequence[Solution]) -> bool:
+    """Whether the last start explains the tests, or has ended where the best one before it has."""
+    *before, last = found
+    if last.cost < EXPLAINED**2 * last.residuals.size:
+        return True
+    least = min((one.cost for one in before), default=0.0)
+    return bool(before) and abs(last.cost - least) <= AGREE * least
 
 
 def _compared(model: FittedTest | EnclosedTest, shown: Any, slopes: Any) -> tuple[Array, Array]:

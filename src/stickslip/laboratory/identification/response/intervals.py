@@ -17,6 +17,7 @@ from scipy import special
 from stickslip.laboratory.identification.response.enclosed import EnclosedTest, padded
 from stickslip.laboratory.identification.response.fit import ResponseFit
 from stickslip.laboratory.identification.response.model import FittedTest
+from stickslip.laboratory.measurement.measured_response import by_joint
 from stickslip.runs.work import Arrays
 from stickslip.support.checks import Array, Index
 
@@ -94,8 +95,11 @@ def statistics(fit: ResponseFit, x: Array) -> FitStatistics:
     quantile = float(special.stdtrit(max(data.size / one_in - determined, 1.0), 0.975))
     size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     error = np.sqrt(noise * one_in * np.diag(covariance))
-    if one_in > 1.0 and len(fit.tests) >= FEWEST_TESTS:
-        between = error_between_tests(*by_tests(fit, residuals, J)) * float(special.stdtrit(len(fit.tests) - 1, 0.975)) / quantile
+    groups = [tests for _, tests in by_joint([model.test for model in fit.tests])]
+    apart = len(groups) < len(fit.tests)  # joints differ whatever the residuals along their curves do
+    if (one_in > 1.0 or apart) and len(groups) >= FEWEST_TESTS:
+        between = error_between_tests(*by_tests(fit, residuals, J, groups))
+        between *= float(special.stdtrit(len(groups) - 1, 0.975)) / quantile
         error[: between.size] = np.maximum(error[: between.size], between)
     return FitStatistics(np.where(blind, np.inf, error), covariance / np.outer(size, size), noise, quantile, blind, one_in)
 
@@ -131,8 +135,10 @@ def above_noise(series: Sequence[Array]) -> float:
     return float(np.sqrt(square / count / max(float(np.mean(second**2)) / 6.0, 1e-300)))
 
 
-def by_tests(fit: ResponseFit, residuals: Array, J: Array) -> tuple[list[tuple[Array, Array, Index]], Array, int]:
-    """What `error_between_tests` takes, with the priors of each test among its residuals."""
+def by_tests(
+    fit: ResponseFit, residuals: Array, J: Array, groups: Sequence[Sequence[int]]
+) -> tuple[list[tuple[Array, Array, Index]], Array, int]:
+    """What `error_between_tests` takes of groups of tests, with the priors of each test among its residuals."""
     count, shared = sum(part.size for part in fit.parted(residuals)), len(fit.shared)
     held = np.array([v.test for v in fit.variables if v.deviation is not None], dtype=int)
     parts = []
@@ -141,7 +147,11 @@ def by_tests(fit: ResponseFit, residuals: Array, J: Array) -> tuple[list[tuple[A
         own = np.array([k for k, variable in enumerate(fit.variables) if variable.test == t], dtype=np.int64)
         parts.append((np.concatenate([left.ravel(), residuals[count:][held == t]]), rows, own))
     known = J[count:][held < 0][:, :shared]
-    return parts, known.T @ known, shared
+    joined = []
+    for tests in groups:
+        left, rows, own = (np.concatenate([parts[t][k] for t in tests]) for k in range(3))
+        joined.append((left, rows, own.astype(np.int64)))
+    return joined, known.T @ known, shared
 
 
 def error_between_tests(parts: Sequence[tuple[Array, Array, Index]], known: Array, shared: int) -> Array:

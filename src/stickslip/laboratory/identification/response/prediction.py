@@ -17,7 +17,7 @@ from stickslip.analyses.controlled_response import amplitudes_of
 from stickslip.analyses.settings import Setting, takes
 from stickslip.analyses.variability.samples import start_curve
 from stickslip.laboratory.identification.response.drawn_problems import DrawnProblems
-from stickslip.laboratory.identification.response.draws import interval
+from stickslip.laboratory.identification.response.draws import Draw, interval
 from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak
 from stickslip.laboratory.identification.response.prediction_result import FINER, ResponsePrediction
 from stickslip.runs.cases import all_cases
@@ -92,15 +92,24 @@ class ResponsePredictionWork(DrawnProblems):
     @property
     def cases(self) -> list[tuple[int, int]]:
         """Level and draw of every case."""
-        return [(level, draw) for level in range(len(self.levels[self.held])) for draw in range(len(self.drawn))]
+        return [(level, draw) for level, drawn in enumerate(self.drawn) for draw in range(len(drawn))]
+
+    @property
+    def test_levels(self) -> Array:
+        """Force levels of the tests, or amplitudes where these are held, at their largest response."""
+        return self.tops("response" if self.held else "force")
+
+    @cached_property
+    def drawn(self) -> list[list[Draw]]:
+        """Of each level the identified parameters, and the draws."""
+        return [self.drawn_at(level) for level in self.levels[self.held]]
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on."""
-        return tuple(
-            f"prediction {self.levels[self.held][k]!r}, {n}, {dict(self.drawn[n].values)!r}, {self.about_all}, held {self.held}"
-            for k, n in self.cases
-        )
+        about = f"{self.about_all}, held {self.held}"
+        drawn = [(self.levels[self.held][k], n, dict(self.drawn[k][n].values)) for k, n in self.cases]
+        return tuple(f"prediction {level!r}, {n}, {values!r}, {about}" for level, n, values in drawn)
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -118,7 +127,7 @@ class ResponsePredictionWork(DrawnProblems):
         """
         started = time.process_time()
         k, number = self.cases[case]
-        level, problem = self.levels[self.held][k], self.problem(self.drawn[number])
+        level, problem = self.levels[self.held][k], self.problem(self.drawn[k][number])
         harmonics, samples = of_attribute(self.data.attrs["harmonics"]), int(self.data.attrs["samples"])
         with one_blas_thread():
             curve, points, peak = self._curve(HarmonicBalance(problem, harmonics, samples), level, number, report)
@@ -193,10 +202,11 @@ def predict_response(work: ResponsePredictionWork) -> ResponsePrediction:
     force: levels, N; or amplitude: held amplitudes of the measured quantity, m, m/s or m/s². band: that of the measured curves
     unless given. settings: of the problem, for what differs from test to test. draws: parameter sets that are drawn from the
     covariance of the fit, inside their bounds; those that it does not determine, anywhere between theirs. Each draw is a further
-    test: what every test has by itself (gain, parameters of each test) is drawn with Student's distribution from the tests, and
-    so is what they scatter beyond that, a factor on the response and one on the frequency. Contacts start as identified: virgin,
-    with the prior distribution of free start states, or where bounds were fitted in any state; start_states="any" draws any for
-    each. The errors of harmonics and samples, as a curve with three times the harmonics shows them, are part of each draw.
+    test: what every test has by itself (gain, parameters of each test) is drawn with Student's distribution from the tests, about
+    their mean or, where chance does not explain it, about a line over their levels. So is what they scatter beyond that, a factor
+    on the response and one on the frequency. Contacts start as identified: virgin, with the prior distribution of free start
+    states, or where bounds were fitted in any state; start_states="any" draws any for each. The errors of harmonics and samples,
+    as a curve with three times the harmonics shows them, are part of each draw.
 
     Medians and percentiles 2.5 and 97.5 of the draws are given, at p (n + 1) of n ordered ones. What is the same for all tests
     and not in the model, such as another contact law, is not in the intervals.
@@ -207,7 +217,7 @@ def predict_response(work: ResponsePredictionWork) -> ResponsePrediction:
 def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
     import xarray as xr
 
-    levels, count = work.levels[work.held], len(work.drawn)
+    levels, count = work.levels[work.held], 1 + work.draws
     parts = [results[k * count : (k + 1) * count] for k in range(len(levels))]
     ends = work.ends
     grids = [np.unique(np.concatenate([np.linspace(*ends, GRID), one[0]["frequency"]])) for one in parts]
@@ -216,8 +226,8 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
     curves, errors = np.full((len(levels), count - 1, longest), np.nan), np.array([one[0]["errors"] for one in parts])
     for k, (grid, one) in enumerate(zip(grids, parts, strict=True)):
         off, size = np.nan_to_num(errors[k])  # where no finer peak was found, the answer says so
-        factors = np.array([draw.gain + size * draw.truncation for draw in work.drawn[1:]])
-        shifts = np.array([draw.shift + off * draw.truncation for draw in work.drawn[1:]])
+        factors = np.array([draw.gain + size * draw.truncation for draw in work.drawn[k][1:]])
+        shifts = np.array([draw.shift + off * draw.truncation for draw in work.drawn[k][1:]])
         for n, (factor, shift, each) in enumerate(zip(factors, shifts, one[1:], strict=True)):
             # A shifted curve goes on level to the end of the band, which it would else miss by the shift.
             along = at_frequencies(np.clip(grid * np.exp(-shift), *ends), each["frequency"], each["size"])
@@ -259,8 +269,8 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
     lost = np.array([sum(not one["solved"] for one in each[1:]) for each in parts], dtype=float)
     data["unsolved"] = named("level", lost, "draws whose curve does not reach the end of the band")
     names = list(work.population.free)
-    values = np.array([[draw.values[name] for name in names] for draw in work.drawn[1:]])
-    data["drawn"] = named(("draw", "parameter"), values, "drawn parameters", "as given")
+    values = np.array([[[draw.values[name] for name in names] for draw in drawn[1:]] for drawn in work.drawn])
+    data["drawn"] = named(("level", "draw", "parameter"), values, "drawn parameters", "as given")
     coords = {
         "level": named("level", list(levels), "held amplitude" if work.held else "force level", work.level_units),
         "parameter": named("parameter", names, "parameter"),
@@ -270,8 +280,7 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
 
 def _measured_levels(work: ResponsePredictionWork) -> tuple[float, float]:
     """Least and largest level that the tests of the identification had at their largest response."""
-    found = work.tops("response" if work.held else "force")
-    return float(found.min()), float(found.max())
+    return float(work.test_levels.min()), float(work.test_levels.max())
 
 
 def _interpolated(work: ResponsePredictionWork, levels: Sequence[float]) -> Array:

@@ -51,7 +51,7 @@ COMPARED = (("frequency", "Hz", "peak_frequency"), ("amplitude", "", "peak_ampli
 class ResponsePrediction(Result):
     """`dataset`: along `level`, the forces or held amplitudes: peak_frequency, peak_amplitude and damping_ratio, the medians of
     the draws, each with `_low` and `_high` of the 95 % interval and `_drawn` (level, draw); amplitude with `_low` and `_high`
-    over frequency (level, point), the largest where a curve is folded; drawn parameters (draw, parameter). Where tests are
+    over frequency (level, point), the largest where a curve is folded; drawn parameters (level, draw, parameter). Where tests are
     compared, along `measured` what they measured and the share of their points inside the band.
     """
 
@@ -256,7 +256,9 @@ def unexplained(attrs: Mapping[str, Any]) -> list[str]:
 
 def what_was_free(attrs: Mapping[str, Any]) -> str:
     """The parameters that the identification found, as a sentence."""
-    own = f"; of each test by itself: {attrs['free_of_each_test']}" if attrs["free_of_each_test"] else ""
+    line = str(attrs.get("free_over_level", "")).split(", ")  # earlier versions knew none
+    each = [f"{name} (along a line over the levels)" if name in line else name for name in attrs["free_of_each_test"].split(", ")]
+    own = f"; of each test by itself: {', '.join(each)}" if attrs["free_of_each_test"] else ""
     return f"Free: {attrs['free'] or 'nothing'}{own}."
 
 

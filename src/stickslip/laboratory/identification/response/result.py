@@ -145,6 +145,7 @@ def dataset_of_fit(
         "test": named("test", [test.name for test in tests], "test"),
         "own": named("own", own_names, "what each test has by itself"),
         "quantity": named("test", [test.quantity for test in tests], "measured quantity"),
+        "joint": named("test", [test.joint for test in tests], "joint that was measured"),
         **names_of_fit(fit),
     }
     attrs = {"title": "Parameters from frequency responses", "noise": float(np.sqrt(statistics.noise))}
@@ -183,7 +184,9 @@ def summary(dataset: xr.Dataset) -> list[str]:
         f"at most {rounded(sizes[worst], 2)} % ({dataset['test'].values[worst]})"
     )
     if np.isfinite(predicted).any():
-        lines.append(f"left out and predicted by the others: at most {rounded(float(np.nanmax(predicted)), 2)} %")
+        joint = str(dataset["joint"].values[int(np.nanargmax(predicted))]) if "joint" in dataset.coords else ""
+        which, where = ("each joint left out", f" (joint {joint})") if joint else ("left out", "")
+        lines.append(f"{which} and predicted by the others: at most {rounded(float(np.nanmax(predicted)), 2)} %{where}")
     return said[:suspected] + lines + said[suspected:]
 
 

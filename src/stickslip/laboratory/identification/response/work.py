@@ -23,7 +23,7 @@ from stickslip.laboratory.identification.response.mistakes import POOR, amplitud
 from stickslip.laboratory.identification.response.model import FittedTest
 from stickslip.laboratory.identification.response.outliers import fitted_without
 from stickslip.laboratory.identification.response.result import ResponseIdentification, dataset_of_fit
-from stickslip.laboratory.measurement.measured_response import MeasuredResponse
+from stickslip.laboratory.measurement.measured_response import MeasuredResponse, by_joint
 from stickslip.model.problem import Problem
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
@@ -31,7 +31,7 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.orders import attribute
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.starts.space import StartSpace, refuse_forgetful, rules_of, start_space
-from stickslip.support.checks import InputError, fault, numbers, of_kind, positive, several, truth, unique
+from stickslip.support.checks import Array, InputError, fault, numbers, of_kind, positive, several, truth, unique
 from stickslip.support.machine import one_blas_thread
 
 Starts = Literal["virgin", "free", "bounds"]
@@ -74,6 +74,8 @@ def named_tests(name: str, tests: Any) -> list[MeasuredResponse]:
         raise fault(name, "must hold at least one measured response", [])
     named = [test if test.name else replace(test, name=f"test {k}") for k, test in enumerate(found, start=1)]
     unique("Names of tests", [test.name for test in named])
+    if 0 < sum(bool(test.joint) for test in named) < len(named):
+        raise fault("joint", "must be named for all tests or for none", [test.joint for test in named])
     return named
 
 
@@ -195,7 +197,7 @@ class ResponseIdentificationWork(Settings):
     ) -> ResponseIdentification:
         """The result, from that of the fit."""
         held_out: Sequence[Arrays] = ()
-        if self.leave_one_out and len(self.tests) > 1:
+        if self.leave_one_out and len(by_joint(self.tests)) > 1:
             held_out = all_cases(HeldOutWork(self, results[0]), checkpoint, workers, progress)
         return self.gathered(results, held_out, **about)
 
@@ -216,8 +218,11 @@ class ResponseIdentificationWork(Settings):
             fit = self.fitted(solution)
             fit.residuals(x)
             known = statistics(fit, x)
-            predicted = [float(one["misfit"]) for one in held_out] or [np.nan] * len(self.tests)
-            dataset = dataset_of_fit(fit, x, known, np.array(predicted), solution)
+            predicted = np.full(len(self.tests), np.nan)
+            if held_out:
+                for (_, left_out), one in zip(by_joint(self.tests), held_out, strict=True):
+                    predicted[left_out] = one["misfit"]
+            dataset = dataset_of_fit(fit, x, known, predicted, solution)
             said = notes(self.tests, (fit, x, known), dataset, solution, remarks)
         seconds = sum(float(one["cpu_seconds"]) for one in (*results, *held_out))
         dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(said)}
@@ -228,7 +233,8 @@ class ResponseIdentificationWork(Settings):
 
 @dataclass(frozen=True, eq=False)
 class HeldOutWork:
-    """One case for each test: its misfit with the shared parameters of the others; what it has by itself is fitted to it.
+    """One case for each test, or for each joint where tests name theirs: the misfits with the shared parameters of the others;
+    what a test has by itself is fitted to it.
 
     solution: that of the fit to all tests, from which each begins.
     """
@@ -237,30 +243,39 @@ class HeldOutWork:
     solution: Arrays
 
     @property
+    def groups(self) -> list[tuple[str, list[int]]]:
+        return by_joint(self.whole.tests)
+
+    @property
     def names(self) -> tuple[str, ...]:
         (name,) = self.whole.names
-        return tuple(f"{name}, without {test.name}" for test in self.whole.tests)
+        return tuple(f"{name}, without {group} {tests}" for group, tests in self.groups)
 
     @property
     def words(self) -> tuple[str, ...]:
-        return tuple(f"without {test.name}" for test in self.whole.tests)
+        return tuple(f"without {group}" for group, _ in self.groups)
 
     def prepare(self) -> None:
         """Nothing: the fit has compiled all."""
 
     def solve(self, case: int, report: Report) -> Arrays:
-        """The misfit of a test."""
+        """The misfits of the tests that are left out."""
         started, x, evaluations = time.process_time(), np.asarray(self.solution["x"]), self.whole.evaluations
+        left_out = self.groups[case][1]
         with one_blas_thread():
             fit = self.whole.fitted(self.solution)
-            rest = ResponseFit([fit.tests[k] for k in range(len(fit.tests)) if k != case], fit.free, fit.start_deviation)
+            others = [k for k in range(len(fit.tests)) if k not in left_out]
+            rest = ResponseFit([fit.tests[k] for k in others], fit.free, fit.start_deviation)
             rest.evaluated = lambda count: report(min(count / evaluations, 0.95))
-            fitted = rest.solved(x[[k for k, v in enumerate(fit.variables) if v.test != case]], evaluations=evaluations).x
-            alone = ResponseFit([fit.tests[case]], fit.free, fit.start_deviation)
-            own = [k for k, v in enumerate(fit.variables) if v.test == case]
-            start = np.concatenate([fitted[: len(fit.shared)], x[own]])
-            found = alone.misfit(alone.solved(start, fit.shared, evaluations).x, 0)
+            fitted = rest.solved(x[[k for k, v in enumerate(fit.variables) if v.test not in left_out]], evaluations=evaluations).x
+            found = [self._misfit(fit, t, fitted[: len(fit.shared)], x) for t in left_out]
         return {"misfit": np.array(found), "cpu_seconds": np.array(time.process_time() - started)}
+
+    def _misfit(self, fit: ResponseFit, t: int, shared: Array, x: Array) -> float:
+        """The misfit of a test with given shared variables; its own ones begin as in x."""
+        alone = ResponseFit([fit.tests[t]], fit.free, fit.start_deviation)
+        start = np.concatenate([shared, x[[k for k, v in enumerate(fit.variables) if v.test == t]]])
+        return alone.misfit(alone.solved(start, fit.shared, self.whole.evaluations).x, 0)
 
 
 @takes(ResponseIdentificationWork)
@@ -278,10 +293,12 @@ def identify_response(work: ResponseIdentificationWork) -> ResponseIdentificatio
     states. A point inside them costs nothing, one outside its distance to the nearer bound, h; phases are not used. Intervals
     are then those of the profile: all values at which, with the others adapted, the sum of squares is at most 3.84 above the
     least one; the values are a point inside. tries: further starts between the bounds, of which the best is taken.
-    leave_one_out: fit again without each test and compare it with what the others predict; its own variables are fitted to it.
+    leave_one_out: fit again without each test, or without each joint where tests name theirs, and compare what was left out with
+    what the others predict; its own variables are fitted to it.
 
     Intervals hold 95 % with errors as large as the residuals. Where these go together along the curves, they count by the number
-    of independent ones, and from three tests on an interval is at least as wide as the tests disagree (cluster-robust errors).
+    of independent ones, and from three tests on an interval is at least as wide as the tests disagree (cluster-robust errors);
+    where tests name joints, as these do.
     So it holds what differs from test to test; what all tests share, such as a wrong contact law, it does not.
     """
     return work.finished(all_cases(work, work.checkpoint, 1, work.progress), work.checkpoint, 1, work.progress)
