@@ -220,8 +220,8 @@ class ResponseIdentificationWork(Settings):
             known = statistics(fit, x)
             predicted = np.full(len(self.tests), np.nan)
             if held_out:
-                for (_, left_out), one in zip(by_joint(self.tests), held_out, strict=True):
-                    predicted[left_out] = one["misfit"]
+                for (_, absent), one in zip(by_joint(self.tests), held_out, strict=True):
+                    predicted[absent] = one["misfit"]
             dataset = dataset_of_fit(fit, x, known, predicted, solution)
             said = notes(self.tests, (fit, x, known), dataset, solution, remarks)
         seconds = sum(float(one["cpu_seconds"]) for one in (*results, *held_out))
@@ -261,14 +261,14 @@ class HeldOutWork:
     def solve(self, case: int, report: Report) -> Arrays:
         """The misfits of the tests that are left out."""
         started, x, evaluations = time.process_time(), np.asarray(self.solution["x"]), self.whole.evaluations
-        left_out = self.groups[case][1]
+        absent = self.groups[case][1]
         with one_blas_thread():
             fit = self.whole.fitted(self.solution)
-            others = [k for k in range(len(fit.tests)) if k not in left_out]
+            others = [k for k in range(len(fit.tests)) if k not in absent]
             rest = ResponseFit([fit.tests[k] for k in others], fit.free, fit.start_deviation)
             rest.evaluated = lambda count: report(min(count / evaluations, 0.95))
-            fitted = rest.solved(x[[k for k, v in enumerate(fit.variables) if v.test not in left_out]], evaluations=evaluations).x
-            found = [self._misfit(fit, t, fitted[: len(fit.shared)], x) for t in left_out]
+            fitted = rest.solved(x[[k for k, v in enumerate(fit.variables) if v.test not in absent]], evaluations=evaluations).x
+            found = [self._misfit(fit, t, fitted[: len(fit.shared)], x) for t in absent]
         return {"misfit": np.array(found), "cpu_seconds": np.array(time.process_time() - started)}
 
     def _misfit(self, fit: ResponseFit, t: int, shared: Array, x: Array) -> float:
