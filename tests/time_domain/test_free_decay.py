@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 from stability.hybrid import OPEN, STICK, of_problem
 from stability.test_multipliers import lifting
+from typer.testing import CliRunner
 
 import stickslip as ss
+from stickslip.analyses.free_decay import half_cycles, turning_points
+from stickslip.cli import app
 from stickslip.model.rigs import three_mass_wedge
+from stickslip.show.report.presentation import presentation_named
 from stickslip.solve.time.start import TimeStart
 
 RELEASED, STIFFNESS, LIMIT = 0.85e-3, 1e4, 1.0
@@ -166,3 +170,45 @@ def test_a_lightly_damped_decay_lies_on_the_nonlinear_mode(tmp_path):
     assert ss.open_results(found.save(tmp_path / "decay.nc")).attrs["analysis"] == "free_decay"
     with pytest.raises(ss.InputError, match="must be those of the problem"):
         ss.free_decay(slider(2000.0), 0.5, velocity={"1.x": 1.0}, steps=2000).with_modes(modes)
+
+
+def test_small_ripples_in_a_decay_are_left_out():
+    """A ripple of 5e-4 near each extreme of a decay neither ends the list of half cycles nor adds any."""
+    t = np.arange(40_000) / 40_000
+    decay = np.exp(-2.0 * t) * np.cos(40.0 * np.pi * t)
+    rippled = decay + 5e-4 * np.exp(-2.0 * t) * np.cos(0.3 + 4000.0 * np.pi * t)
+    amplitude, frequency, _ = half_cycles(*turning_points(t, rippled))
+    assert 38 <= amplitude.size <= 40
+    np.testing.assert_allclose(frequency, 20.0, rtol=0.02)
+    np.testing.assert_allclose(amplitude, half_cycles(*turning_points(t, decay))[0][: amplitude.size], rtol=0.005)
+
+
+def two_masses():
+    """Frequencies of 5 and 17 Hz, each of a damping ratio of 1 %, and of both, by coordinates 1 +- 2."""
+    omega, turn = 2.0 * np.pi * np.array([5.0, 17.0]), np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2.0)
+    K, C = turn @ np.diag(omega**2) @ turn, turn @ np.diag(0.02 * omega) @ turn
+    structure = ss.Structure(np.eye(2), K, ("1.x", "2.x"), C=C)
+    contact = ss.Contact("slider", ss.Macroslip(1e-3, 1.0, normal_load=1e3), ({"1.x": 1.0},))
+    return ss.Problem(structure, (contact,), (ss.Force("1.x", 1.0),), ("1.x",), "Two masses")
+
+
+def test_several_modes_have_no_damping_of_half_cycles_but_a_motion_to_evaluate(tmp_path):
+    """`stickslip export` writes the motion, in which `stickslip decay` finds the damping of one mode."""
+    both, one = ({"1.x": 1e-3}, {"1.x": 1e-3, "2.x": 1e-3})
+    decay, alone = (ss.free_decay(two_masses(), 2.0, begin, steps=4000) for begin in (both, one))
+    (mixed,), (single,) = (presentation_named("free_decay").sentences(each.dataset) for each in (decay, alone))
+    assert "several modes move" in mixed
+    assert "most damping" not in mixed
+    assert "most damping 1.0 %" in single
+    (tmp_path / "both").mkdir()
+    decay.save(tmp_path / "both" / "results.nc")
+    results, motion = tmp_path / "d", tmp_path / "both_motion.csv"
+    for command in (
+        ("export", tmp_path / "both", "--out", tmp_path / "both.csv"),
+        ("decay", motion, "--column", "signal=1.x", "--band", "3:8", "--cycles", "5", "--out", results),
+    ):
+        result = CliRunner().invoke(app, [str(word) for word in command])
+        assert result.exit_code == 0, result.output
+    data = ss.open_results(results / "results.nc")
+    assert float(data["damping_ratio"].median()) == pytest.approx(0.01, rel=0.05)
+    assert float(data["frequency"].median()) == pytest.approx(5.0, rel=1e-3)

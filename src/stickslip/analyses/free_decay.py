@@ -50,7 +50,7 @@ FEWEST = 6
 """Steps of a half cycle, below which its amplitude and frequency would be those of the steps."""
 
 SMALLEST = 1e-3
-"""Share of the largest swing of an output below which its turning points are no longer listed."""
+"""Share of the largest swing of an output below which a swing is not listed."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -240,7 +240,8 @@ def turning_points(time: Array, signal: Array) -> tuple[Array, Array]:
     """Times and values of the extremes of a signal, by a parabola through the three samples around each.
 
     A released motion has one at its beginning: the parabola through the first three samples turns half a step before them at
-    most, so that the first difference is at most half of the second. They end where a swing is below `SMALLEST` of the largest.
+    most, so that the first difference is at most half of the second. Ripples of less than `SMALLEST` of the largest swing, such
+    as a motion has at its end, are left out.
     """
     rising = np.sign(np.diff(signal))
     for k in np.flatnonzero(rising == 0.0):  # equal neighbours: as before
@@ -252,10 +253,14 @@ def turning_points(time: Array, signal: Array) -> tuple[Array, Array]:
     begun = int(abs(signal[1] - signal[0]) <= 0.5 * abs(signal[2] - signal[1]))
     times = np.concatenate([time[:begun], time[inner] + shift * (time[1] - time[0])])
     values = np.concatenate([signal[:begun], middle - 0.25 * (left - right) * shift])
-    swings = np.abs(np.diff(values))
-    small = np.flatnonzero(swings < SMALLEST * swings.max(initial=0.0))
-    count = (small[0] if small.size else swings.size) + 1
-    return times[:count], values[:count]
+    smallest = SMALLEST * np.abs(np.diff(values)).max(initial=0.0)
+    listed: list[int] = []
+    for number, value in enumerate(values.tolist()):
+        if len(listed) > 1 and (value - values[listed[-1]]) * (values[listed[-1]] - values[listed[-2]]) > 0.0:
+            listed[-1] = number
+        elif not listed or abs(value - values[listed[-1]]) >= smallest:
+            listed.append(number)
+    return times[listed], values[listed]
 
 
 def half_cycles(times: Array, values: Array) -> tuple[Array, Array, Array]:

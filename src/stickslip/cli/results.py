@@ -60,7 +60,7 @@ def peaks(
     for dataset in datasets.values():
         kind = presentation_of(dataset)
         if not kind.responses:
-            remedy = f"`stickslip export` writes the tables of these results: {', '.join(kind.tables(dataset))}."
+            remedy = f"`stickslip export` writes the tables of these results: {', '.join(kind.exported(dataset))}."
             raise fault("RESULTS", "must be response curves, which have peaks", kind.title, remedy)
     tables = {name: shown_table(peak_table(dataset), dataset) for name, dataset in datasets.items()}
     if as_json:
@@ -155,7 +155,8 @@ def export(
         files |= captioned({name: _further(dataset) for name, dataset in datasets.items()}, out)
         notes = dict.fromkeys(filter(None, (other_peaks(dataset, quantity) for dataset in datasets.values())))
     else:
-        files, notes = captioned({name: presentation_of(dataset).tables(dataset) for name, dataset in datasets.items()}, out), {}
+        tables = {name: presentation_of(dataset).exported(dataset) for name, dataset in datasets.items()}
+        files, notes = captioned(tables, out), {}
     refuse_existing(files, overwrite)
     for path, table in files.items():
         write_text(path, without_formulas(table).to_csv(index=False))
@@ -189,7 +190,7 @@ def refuse_quantity(presentation: Presentation, dataset: xr.Dataset, quantity: s
     if presentation.responses:
         return
     option, value = ("--per-force", True) if quantity is None else ("--quantity", quantity)
-    tables = ", ".join(presentation.tables(dataset))
+    tables = ", ".join(presentation.exported(dataset))
     remedy = f"Leave it out: {presentation.title} results are exported as they are, {tables}."
     raise fault(option, "must stand with response curves, of which alone other quantities are made", value, remedy)
 

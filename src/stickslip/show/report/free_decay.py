@@ -24,20 +24,35 @@ ROWS = 9
 """Windows of a measured decay in its first table."""
 
 
+GROWTH, SHARE = 1e-3, 0.02
+"""Negative damping ratio of a half cycle that grows, and the share of such half cycles above which several modes move: the
+amplitude of a single mode never grows."""
+
+
 def sentences(dataset: xr.Dataset) -> list[str]:
-    """Of each output the first and the last half cycle and the most damping."""
-    lines = []
+    """Of each output the first and the last half cycle and the most damping, or that several modes move."""
+    lines, mixed = [], []
     for k, name in enumerate(dataset["output"].values):
         amplitude, frequency, damping = (dataset[key].values[k] for key in ("amplitude", "frequency", "damping_ratio"))
         there = np.flatnonzero(np.isfinite(frequency) & np.isfinite(damping))
         if not there.size:
             lines.append(f"{name}: fewer than three half cycles, so no damping ratio")
             continue
+        if np.mean(damping[there] < -GROWTH) > SHARE:
+            mixed.append(str(name))
+            continue
         first, last, most = there[0], there[-1], there[int(np.argmax(damping[there]))]
         lines.append(
             f"{name}: {hertz(frequency[first])} Hz at {length_text(amplitude[first], dataset)}, {hertz(frequency[last])} Hz at "
             f"{length_text(amplitude[last], dataset)}; most damping {percent(damping[most])} at "
             f"{length_text(amplitude[most], dataset)}"
+        )
+    if mixed:
+        lines.append(
+            f"{', '.join(mixed)}: some half cycles are larger than those before them, so several modes move and no half cycle "
+            "has the frequency and damping of one of them. Write the motion with `stickslip export RESULTS --out NAME.csv`, then "
+            f"run `stickslip decay NAME_motion.csv --column 'signal={mixed[0]}' --band LOW:HIGH` for each mode (in "
+            "Python `ss.measured_decay(time, signal, band=(low, high))`)"
         )
     return lines
 
@@ -56,6 +71,15 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     for key in keys:
         columns[f"{key.replace('_', ' ')} [{dataset[key].attrs['units']}]"] = dataset[key].values.ravel()
     return {"half cycles": pd.DataFrame(columns).dropna(subset=["turning time [s]"], ignore_index=True)}
+
+
+def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """The motion of all outputs over time, which `stickslip decay` reads."""
+    import pandas as pd
+
+    motion = dataset["displacement"]
+    outputs = {f"{name} [m]": values for name, values in zip(dataset["output"].values, motion.values, strict=True)}
+    return {"motion": pd.DataFrame({"time [s]": dataset["time"].values, **outputs})}
 
 
 def figures(dataset: xr.Dataset) -> Figures:
@@ -116,4 +140,4 @@ def measured_figures(dataset: xr.Dataset) -> Figures:
 MEASURED = presents(
     "measured_decay", Presentation("Measured decay", measured_sentences, failures, measured_figures, measured_tables, ANSWER)
 )
-PRESENTATION = presents("free_decay", Presentation("Free decay", sentences, failures, figures, tables))
+PRESENTATION = presents("free_decay", Presentation("Free decay", sentences, failures, figures, tables, histories=histories))

@@ -38,6 +38,7 @@ class Presentation:
     tables: by caption, columns with their units; for the report and for `stickslip export`.
     answer: the caption of the table that answers what was asked, which a report shows first.
     responses: whether its report is that of response curves, section by section; all others show figures and tables.
+    histories: further tables as `tables`, too long for a report.
     """
 
     title: str
@@ -47,6 +48,11 @@ class Presentation:
     tables: Callable[[xr.Dataset], Mapping[str, pd.DataFrame]]
     answer: str = ""
     responses: bool = False
+    histories: Callable[[xr.Dataset], Mapping[str, pd.DataFrame]] = lambda dataset: {}
+
+    def exported(self, dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+        """All tables, as `stickslip export` writes them."""
+        return {**self.tables(dataset), **self.histories(dataset)}
 
 
 _PRESENTATIONS: dict[str, Presentation] = {}
@@ -92,7 +98,10 @@ def presentation_named(analysis: str) -> Presentation:
     def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         return {caption: shown_table(table, dataset) for caption, table in own.tables(dataset).items()}
 
-    return replace(own, sentences=sentences, failures=failures, figures=figures, tables=tables)
+    def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+        return {caption: shown_table(table, dataset) for caption, table in own.histories(dataset).items()}
+
+    return replace(own, sentences=sentences, failures=failures, figures=figures, tables=tables, histories=histories)
 
 
 def _shown(draw: Callable[[xr.Dataset], Chart | Figure], dataset: xr.Dataset) -> Chart | Figure:
