@@ -117,6 +117,28 @@ class UniversalFile:
 
 
 @dataclass(frozen=True)
+class _Layout:
+    """What the seventh line of a data set 58 says of its values: complex or real, the columns of each, how many, and whether
+    abscissas are even, so that they are not among the values."""
+
+    complex_: bool
+    width: int
+    points: int
+    even: bool
+
+    def rows(self, order: str) -> list[np.dtype[np.void]]:
+        """What the bytes of a point can be in 58b: uneven abscissas are single precision, or written as the ordinates are."""
+        ordinates = ("f4" if self.width == SINGLE else "f8",) * (2 if self.complex_ else 1)
+        abscissas: tuple[tuple[str, ...], ...] = ((),) if self.even else (("f4",), ("f8",))
+        return [np.dtype([(f"{k}", order + kind) for k, kind in enumerate((*one, *ordinates))]) for one in abscissas]
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """How many bytes the values can have in 58b."""
+        return tuple(self.points * row.itemsize for row in self.rows("<"))
+
+
+@dataclass(frozen=True)
 class _DataSet:
     """Its number, its lines as bytes without their ends, those of values as bytes where it is binary, and its first line."""
 
@@ -219,14 +241,14 @@ def _binary(what: str, data: bytes, place: int, head: str) -> tuple[list[bytes],
     ):
         if value not in good:
             raise fault(f"{what} {subject}", rule, value, "Export it as ASCII (58).")
-    left = max(len(data) - place, 0)
-    if not 0 < count <= left:
-        raise fault(f"{what} number of bytes,", f"must be from 1 to the {left} that follow", count, CUT_SHORT)
-    closing = AFTER_BYTES.match(data, place + count)
-    if closing is None:
-        rule = f'must end with "    -1" after the {count} bytes that it counts'
-        raise fault(what, rule, _text(data[place + count : place + count + 6]), CUT_SHORT)
-    return lines, data[place : place + count], closing.end()
+    by_values = _layout(what, _text(lines[6])).sizes if int(head[:6]) == 58 else ()
+    left = len(data) - place
+    for size in (count, *by_values):  # pyuff counts half the bytes of complex values
+        if 0 < size <= left and (closing := AFTER_BYTES.match(data, place + size)) is not None:
+            return lines, data[place : place + size], closing.end()
+    counts = [f"the {count} bytes that its first line counts", *(f"the {size} bytes of its values" for size in by_values)]
+    rule = f'must end with "    -1" after {" or ".join(counts)}'
+    raise fault(what, rule, "not ended there", "The counts disagree: the file is damaged, or cut short. Copy it again.")
 
 
 def _next_line(data: bytes, place: int) -> tuple[bytes, int]:
@@ -270,7 +292,33 @@ def _function(name: str, one: _DataSet, number: int, units: FileUnits | None) ->
         header[5], (5, 10, 5, 10, 11, 10, 4, 11, 10, 4)
     )
     response, reference = _freedom(what, entity, node, direction), _freedom(what, entity_2, node_2, direction_2)
-    form, count, spacing, *of_abscissa = _cells(header[6], (10, 10, 10, 13, 13, 13))
+    layout = _layout(what, header[6])
+    of_abscissa = _cells(header[6][30:], (13, 13, 13))
+    if header[6][30:].split() != of_abscissa:
+        raise fault(
+            f"{what}, first abscissa, step and value of the z axis,", "must be in their columns", header[6].strip(), DAMAGED
+        )
+    first, step, _ = (_float(f"{what}, first abscissa, step and value of the z axis,", cell) for cell in of_abscissa)
+    points, each = layout.points, (0 if layout.even else 1) + (2 if layout.complex_ else 1)
+    values = _numbers(name, one, _widths(layout)) if one.values is None else _unpacked(what, one, layout)
+    if values.size != each * points or points < 1:
+        raise fault(f"{what}, number of values,", f"must go with the {values.size} numbers that it holds", points, DAMAGED)
+    rows = values.reshape(points, each)
+    if layout.even:
+        x = np.asarray(first + step * np.arange(points))
+    else:
+        x = np.array(rows[:, 0])
+    y = np.ascontiguousarray(rows[:, -2:]).view(complex)[:, 0] if layout.complex_ else rows[:, -1].copy()
+    abscissa, ordinate, denominator = (_axis(what, line) for line in header[7:10])
+    ids = tuple(text for line in header[:5] if (text := line[:80].strip()) and text != "NONE")
+    return UniversalFunction(
+        number, _integer(f"{what}, type,", kind), ids, response, reference, abscissa, ordinate, denominator, x, y, units
+    )
+
+
+def _layout(what: str, record: str) -> _Layout:
+    """The layout of the values, by the seventh line of a data set 58."""
+    form, count, spacing = _cells(record, (10, 10, 10))
     complex_, width = PRECISION.get(_integer(f"{what}, type of ordinate,", form), (False, 0))
     if not width:
         raise fault(f"{what}, type of ordinate,", f"must be one of {', '.join(map(str, PRECISION))}", form)
@@ -278,29 +326,7 @@ def _function(name: str, one: _DataSet, number: int, units: FileUnits | None) ->
     even = _integer(f"{what}, spacing,", spacing)
     if even not in (0, 1):
         raise fault(f"{what}, spacing,", "must be 0 (uneven) or 1 (even)", spacing)
-    if header[6][30:].split() != of_abscissa:
-        raise fault(
-            f"{what}, first abscissa, step and value of the z axis,", "must be in their columns", header[6].strip(), DAMAGED
-        )
-    first, step, _ = (_float(f"{what}, first abscissa, step and value of the z axis,", cell) for cell in of_abscissa)
-    each = (0 if even else 1) + (2 if complex_ else 1)
-    if one.values is None:
-        values = _numbers(name, one, _widths(width, complex_, even == 1))
-    else:
-        values = _unpacked(what, one, points, (complex_, width, even == 1))
-    if values.size != each * points or points < 1:
-        raise fault(f"{what}, number of values,", f"must go with the {values.size} numbers that it holds", points, DAMAGED)
-    rows = values.reshape(points, each)
-    if even:
-        x = np.asarray(first + step * np.arange(points))
-    else:
-        x = np.array(rows[:, 0])
-    y = np.ascontiguousarray(rows[:, -2:]).view(complex)[:, 0] if complex_ else rows[:, -1].copy()
-    abscissa, ordinate, denominator = (_axis(what, line) for line in header[7:10])
-    ids = tuple(text for line in header[:5] if (text := line[:80].strip()) and text != "NONE")
-    return UniversalFunction(
-        number, _integer(f"{what}, type,", kind), ids, response, reference, abscissa, ordinate, denominator, x, y, units
-    )
+    return _Layout(complex_, width, points, even == 1)
 
 
 def _freedom(what: str, entity: str, node: str, direction: str) -> Freedom:
@@ -315,13 +341,13 @@ def _axis(what: str, line: str) -> Axis:
     return Axis(_integer(f"{what}, type of data,", kind), *("" if text.upper() == "NONE" else text for text in (label, unit)))
 
 
-def _widths(width: int, complex_: bool, even: bool) -> tuple[int, ...]:
+def _widths(layout: _Layout) -> tuple[int, ...]:
     """Columns of the values of a whole line."""
-    if width == SINGLE:
+    if layout.width == SINGLE:
         return (SINGLE,) * 6
-    if even:
+    if layout.even:
         return (DOUBLE,) * 4
-    return (SINGLE, DOUBLE, DOUBLE) if complex_ else (SINGLE, DOUBLE) * 2
+    return (SINGLE, DOUBLE, DOUBLE) if layout.complex_ else (SINGLE, DOUBLE) * 2
 
 
 def _numbers(name: str, one: _DataSet, widths: Sequence[int]) -> Array:
@@ -344,19 +370,15 @@ def _numbers(name: str, one: _DataSet, widths: Sequence[int]) -> Array:
     return np.array(found)
 
 
-def _unpacked(what: str, one: _DataSet, points: int, layout: tuple[bool, int, bool]) -> Array:
-    """The values of a 58b, point by point. Uneven abscissas are single precision, or written as the ordinates are."""
-    complex_, width, even = layout
-    parts, data = (2 if complex_ else 1), one.values or b""
-    order = "<" if _cells(one.first[7:], (6,))[0] == str(LITTLE_ENDIAN) else ">"
-    ordinate = "f4" if width == SINGLE else "f8"
-    for abscissa in ((),) if even else (("f4",), ("f8",)):
-        row = np.dtype([(f"{k}", order + kind) for k, kind in enumerate((*abscissa, *(ordinate,) * parts))])
-        if points * row.itemsize == len(data):
+def _unpacked(what: str, one: _DataSet, layout: _Layout) -> Array:
+    """The values of a 58b, point by point."""
+    data, order = one.values or b"", "<" if _cells(one.first[7:], (6,))[0] == str(LITTLE_ENDIAN) else ">"
+    for row in layout.rows(order):
+        if layout.points * row.itemsize == len(data):
             stored = np.frombuffer(data, row)
             with np.errstate(invalid="ignore"):  # NaN of any bits
                 return np.stack([stored[key].astype(float) for key in stored.dtype.names or ()], axis=1).ravel()
-    raise fault(f"{what}, number of values,", f"must go with the {len(data)} bytes that it holds", points, DAMAGED)
+    raise fault(f"{what}, number of values,", f"must go with the {len(data)} bytes that it holds", layout.points, DAMAGED)
 
 
 def _units(name: str, one: _DataSet) -> FileUnits:
