@@ -1,5 +1,6 @@
 """Mistakes in measured responses are named: each is put into curves whose truth is known."""
 
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -7,10 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from identification.test_identify_response import FREE, measured, one_mass
+from measurement import universal_writer
 
 import stickslip as ss
 from stickslip.laboratory.identification.response.diagnosis import SUSPICION
-from stickslip.laboratory.identification.response.mistakes import notes_on_mistakes
+from stickslip.laboratory.identification.response.mistakes import named_gain, notes_on_mistakes
 from stickslip.laboratory.identification.response.result import summary
 
 SETTINGS = {"tries": 1, "evaluations": 25, "samples": 64, "harmonics": 3}
@@ -32,10 +34,10 @@ def turned(of):
 MISTAKES = {
     "force in kN": (
         scaled(force=1e-3),
-        "times those of the model that fits else, as where the force is in kN although its title says N",
+        "times those of the model that fits else, as where the force is in kN but taken for N",
     ),
-    "displacement in mm": (scaled(1e3), "or a response in mm as in m. State the unit"),
-    "force in N for kN": (scaled(force=1e3), "as where the force is in N although its title says kN"),
+    "displacement in mm": (scaled(1e3), "or the response in mm or mm/s2 but taken for m or m/s2. State the unit"),
+    "force in N for kN": (scaled(force=1e3), "as where the force is in N but taken for kN"),
     "acceleration in g": (scaled(1.0 / 9.80665), "as where an acceleration in g is given as in m/s2"),
     "a gain of no known mistake": (scaled(3.3), "0.3, 1, 2: the amplitudes fit with a gain of 3.2"),
     "RMS response": (scaled(np.sqrt(0.5)), "0.3, 1, 2: the measured responses per force are 0.70"),
@@ -119,3 +121,35 @@ def test_one_curve_that_fits_with_exchanged_columns_is_chance():
     for exchanged, count in (([0.05, 0.3, 0.3], 0), ([0.05, 0.05, 0.05], 1)):
         said = notes_on_mistakes(sound(), np.full(3, 0.3), solution | {"swapped_misfit": np.array(exchanged)})
         assert len([note for note in said if "swapped" in note]) == count
+
+
+@pytest.mark.parametrize(("wrong", "label"), [(1.0 / 9.80665, "m/s^2"), (1000.0, "m/s^2"), (0.001, "mm/s^2")])
+@pytest.mark.parametrize("ending", ["unv", "csv"])
+def test_the_unit_that_is_advised_mends_a_response_per_force(tmp_path, wrong, label, ending):
+    """Accelerances in g and in mm/s2 that are labelled m/s2, and some in m/s2 that are labelled mm/s2."""
+    f, true = np.linspace(10.0, 20.0, 11), np.linspace(1.0, 3.0, 11) * np.exp(1j)
+    shown = true * wrong * (1000.0 if label == "mm/s^2" else 1.0)
+    path = tmp_path / f"a.{ending}"
+    if ending == "unv":
+        path.write_bytes(universal_writer.function(f, shown, ordinate=(12, label), denominator=(13, "N"), double=True))
+    else:
+        rows = [f"{a:.9g},{b.real:.12g},{b.imag:.12g}" for a, b in zip(f, shown, strict=True)]
+        path.write_text("\n".join([f"frequency [Hz],Re(H) [({label})/N],Im(H) [({label})/N]", *rows]))
+    gains = ss.read_measured_response(path, force=4.0).amplitude / (4.0 * np.abs(true))
+    np.testing.assert_allclose(gains, wrong, rtol=1e-6)
+    words, _ = named_gain(float(np.median(gains)))
+    assert "title" not in words
+    (unit,) = re.findall(r"'amplitude': '(.*?)'\}", words)
+    after = ss.read_measured_response(path, force=4.0, units={"amplitude": unit})
+    np.testing.assert_allclose(after.amplitude, 4.0 * np.abs(true), rtol=1e-6)
+    with pytest.raises(ss.InputError, match="must be per force"):
+        ss.read_measured_response(path, force=4.0, units={"amplitude": unit.removesuffix("/N").strip("()")})
+
+
+def test_phases_of_the_opposite_sign_may_be_those_of_a_turned_sensor():
+    """So says the sentence, since a sensor against the axis of the model is as common as the phase of an acceleration."""
+    phases = np.concatenate([np.asarray(test.phase) for test in sound()])
+    turned_tests = [MISTAKES["acceleration"][0](test) for test in sound()]
+    solution = {"plain_gain": np.ones(3), "plain_misfit": np.full(3, 0.01), "plain_phase": phases}
+    (said,) = notes_on_mistakes(turned_tests, np.full(3, 1.0), solution | {"swapped_misfit": np.full(3, np.inf)})
+    assert "a sensor or the force points the other way" in said

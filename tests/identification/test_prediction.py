@@ -335,8 +335,8 @@ def test_the_standard_error_of_a_median_is_that_of_its_draws():
     [
         (1.0 / 9.80665, r"amplitude 9\.\d* times as large", "an acceleration in g is given as in m/s2"),
         (2.0**-0.5, r"amplitude \+41 %", "the response is an RMS value"),
-        (1e3, r"amplitude 0\.00(1|09)\d* times as large", "the force is in kN although its title says N"),
-        (0.8e-3, r"amplitude 12\d\d times as large", "the force is in N although its title says kN"),
+        (1e3, r"amplitude 0\.00(1|09)\d* times as large", "the force is in kN but taken for N"),
+        (0.8e-3, r"amplitude 12\d\d times as large", "the force is in N but taken for kN"),
     ],
 )
 def test_a_wrong_unit_of_a_compared_curve_is_suspected(gain, shown, cause):

@@ -158,7 +158,7 @@ def test_columns_and_units_that_the_file_does_not_name(tmp_path):
         ("f [Hz],real,imag", {}, "unit of the real part in level_2.csv must be stated"),
         ("f [Hz],real [m/N],disp [m]", {}, "must name imaginary"),
         ("f [Hz],Re(H) [m/N],Im(H) [mm/N]", {}, "must be equal, but is 'm/N and mm/N'"),
-        ("f [Hz],Accelerance [g],phase [rad]", {}, "must be per force, as the title says"),
+        ("f [Hz],Accelerance [g],phase [rad]", {}, "must be per force, but is 'g'. Say units={'amplitude': 'g/N'}"),
         ("f [Hz],Re(H1),Re(H2)", {}, "must name real once"),
         ("f [Hz],H [lbf/in],phase [rad]", {}, "must be one of m, mm"),
         ("f [Hz],a [m/s2],force [N]", {}, "force of level_2.csv must be given once"),

@@ -1,5 +1,8 @@
 """Universal files of laboratories: read as an independent writer wrote them and as pyuff reads them; damaged ones are refused."""
 
+import re
+import tomllib
+
 import numpy as np
 import pytest
 from measurement import universal_writer as write
@@ -220,13 +223,29 @@ def test_other_functions_are_refused(tmp_path, what, words):
     assert words in str(raised.value)
 
 
+def test_a_sensor_against_an_axis_is_named_with_what_the_study_needs(tmp_path):
+    """The output and the force that the note writes can be copied into a study."""
+    (note,) = _against_axes(tmp_path, (105, -3), (103, -1))
+    output, force = re.findall(r"(outputs = \[.*?\]) in \[sweep\] and (direction = \{.*?\}) in \[\[force\]\]", note)[0]
+    assert tomllib.loads(output) == {"outputs": [{"name": "105:-Z", "direction": {"105.z": -1.0}}]}
+    assert tomllib.loads(force) == {"direction": {"103.x": -1.0}}
+    (alone,) = _against_axes(tmp_path, (105, -3), (103, 1))
+    assert "[[force]]" not in alone
+    assert not _against_axes(tmp_path, (105, 3), (103, 1))
+
+
+def _against_axes(tmp_path, response, reference):
+    path = written(tmp_path, write.function(EVEN, accelerance(EVEN), response=response, reference=reference))
+    return [note for note in ss.read_measured_response(path, force=1.0).notes if "along" in note]
+
+
 def test_units_that_contradict_themselves_are_refused(tmp_path):
     sets = (write.units(1, 3.2808, 0.2248), write.function(EVEN, accelerance(EVEN)))
     with pytest.raises(
         ss.InputError, match=r"must go with its code 1, 1 and 1 for length and force, but is '3\.2808 and 0\.2248'"
     ):
         ss.read_measured_response(written(tmp_path, *sets), force=1.0)
-    with pytest.raises(ss.InputError, match="must be per force, but is 'mm'"):
+    with pytest.raises(ss.InputError, match=r"must be per force, but is 'mm'. Say units=\{'amplitude': 'mm/N'\}"):
         ss.read_measured_response(
             written(tmp_path, write.function(EVEN, receptance(EVEN), ordinate=(8, "NONE"))), force=1.0, units={"amplitude": "mm"}
         )

@@ -21,6 +21,8 @@ from stickslip.laboratory.measurement.response_units import (
     ResponseUnit,
     contradicted,
     known_unit,
+    per_force_unit,
+    per_newton,
     response_unit,
 )
 from stickslip.laboratory.measurement.universal_file import is_universal
@@ -167,7 +169,8 @@ def _read(
         if key not in found:
             raise fault("units", f"must be of columns of {table.name}: {', '.join(found)}", key)
         notes += contradicted(table.name, key, found[key].unit, text)
-        found[key] = replace(found[key], unit=text)
+        of_file = response_unit(found[key].unit or "")
+        found[key] = replace(found[key], unit=text, per_force=found[key].per_force or (of_file is not None and of_file.per_force))
     about = {"notes": notes, **about}
     if number is None:
         return [_response(table, found, asked, phase_of, about)]
@@ -373,12 +376,16 @@ def _units_of_file(
 def _quantity(table: NumberTable, first: _Column, asked: str | None) -> tuple[ResponseUnit | None, str]:
     """Unit and quantity of the responses."""
     titled = asked or first.motion
-    unit = _unit(table, first, titled or "response", (titled,) if titled else MOTIONS)
+    kinds = (titled,) if titled else MOTIONS
+    unit = _unit(table, first, titled or "response", kinds)
     quantity = titled or (unit.kind if unit else "acceleration")
-    if unit is not None and first.per_force and not unit.per_force:
-        raise fault(f"The unit of {quantity} in {table.name}", "must be per force, as the title says", first.unit, "Such as m/N.")
+    if first.unit is not None and first.per_force:
+        unit = per_force_unit(f"The unit of {quantity} in {table.name}", first.unit, kinds, str(first.key))
     if unit is None and first.key == "real" and not first.per_force:
-        remedy = "Name the columns such as Re(H) [m/N], or give units={'real': 'm/N'} (--unit real=m/N)."
+        usual = per_newton(SI[quantity])
+        remedy = (
+            f"Name the columns such as Re(H) [{usual}], or give units={{'amplitude': '{usual}'}} (--unit 'amplitude={usual}')."
+        )
         raise fault(f"The unit of the real part in {table.name}", "must be stated", "missing", remedy)
     return unit, quantity
 

@@ -80,6 +80,20 @@ def known_unit(what: str, text: str, kinds: Sequence[str]) -> ResponseUnit:
     return unit
 
 
+def per_force_unit(what: str, text: str, kinds: Sequence[str], key: str = "amplitude") -> ResponseUnit:
+    """The unit that a text names, which must be that of a motion per force."""
+    unit = known_unit(what, text, kinds)
+    if not unit.per_force:
+        right = per_newton(text)
+        raise fault(what, "must be per force", text, f"Say units={{'{key}': '{right}'}} (--unit '{key}={right}').")
+    return unit
+
+
+def per_newton(unit: str) -> str:
+    """The unit of a motion per force, from that of the motion."""
+    return f"({unit})/N" if "/" in unit else f"{unit}/N"
+
+
 def contradicted(name: str, key: str, stated: str | None, given: str) -> list[str]:
     """The note on a unit that is given against that of the file."""
     if stated is None or response_unit(stated) == response_unit(given):

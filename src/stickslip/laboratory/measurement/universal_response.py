@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.laboratory.measurement.number_table import NumberTable
-from stickslip.laboratory.measurement.response_units import MOTIONS, contradicted, known_unit, response_unit
+from stickslip.laboratory.measurement.response_units import MOTIONS, contradicted, known_unit, per_force_unit, response_unit
 from stickslip.laboratory.measurement.universal_file import (
+    DIRECTIONS,
     Axis,
     FileUnits,
     Freedom,
@@ -69,6 +70,9 @@ AGREE = 1e-3
 TRANSLATIONS = 3
 """Directions up to it are along an axis; rotations follow."""
 HOW_TO_SAY = "(if only the file does not say it: units={'amplitude': '(m/s2)/N'}, --unit 'amplitude=(m/s2)/N')"
+
+AGAINST = ('outputs = [{ name = "NAME", direction = { PLACE } }] in [sweep]', "direction = { PLACE } in [[force]]")
+"""How a study turns an output and a force against an axis."""
 
 LISTED = 12
 """Functions that a message lists."""
@@ -298,9 +302,14 @@ def _said(file: UniversalFile, one: UniversalFunction) -> list[str]:
     """Sentences on which function is read, and on directions against the axes."""
     about = ", ".join(text for text in one.ids if text != one.name)
     found = [f"Function {one.number} of {file.name} is read, {one.name}{': ' * bool(about)}{about}."]
-    against = [str(end) for end in (one.response, one.reference) if end.direction < 0]
-    if against and np.iscomplexobj(one.y):
-        found.append(f"Phases of {file.name} are those along {' and '.join(against)}: output and force must point there too.")
+    ways = [
+        (str(end), form.replace("PLACE", f'"{end.node}.{DIRECTIONS[-end.direction].lower()}" = -1.0').replace("NAME", str(end)))
+        for end, form in zip((one.response, one.reference), AGAINST, strict=True)
+        if end.direction < 0
+    ]
+    if ways and np.iscomplexobj(one.y):
+        along, inputs = (" and ".join(texts) for texts in zip(*ways, strict=True))
+        found.append(f"Phases of {file.name} are those along {along}, where the study must point too: {inputs}.")
     return found
 
 
@@ -320,9 +329,7 @@ def _response_factor(
         return _factor(file, one.ordinate, motion, wanted.unit or None, one.units, notes)
     if wanted.unit or (stated is not None and stated.per_force):
         text = wanted.unit or one.ordinate.unit
-        unit = known_unit(what, text, (motion,))
-        if not unit.per_force:
-            raise fault(what, "must be per force", text, "Such as mm/N.")
+        unit = per_force_unit(what, text, (motion,))
         both = f"({one.ordinate.unit})/{one.denominator.unit}" if one.denominator.unit else None
         notes += contradicted(file.name, "amplitude", one.ordinate.unit if stated and stated.per_force else both, text)
         return unit.factor, True

@@ -38,6 +38,8 @@ FROM_ONE = 1.25
 LISTED = 4
 """Tests that a sentence names."""
 
+OR_ALONE = "without /N where the file holds amplitudes beside forces"
+
 GAINS = (
     (np.sqrt(2.0), "as where the force is an RMS value and the response an amplitude. Give amplitudes of both"),
     (np.sqrt(0.5), "as where the response is an RMS value and the force an amplitude. Give amplitudes of both"),
@@ -45,20 +47,24 @@ GAINS = (
     (0.5, "as where the force is a peak-to-peak value and the response an amplitude. Give amplitudes of both"),
     (
         9.80665,
-        "as where an acceleration in m/s2 is given as in g. State its unit, units={'amplitude': 'm/s2'} (--unit amplitude=m/s2)",
+        "as where an acceleration in m/s2 is given as in g. State the unit of the response, units={'amplitude': '(m/s2)/N'} "
+        f"(--unit 'amplitude=(m/s2)/N'), {OR_ALONE}",
     ),
     (
         1.0 / 9.80665,
-        "as where an acceleration in g is given as in m/s2. State its unit, units={'amplitude': 'g'} (--unit amplitude=g)",
+        "as where an acceleration in g is given as in m/s2. State the unit of the response, units={'amplitude': 'g/N'} "
+        f"(--unit amplitude=g/N), {OR_ALONE}",
     ),
 )
 LARGE = (
-    "as where the force is in kN although its title says N, or the response in mm although its title says m. State the unit, "
-    "such as units={'force': 'kN'} (--unit force=kN)"
+    "as where the force is in kN but taken for N, or the response in mm or mm/s2 but taken for m or m/s2. State the unit of the "
+    "force, such as units={'force': 'kN'} (--unit force=kN), or that of the response, such as units={'amplitude': '(mm/s2)/N'} "
+    f"(--unit 'amplitude=(mm/s2)/N'), {OR_ALONE}"
 )
 SMALL = (
-    "as where the force is in N although its title says kN, or in mN although its title says N. State the unit, such as "
-    "units={'force': 'N'} (--unit force=N)"
+    "as where the force is in N but taken for kN, or in mN but taken for N. State the unit of the force, such as "
+    "units={'force': 'N'} (--unit force=N), or that of the response, such as units={'amplitude': '(m/s2)/N'} "
+    f"(--unit 'amplitude=(m/s2)/N'), {OR_ALONE}"
 )
 
 CALIBRATION = "check the calibration and the mass of the model, or free the gain, free_gain=True (--free-gain)"
@@ -77,8 +83,8 @@ PHASES: tuple[tuple[Phases, str], ...] = (
     ),
     (
         lambda phase: phase + np.pi,
-        "are 180° from those of the displacement: they are the acceleration's, phase_of='quantity' (--phase-of quantity), or the "
-        "sign of a sensor is turned",
+        "are 180° from those of the displacement: they are the acceleration's, phase_of='quantity' (--phase-of quantity), or a "
+        "sensor or the force points the other way than in the model, where a direction of -1.0 turns an output or a force",
     ),
     (
         lambda phase: np.pi - phase,
