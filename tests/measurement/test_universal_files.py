@@ -8,6 +8,7 @@ import pytest
 from measurement import universal_writer as write
 
 import stickslip as ss
+from stickslip.laboratory.measurement.measured_response import joined
 from stickslip.laboratory.measurement.universal_file import read_universal
 
 OMEGA0, RATIO = 2.0 * np.pi * 15.0, 0.02
@@ -100,9 +101,9 @@ def test_what_the_file_says_and_is_not_obeyed_is_noted(tmp_path):
     path = written(tmp_path, *sets, write.function(EVEN, accelerance(EVEN), response=(12, -3), ordinate=(12, "g")))
     notes = " ".join(ss.read_measured_response(path, force=1.0).notes)
     for said in (
-        "written by ANALYSER 3, 02-Jan-26 13:00:00",
+        "Program and date of test.unv: ANALYSER 3, 02-Jan-26 13:00:00.",
         "not read: 82",
-        "natural frequencies and damping ratios: 15 Hz (2 %).",
+        "Natural frequencies and damping ratios in test.unv: 15 Hz (2 %).",
         "taken for g, its label, though data set 164 says 1 m/s2",
         "Function 1 of test.unv is read, 12:-Z / 1:+X: H, Run 1.",
         "along 12:-Z",
@@ -145,7 +146,7 @@ def test_one_of_several_functions_is_chosen_by_name_or_number(tmp_path):
         assert ss.read_measured_response(path, force=1.0, columns={"amplitude": name}).per_force == pytest.approx(
             -accelerance(EVEN), rel=2e-5
         )
-    with pytest.raises(ss.InputError, match=r"must be 1, .* columns={'amplitude': 2} .* or .* by='function' \(--by function\)"):
+    with pytest.raises(ss.InputError, match=r"chosen\. It holds 2 = .* columns={'amplitude': 2} .* or .* by='function' \(--by"):
         ss.read_measured_response(path, force=1.0, columns={"amplitude": "13:+Z"})
     tests = ss.read_measured_responses(path, "function", force=1.0, columns={"amplitude": "13:+Z"})
     assert [test.name for test in tests] == ["test wing:13:+Z / 1:+X (2)", "test wing:13:+Z / 1:+X (3)"]
@@ -184,7 +185,7 @@ def test_force_levels_from_a_spectrum_of_the_force(tmp_path):
     alone = ss.read_measured_response(written(tmp_path, motion), force=2.0)
     assert alone.phase is None
     assert alone.amplitude == pytest.approx(abs(force * accelerance(EVEN)), rel=2e-5)
-    with pytest.raises(ss.InputError, match=r"must be 1, .* columns={'force': 2} \(--column force=2\)"):
+    with pytest.raises(ss.InputError, match=r"must be chosen\. It holds 2 = .* columns={'force': 2} \(--column force=2\)"):
         ss.read_measured_response(written(tmp_path, response, spectrum, spectrum))
     elsewhere = write.function(
         EVEN, force, kind=12, response=(7, 1), reference=(0, 0), ordinate=(13, "N"), denominator=(0, "NONE")
@@ -387,3 +388,12 @@ def test_lines_of_windows_and_any_ending_of_the_name(tmp_path):
     for name in ("test.txt", "test.UFF", "test"):
         test = ss.read_measured_response(written(tmp_path, b"\r\n", data, name=name), force=1.0)
         assert test.per_force == pytest.approx(-accelerance(EVEN), rel=2e-5)
+
+
+def test_notes_of_several_files_of_one_program_are_one(tmp_path):
+    lines = [*["NONE"] * 5, "LabTest 3.1", "28-Nov-26  18:50:22"]
+    notes = []
+    for name in ("low", "high"):
+        path = written(tmp_path, write.data_set(151, *lines), write.function(EVEN, accelerance(EVEN)), name=f"{name}.unv")
+        notes += [(name, note) for note in ss.read_measured_response(path, force=1.0).notes]
+    assert "Program and date of low.unv, high.unv: LabTest 3.1, 28-Nov-26 18:50:22." in joined(notes)

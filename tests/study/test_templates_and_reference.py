@@ -22,6 +22,8 @@ DOCS = Path(__file__).parents[2] / "docs"
 def test_templates_are_sound(tmp_path, kind):
     written = write_new(kind, tmp_path / "study.toml")
     assert all(path.is_file() for path in written)
+    comments = [line for line in (tmp_path / "study.toml").read_text().splitlines() if re.search(r"[\]\"] {9,}#", line)]
+    assert not [line for line in comments if line.index("#") > 45]  # pushed to the right by what was inserted
     study = read(tmp_path / "study.toml")
     assert study.plan.summary
     assert study.sweep is None or study.sweep.problem.contacts
@@ -34,6 +36,13 @@ def test_new_without_a_kind_lists_every_kind_with_its_purpose(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert {file.stem for file in TEMPLATES.glob("*.toml")} == set(KINDS) == {line.split()[0] for line in lines if line[0] != " "}
     assert any(line.startswith("lumped ") and line.endswith("as three masses in a plane") for line in lines)
+
+
+def test_new_lists_what_it_wrote(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit):
+        main(["new", "response_identification", "a.toml"])
+    assert capsys.readouterr().out.startswith("Wrote a.toml, a_0.5_N.csv, a_6_N.csv and a_15_N.csv. Next: ")
 
 
 def test_the_template_of_the_rig_is_sound(tmp_path):

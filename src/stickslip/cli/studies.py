@@ -14,7 +14,7 @@ from stickslip.cli.app import guarded
 from stickslip.cli.as_json import Json, of_study, say_json
 from stickslip.cli.places import claimed, free_folder, remove_if_empty
 from stickslip.cli.results import write_reports
-from stickslip.support.checks import Faults, InputError, counted, fault, positive, unique
+from stickslip.support.checks import Faults, InputError, counted, fault, listed, positive, unique
 from stickslip.support.console import INCOMPLETE, WRONG_INPUT, progress_bar, say, warn
 from stickslip.support.files import write_text
 
@@ -97,7 +97,7 @@ def new(
         warn(f"`{kind}` is now called `{TEMPLATES[kind]}`; the old name will stop working.")
         kind = TEMPLATES[kind]
     written = write_new(kind, file or Path(f"{kind}.toml"), force)
-    say(f"Wrote {' and '.join(map(str, written))}. Next: stickslip run {written[0]} --out results/{written[0].stem}")
+    say(f"Wrote {listed([str(path) for path in written])}. Next: stickslip run {written[0]} --out results/{written[0].stem}")
 
 
 @guarded

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.results.view import highest_peak
+from stickslip.support.checks import listed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,4 +85,4 @@ def cloud_words(dataset: xr.Dataset, most: int = len(REPRESENTATIVE)) -> str:
         return ""
     names = words_of(list(range(min(most, len(REPRESENTATIVE)))))
     starts = max(len(cases) for cases in levels_of(dataset))
-    return f"of {starts} start states those with the {' and '.join(filter(None, (', '.join(names[:-1]), names[-1])))} response"
+    return f"of {starts} start states those with the {listed(names)} response"

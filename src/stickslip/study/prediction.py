@@ -16,7 +16,6 @@ from pydantic import Field
 
 from stickslip.laboratory.identification.response.drawn_problems import FEWEST_DRAWS, settings_beside
 from stickslip.laboratory.identification.response.result import ResponseIdentification
-from stickslip.laboratory.measurement.measured_response import listed
 from stickslip.results.files import open_results
 from stickslip.results.schema import analysis_of, stamped
 from stickslip.runs.cases import all_cases
@@ -26,7 +25,7 @@ from stickslip.study.analyses.response_identification import ResponseIdentificat
 from stickslip.study.analysis import Asked, Plan
 from stickslip.study.fields import Number, Seed, Table
 from stickslip.study.renamed import with_new_names
-from stickslip.support.checks import MOST, InputError, counted, fault
+from stickslip.support.checks import MOST, InputError, counted, fault, listed
 from stickslip.support.units import Band
 
 if TYPE_CHECKING:

@@ -269,6 +269,11 @@ def counted(number: int, singular: str, plural: str = "") -> str:
     return f"{number} {singular if number == 1 else plural or singular + 's'}"
 
 
+def listed(words: Sequence[str]) -> str:
+    """`a, b and c`."""
+    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
+
+
 def first_of(words: Sequence[str], most: int) -> str:
     """`a, b, ... (7 in all)`: the first of many words."""
     return ", ".join(words[:most]) + (f", ... ({len(words)} in all)" if len(words) > most else "")

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.laboratory.measurement.records import longest_run
 from stickslip.laboratory.measurement.response_units import FileUnit
-from stickslip.support.checks import Array, among, fault, first_of, of_kind, positive, storable, truth, vector, whole
+from stickslip.support.checks import Array, among, fault, first_of, listed, of_kind, positive, storable, truth, vector, whole
 
 Held = Literal["force", "response"]
 
@@ -164,11 +164,6 @@ def joined(notes: Sequence[tuple[str, str]]) -> list[str]:
         else:
             alike.setdefault((note, ""), {})
     return [f"{start}{first_of(list(names), LISTED)}{end}" for (start, end), names in alike.items()]
-
-
-def listed(words: Sequence[str]) -> str:
-    """`a, b and c`."""
-    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
 def mixed_units(tests: Sequence[MeasuredResponse]) -> list[str]:

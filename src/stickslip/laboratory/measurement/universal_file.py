@@ -186,7 +186,7 @@ def read_universal(path: Path) -> UniversalFile:
         notes.append(f"Data sets of {path.name} that are not read: {', '.join(map(str, sorted(others)))}.")
     if modes:
         shown = first_of([f"{frequency:.6g} Hz ({100.0 * ratio:.3g} %)" for frequency, ratio in modes], LISTED)
-        notes.append(f"{path.name} holds natural frequencies and damping ratios: {shown}.")
+        notes.append(f"Natural frequencies and damping ratios in {path.name}: {shown}.")
     return UniversalFile(path.name, tuple(functions), nodes, tuple(modes), tuple(notes))
 
 
@@ -396,7 +396,7 @@ def _origin(name: str, one: _DataSet) -> list[str]:
     """The sentence on program and date of a data set 151."""
     lines = [_text(line).strip() for line in one.lines[:7]]
     said = [text for text in (lines[5:6] + lines[6:7]) if text and text != "NONE"]
-    return [f"{name} was written by {', '.join(' '.join(text.split()) for text in said)}."] if said else []
+    return [f"Program and date of {name}: {', '.join(' '.join(text.split()) for text in said)}."] if said else []
 
 
 def _nodes(name: str, one: _DataSet) -> dict[int, tuple[float, ...]]:

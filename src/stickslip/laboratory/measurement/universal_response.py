@@ -20,7 +20,7 @@ from stickslip.laboratory.measurement.universal_file import (
     UniversalFunction,
     read_universal,
 )
-from stickslip.support.checks import LARGEST, Array, fault, nearest
+from stickslip.support.checks import LARGEST, Array, InputError, fault, nearest
 
 BY_FUNCTION = "function"
 """Value of `by` that takes each function for a test."""
@@ -112,7 +112,7 @@ def universal_tables(wanted: Wanted, each: bool) -> list[tuple[str, NumberTable]
         else:
             remedy = f"Say which, columns={{'amplitude': {fitting[0].number}}} (--column amplitude={fitting[0].number})"
             remedy += f", or take each for a test, by='{BY_FUNCTION}' (--by {BY_FUNCTION})."
-        raise fault(f"The number of responses in {file.name}", "must be 1", _listed(file, fitting), remedy)
+        raise InputError(f"One response of {file.name} must be chosen. It holds {_listed(file, fitting)}. {remedy}")
     return [
         (one.name if len(fitting) == 1 else f"{one.name} ({one.number})", _table(file, one, wanted, (k, len(fitting))))
         for k, one in enumerate(fitting)
@@ -398,7 +398,7 @@ def _force_spectrum(
         return fitting[turn]
     if len(fitting) > 1:
         remedy = f"Say which, columns={{'force': {fitting[0].number}}} (--column force={fitting[0].number})."
-        raise fault(f"The number of spectra of the force in {file.name}", "must be 1", _listed(file, fitting), remedy)
+        raise InputError(f"One spectrum of the force in {file.name} must be chosen. It holds {_listed(file, fitting)}. {remedy}")
     return fitting[0]
 
 

@@ -112,6 +112,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         columns["harmonic balance [m]"] = "balance_amplitude"
     columns["largest displacement [m]"] = "max_abs"
     frequency, distance = dataset["frequency"].values, dataset["distance"].values
+    distance = np.where(np.isfinite(distance), distance, np.nan)
     top, every = [], []
     for output, way, step in highest(dataset):
         values = [float(dataset[key].values[step, output]) for key in columns.values()]
@@ -119,7 +120,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     for step, output in np.ndindex(dataset["amplitude"].shape):
         values = [float(dataset[key].values[step, output]) for key in columns.values()]
         every.append((str(dataset["output"].values[output]), float(frequency[step]), *values, float(distance[step])))
-    end = [*columns, "distance from the steady motion [1]"]
+    end = [*columns, "estimated relative distance from the steady motion [1]"]
     return {
         ANSWER: pd.DataFrame(top, columns=["output", "sweep direction", "frequency [Hz]", *end]),
         "dwells": pd.DataFrame(every, columns=["output", "frequency [Hz]", *end]),
