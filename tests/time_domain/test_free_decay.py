@@ -141,6 +141,22 @@ def test_the_figure_shows_frequency_and_damping_over_amplitude():
     np.testing.assert_allclose(damping.lines[0].get_ydata(), 100.0 * found.dataset["damping_ratio"].values[0])
 
 
+def test_a_phase_resonance_test_stands_beside_the_decay():
+    """Its frequency at 90° is that of the half cycles at the same displacement, whatever quantity was held."""
+    problem = slider(1000.0, damping=0.2)
+    found = ss.free_decay(problem, 1.5, velocity={"1.x": 1.0}, steps=30_000)
+    half = found.dataset.isel(output=0)
+    known = np.isfinite(half["frequency"].values)
+    for quantity, held in (("displacement", [2e-3, 5e-3, 9e-3]), ("acceleration", [23.0, 60.0, 100.0])):
+        test = ss.phase_resonance(problem, ss.hertz(10.0, 25.0), held, quantity=quantity, harmonics=5)
+        data = found.with_phase_resonance(test).dataset
+        at = np.interp(-data["resonance_amplitude"].values, -half["amplitude"].values[known], half["frequency"].values[known])
+        assert data["resonance_frequency"].values == pytest.approx(at, rel=1e-3)
+        assert np.all((data["resonance_amplitude"].values > 1e-3) & (data["resonance_amplitude"].values < 1.1e-2))
+    _, frequency, _ = found.with_phase_resonance(test).plot().axes
+    np.testing.assert_allclose(frequency.lines[-1].get_ydata(), data["resonance_frequency"].values)
+
+
 def test_the_decay_begins_in_the_steady_motion():
     """By frequency and force level as by the end of the steady motion itself."""
     problem = slider(5000.0, damping=20.0)

@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip.analyses.arguments import OfProblem
 from stickslip.analyses.contact_rows import ContactRows
+from stickslip.analyses.controlled_response import PhaseResonance
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
 from stickslip.analyses.modes.slow_decay import decay_damping
 from stickslip.analyses.settings import Setting, Settings, Whole, takes
@@ -24,6 +25,7 @@ from stickslip.results.schema import stamped
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import quantity_named
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.time.march import no_history, state_at
 from stickslip.solve.time.methods import DEFAULT_METHOD, Method
@@ -64,7 +66,8 @@ class FreeDecay(Result):
     A_k = (a_{k−1} + a_k)/2, exact for viscous damping and for rigid friction; NaN for the first and the last half cycle, which
     have only one neighbour.
     Of nonlinear modes beside it (`with_modes`): mode_amplitude [m] (mode, mode_point, output), mode_frequency [Hz] and
-    mode_damping_ratio (mode, mode_point), that of a slow decay along the mode, `decay_damping`.
+    mode_damping_ratio (mode, mode_point), that of a slow decay along the mode, `decay_damping`. Of a phase resonance test
+    (`with_phase_resonance`): resonance_amplitude [m] and resonance_frequency [Hz].
     """
 
     dataset: xr.Dataset
@@ -76,6 +79,10 @@ class FreeDecay(Result):
         if modes.problem.fingerprint != self.problem.fingerprint:
             raise InputError("The modes must be those of the problem that decays, but are of another one.")
         return replace(self, dataset=beside_modes(self.dataset, modes.dataset))
+
+    def with_phase_resonance(self, test: PhaseResonance) -> FreeDecay:
+        """A copy that holds the frequencies of a phase resonance test too, for its figure."""
+        return replace(self, dataset=beside_phase_resonance(self.dataset, of_kind("test", test, PhaseResonance).dataset))
 
     def save(self, path: str | Path) -> Path:
         """Write the dataset as NetCDF."""
@@ -220,6 +227,24 @@ def beside_modes(dataset: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
     }
     numbers = named(("mode",), modes["mode_number"].values, "number of the stuck mode", "1")
     return dataset.assign(found).assign_coords(mode=numbers)
+
+
+def beside_phase_resonance(dataset: xr.Dataset, test: xr.Dataset) -> xr.Dataset:
+    """The dataset of a decay with the frequencies of a phase resonance test over the amplitude of the displacement."""
+    frequency = test["frequency"].values
+    size = test["amplitude"].values / (2.0 * np.pi * frequency) ** quantity_named(str(test.attrs["quantity"]))[0].order
+    return dataset.assign(
+        resonance_amplitude=(
+            "resonance",
+            size,
+            {"units": "m", "long_name": "displacement where force and displacement are at 90°"},
+        ),
+        resonance_frequency=(
+            "resonance",
+            frequency,
+            {"units": "Hz", "long_name": "frequency where force and displacement are at 90°"},
+        ),
+    )
 
 
 def _at(problem: Problem, displacement: Mapping[str, float], velocity: Mapping[str, float]) -> TimeStart:

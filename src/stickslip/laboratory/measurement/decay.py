@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.arguments import output_of
-from stickslip.analyses.free_decay import beside_modes
+from stickslip.analyses.controlled_response import PhaseResonance
+from stickslip.analyses.free_decay import beside_modes, beside_phase_resonance
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
 from stickslip.laboratory.measurement.matlab_columns import response_columns
 from stickslip.laboratory.measurement.number_table import UNITS, NumberTable, matlab_arrays, named_column, text_table
@@ -90,6 +91,10 @@ class MeasuredDecay(Result):
         of_kind("modes", modes, NonlinearModes)
         number = output_of(modes.problem, output)
         return replace(self, dataset=beside_modes(self.dataset, modes.dataset.isel(output=[number])))
+
+    def with_phase_resonance(self, test: PhaseResonance) -> MeasuredDecay:
+        """A copy that holds the frequencies of a computed phase resonance test too, for its figure."""
+        return replace(self, dataset=beside_phase_resonance(self.dataset, of_kind("test", test, PhaseResonance).dataset))
 
     def save(self, path: str | Path) -> Path:
         """Write the dataset as NetCDF."""

@@ -47,12 +47,19 @@ def decay(dataset: xr.Dataset) -> Chart:
 
 
 def _modes(dataset: xr.Dataset, name: str, metres: float, factor: float) -> list[Line]:
-    """Frequency or damping ratio of the nonlinear modes beside a decay, over the amplitude of the first output."""
+    """Frequency or damping ratio of the nonlinear modes beside a decay, over the amplitude of the first output, and the frequency
+    of a phase resonance test."""
     lines = []
     for mode in range(dataset.sizes.get("mode", 0)):
         x, y = dataset["mode_amplitude"].values[mode, :, 0] / metres, factor * dataset[f"mode_{name}"].values[mode]
         look = Style("ink", MODE_DASHES[mode % len(MODE_DASHES)], 1.1)
         lines.append(Line(x, y, look, f"nonlinear mode {int(dataset['mode'].values[mode])}"))
+    if name == "frequency" and "resonance_amplitude" in dataset:
+        x, y = dataset["resonance_amplitude"].values / metres, factor * dataset["resonance_frequency"].values
+        known = np.isfinite(x) & np.isfinite(y)
+        lines.append(
+            Line(x[known], y[known], Style("ink", "none", 1.1, marker="circle", size=3.0), "force and displacement at 90°")
+        )
     return lines
 
 

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from stickslip.analyses.free_decay import MOST_STEPS, FreeDecayWork, beside_modes
+from stickslip.analyses.controlled_response import phase_resonance
+from stickslip.analyses.free_decay import MOST_STEPS, FreeDecayWork, beside_modes, beside_phase_resonance
 from stickslip.analyses.modes.work import NonlinearModesWork
+from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.readers.model import ROTATIONS
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
@@ -20,11 +22,15 @@ from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Number, Positive, Table
 from stickslip.study.units import FREQUENCY, LENGTH, VELOCITY
 from stickslip.support.checks import counted, fault
+from stickslip.support.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr
 
 TABLE = "free_decay"
+
+AMPLITUDES = 25
+"""Of a phase resonance test."""
 
 BEYOND = 1.02
 """Share by which a mode goes beyond the amplitudes of the decay on either side."""
@@ -48,6 +54,10 @@ class FreeDecayTable(Table):
     steps: Annotated[int, Field(ge=8, le=MOST_STEPS, description="time steps of the whole duration")] = 20_000
     modes: Annotated[bool, Field(description="nonlinear modes in the band of [sweep] are computed beside the decay")] = True
 
+    phase_resonance: Annotated[
+        bool, Field(description="the frequencies of a test with force and displacement at 90° are computed beside the decay")
+    ] = False
+
 
 def checked(table: FreeDecayTable) -> None:
     """One kind of beginning."""
@@ -65,6 +75,7 @@ class FreeDecayPlan(Plan):
 
     work: FreeDecayWork
     modes: NonlinearModesWork | None
+    sweep: ForcedResponseSettings | None
 
     @classmethod
     def of(cls, asked: Asked) -> FreeDecayPlan:
@@ -84,7 +95,7 @@ class FreeDecayPlan(Plan):
             moved |= {"frequency": table.frequency * units.factor(FREQUENCY), "force": table.force}
         work = FreeDecayWork(problem, table.duration, **moved, steps=table.steps)
         modes = NonlinearModesWork(**modes_settings(asked, ModesTable())) if table.modes else None
-        return cls(work, modes)
+        return cls(work, modes, sweep_of(asked) if table.phase_resonance else None)
 
     @property
     def summary(self) -> str:
@@ -102,14 +113,26 @@ class FreeDecayPlan(Plan):
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
     ) -> xr.Dataset:
-        """The decay with the modes over the amplitudes that it passes at the first output."""
+        """The decay with the modes, and with the phase resonance, over the amplitudes that it passes at the first output."""
         dataset = self.dataset(results)
         amplitude = dataset["amplitude"].values[0]
-        ends = amplitude[np.isfinite(amplitude) & (amplitude > 0.0)]
-        if self.modes is None or not ends.size:
+        passed = amplitude[np.isfinite(amplitude) & (amplitude > 0.0)]
+        if not passed.size:
             return dataset
-        work = replace(self.modes, amplitude=(float(ends.min()) / BEYOND, float(ends.max()) * BEYOND))
-        return beside_modes(dataset, work.dataset(all_cases(work, checkpoint, workers, progress)))
+        ends = float(passed.min()) / BEYOND, float(passed.max()) * BEYOND
+        if self.modes is not None:
+            work = replace(self.modes, amplitude=ends)
+            dataset = beside_modes(dataset, work.dataset(all_cases(work, checkpoint, workers, progress)))
+        if self.sweep is not None:
+            dataset = beside_phase_resonance(dataset, self._phase_resonance(self.sweep, ends))
+        return dataset
+
+    def _phase_resonance(self, sweep: ForcedResponseSettings, ends: tuple[float, float]) -> xr.Dataset:
+        """The test at 90° over amplitudes of the first output."""
+        band = Band(min(sweep.frequencies), max(sweep.frequencies))
+        fineness: dict[str, Any] = {} if sweep.harmonics == "auto" else {"harmonics": sweep.harmonics, "samples": sweep.samples}
+        amplitudes = np.geomspace(*ends, AMPLITUDES).tolist()
+        return phase_resonance(sweep.problem, band, amplitudes, quantity="displacement", **fineness).dataset
 
 
 KIND = Kind(
