@@ -36,7 +36,7 @@ def test_errors_are_those_of_noise():
     """Deviations over their standard errors have a standard deviation of 1; windows apart by their length are independent."""
     (signal, *_), delta = linear()
     rng, scores = np.random.default_rng(0), []
-    for _ in range(20):
+    for _ in range(16):
         data = ss.measured_decay(TIME, signal + 2e-5 * rng.normal(size=TIME.size)).dataset.isel(window=slice(0, 40, 4))
         exact = {"frequency": 60.0, "damping_ratio": 0.01, "amplitude": 1e-3 * np.exp(-delta * data["window_time"].values)}
         scores.append([((data[key] - value) / data[f"{key}_error"]).values for key, value in exact.items()])
@@ -84,6 +84,27 @@ def test_a_second_mode_makes_errors_larger(other, share):
     data = ss.measured_decay(time, one + share * two).dataset
     apart = np.abs(data["damping_ratio"] - 0.01 / np.sqrt(1.0 + 0.01**2))
     assert float((apart < 2.0 * data["damping_ratio_error"]).mean()) > 0.7
+
+
+@pytest.mark.parametrize("order", [0, 2])
+def test_modes_outside_of_the_band_do_not_disturb(order):
+    """Two of 390 and 1050 Hz beside one of 60 Hz, in acceleration ten times as large: errors are those of the noise alone."""
+    rng = np.random.default_rng(0)
+    noise = 2e-6 * (2.0 * np.pi * 60.0) ** order * rng.normal(size=TIME.size)
+    alone, delta = linear()
+    others = [
+        linear(ratio, frequency, size)[0][order] for ratio, frequency, size in ((0.003, 390.0, 2e-4), (0.004, 1050.0, 5e-5))
+    ]
+    quantity = ("displacement", "velocity", "acceleration")[order]
+    with_others, without = (
+        ss.measured_decay(TIME, signal + noise, quantity, band=(40.0, 90.0)).dataset.isel(window=slice(0, 40))
+        for signal in (alone[order] + sum(others), alone[order])
+    )
+    exact = {"frequency": 60.0, "damping_ratio": 0.01, "amplitude": 1e-3 * np.exp(-delta * with_others["window_time"].values)}
+    for key, value in exact.items():
+        error = with_others[f"{key}_error"].values
+        assert np.std((with_others[key].values - value) / error) < 1.5
+        assert np.median(error) < 2.0 * np.median(without[f"{key}_error"].values)
 
 
 @pytest.mark.parametrize("order", [1, 2])

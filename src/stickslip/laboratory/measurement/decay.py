@@ -4,16 +4,16 @@ A damped sine is fitted to one window after the other, by the Gauss–Newton met
 
     x(s) = m + exp(−δ s − κ s²) (a cos(ω s + ν s²) + b sin(ω s + ν s²)),
 
-s from the middle of the window; κ and ν are the change of δ and ω within it. The standard errors follow from the residual, and
-are larger where it is not noise.
+s from the middle of the window; κ and ν are the change of δ and ω within it. Modes outside of a given band are fitted beside it,
+each a damped sine without κ and ν. The standard errors follow from the residual, and are larger where it is not noise.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -51,6 +51,10 @@ SMALLEST = 1e-3
 
 DRIFTING = 1.5
 """Cycles of a window from which the change of frequency and damping within it is fitted too."""
+
+OTHERS, BEYOND_CHANCE = 6, 10.0
+"""Other modes that are fitted in a window at most; and what a further one must make of the sum of squares, by a test F of its
+four parameters."""
 
 MOST = 50.0
 """Largest exponent of the amplitude within a window."""
@@ -116,8 +120,9 @@ def measured_decay(
 
     The decay begins at the largest sample from the time `begin` [s] on; use it to exclude a blow. Windows of `cycles` are
     fitted, half a cycle apart, until the amplitude is below five standard errors or a thousandth of the largest, or friction
-    stops the motion. band [Hz]: in which the frequency is looked for. Other modes increase the standard errors; two modes are
-    separated only if a window is longer than one period of their beat. Amplitude and damping ratio are those of the displacement,
+    stops the motion. band [Hz]: in which the frequency is looked for; modes outside of it are fitted too, so that they do not
+    disturb. Other modes increase the standard errors; two modes are separated only if a window is longer than one period of their
+    beat. Amplitude and damping ratio are those of the displacement,
     whatever was measured: A/ω of a velocity, A/ω² of an acceleration, ζ = δ/√(δ² + ω²) with the decay δ of this amplitude.
     """
     among("quantity", quantity, MOTIONS)
@@ -137,9 +142,9 @@ def measured_decay(
     if 2.0 * np.pi / (omega * step) < FEWEST:
         raise fault("The samples of a cycle", f"must be {FEWEST} at least", 2.0 * np.pi / (omega * step), "Sample faster.")
     _refuse_plateau(t[after:], x[after:], 2.0 * np.pi / (omega * step))
-    rows = _windows(t[first:], x[first:], omega, cycles, drifting=cycles >= DRIFTING)
+    rows = _windows(t[first:], x[first:], omega, cycles, (low, high), drifting=cycles >= DRIFTING)
     if len(rows) < 2:  # other modes are strong
-        rows = _windows(t[first:], x[first:], omega, cycles, drifting=False)
+        rows = _windows(t[first:], x[first:], omega, cycles, (low, high), drifting=False)
     if len(rows) < 2:
         remedy = (
             "Leave out a blow at the beginning (begin, --begin), give the band of one mode (band, --band), or take longer "
@@ -273,64 +278,104 @@ def _dominant(x: Array, step: float, band: tuple[float, float]) -> float:
     return float(hertz[inside[np.argmax(spectrum[inside])]])
 
 
-def _windows(t: Array, x: Array, omega: float, cycles: float, drifting: bool) -> list[list[float]]:
+def _windows(t: Array, x: Array, omega: float, cycles: float, band: tuple[float, float], drifting: bool) -> list[list[float]]:
     """Of each window its middle, amplitude, ω, δ and ν, and the standard errors of these four."""
     rows: list[list[float]] = []
     begin, end = t[0], t[-1]
     while begin + cycles * 2.0 * np.pi / omega <= end:
         inside = (t >= begin) & (t <= begin + cycles * 2.0 * np.pi / omega)
-        fitted = _damped_sine(t[inside], x[inside], omega, drifting)
-        if fitted is None or (rows and fitted[1] < SMALLEST * rows[0][1]):
+        fitted = _window(t[inside], x[inside], omega, band, drifting)
+        if fitted is None or (rows and fitted.row[1] < SMALLEST * rows[0][1]):
             break
-        rows.append(fitted)
-        omega = fitted[2]
+        rows.append(fitted.row)
+        omega = fitted.row[2]
         begin += np.pi / omega
     return rows
 
 
-def _damped_sine(t: Array, x: Array, omega: float, drifting: bool) -> list[float] | None:
-    """The middle of a window, amplitude there, ω, δ and ν, and their standard errors. drifting: fit κ and ν too; they are 0 else.
+class _Fit(NamedTuple):
+    """The row of a window, the frequencies ω of all its sines, the residual, and how many samples it has beyond parameters."""
+
+    row: list[float]
+    omegas: list[float]
+    left: Array
+    free: int
+
+
+def _window(t: Array, x: Array, omega: float, band: tuple[float, float], drifting: bool) -> _Fit | None:
+    """The fit of a window, with the largest lines of its residual outside of the band as further sines while they lower it beyond
+    chance."""
+    fit = _damped_sines(t, x, [omega], drifting)
+    hertz = np.fft.rfftfreq(8 * x.size, t[1] - t[0])
+    outside = np.flatnonzero(((hertz < band[0]) | (hertz > band[1] + hertz[1])) & (hertz * (t[-1] - t[0]) > 1.0))
+    omegas, left = [omega], x - x.mean()
+    for _ in range(OTHERS if outside.size else 0):
+        if fit is not None:
+            omegas, left = fit.omegas, fit.left
+        lines = np.abs(np.fft.rfft(left * np.hanning(x.size), 8 * x.size))[outside]
+        omegas = [*omegas, 2.0 * np.pi * float(hertz[outside[np.argmax(lines)]])]
+        wider = _damped_sines(t, x, omegas, drifting)
+        if wider is None and fit is None and (others := _damped_sines(t, x, omegas[1:], drifting=False)) is not None:
+            omegas, left = [omega, *others.omegas], others.left  # larger than the mode in the band
+            continue
+        if wider is None or wider.free < FEWEST:
+            break
+        lower = 1.0 + BEYOND_CHANCE * 4.0 / wider.free
+        if fit is not None and fit.left @ fit.left < lower * (wider.left @ wider.left):
+            break
+        fit = wider
+    return fit
+
+
+def _damped_sines(t: Array, x: Array, omegas: Sequence[float], drifting: bool) -> _Fit | None:
+    """Damped sines fitted to a window from the frequencies `omegas` on; the row of the window is that of the first, with its
+    middle, amplitude there, ω, δ and ν, and their standard errors. drifting: fit κ and ν of the first too; they are 0 else.
 
     None where the fit fails, the motion is lost in noise, or ends within the window: it falls ever faster, κ > δ²/4, and is gone
     at the end.
     """
     middle = 0.5 * float(t[0] + t[-1])
-    s, least = t - middle, omega
+    s, least, count = t - middle, np.array(omegas), len(omegas)
     scale = float(np.abs(x).max()) or 1.0
-    rates = np.array([omega, 0.0, 0.0, 0.0])[: 4 if drifting else 2]  # ω, δ, ν, κ
+    rates, drift = np.stack([least, np.zeros(count)]), np.zeros(2)  # ω and δ of each; ν and κ of the first
     for _ in range(ITERATIONS):
-        turning, falling = rates[0] * s, rates[1] * s
+        turning, falling = rates[0, :, None] * s, rates[1, :, None] * s
         if drifting:
-            turning, falling = turning + rates[2] * s**2, falling + rates[3] * s**2
+            turning[0] += drift[0] * s**2
+            falling[0] += drift[1] * s**2
         fading = np.exp(-np.clip(falling, -MOST, MOST))
-        basis = np.column_stack([np.ones_like(s), fading * np.cos(turning), fading * np.sin(turning)])
-        (m, a, b), *_ = np.linalg.lstsq(basis, x, rcond=None)
-        moving, across = a * basis[:, 1] + b * basis[:, 2], b * basis[:, 1] - a * basis[:, 2]
-        columns = [s * across, -s * moving, s**2 * across, -(s**2) * moving]
-        J = np.column_stack([basis, *columns[: rates.size]])
-        left = x - m - moving
-        change = np.linalg.lstsq(J / np.linalg.norm(J, axis=0), left, rcond=None)[0] / np.linalg.norm(J, axis=0)
-        rates = rates + change[3:]
-        if not 0.5 * least < rates[0] < 2.0 * least or abs(rates[1]) > least:
+        cosines, sines = fading * np.cos(turning), fading * np.sin(turning)
+        basis = np.vstack([np.ones_like(s), cosines, sines])
+        m, *ab = np.linalg.lstsq(basis.T, x, rcond=None)[0]
+        a, b = np.reshape(ab, (2, count, 1))
+        moving, across = a * cosines + b * sines, b * cosines - a * sines
+        drifts = [s**2 * across[0], -(s**2) * moving[0]] if drifting else []
+        J = np.vstack([basis, s * across, -s * moving, *drifts]).T
+        left, lengths = x - m - moving.sum(axis=0), np.linalg.norm(J, axis=0)
+        change = (np.linalg.lstsq(J / lengths, left, rcond=None)[0] / lengths)[len(basis) :]
+        rates = rates + change[: 2 * count].reshape(2, count)
+        drift = drift + (change[2 * count :] if drifting else 0.0)
+        if np.any((rates[0] <= 0.5 * least) | (rates[0] >= 2.0 * least) | (np.abs(rates[1]) > least)):
             return None
-        if np.abs(change[3:5]).max() <= ENOUGH * rates[0]:
+        if np.abs(change[: 2 * count]).reshape(2, count)[:, 0].max() <= ENOUGH * rates[0, 0]:
             break
     else:
         return None
-    if drifting and rates[1] * s[-1] > 1.0 and rates[3] > 0.25 * rates[1] ** 2:
+    if drifting and rates[1, 0] * s[-1] > 1.0 and drift[1] > 0.25 * rates[1, 0] ** 2:
         return None
     noise = float(left @ left) / max(x.size - J.shape[1], 1) + (np.finfo(float).eps * scale) ** 2
-    lengths = np.linalg.norm(J, axis=0)
     covariance = noise * np.linalg.pinv((J / lengths).T @ (J / lengths)) / np.outer(lengths, lengths)
-    amplitude = float(np.hypot(a, b))
+    amplitude = float(np.hypot(a[0, 0], b[0, 0]))
     towards = np.zeros(J.shape[1])
-    towards[1:3] = a / max(amplitude, 1e-300), b / max(amplitude, 1e-300)
-    spread = np.append(np.diag(covariance)[3:6], 0.0)[:3]
+    towards[[1, 1 + count]] = a[0, 0] / max(amplitude, 1e-300), b[0, 0] / max(amplitude, 1e-300)
+    of_rates, of_drift = np.diag(covariance)[len(basis) :: count][:2], covariance[-2, -2] if drifting else 0.0
+    spread = [*of_rates, of_drift]
     errors = np.sqrt([towards @ covariance @ towards, *spread])
     if amplitude < SURE * errors[0]:
         return None
     errors = np.sqrt(_dependence(left)) * errors
-    return [middle, amplitude, *np.append(rates[:3], 0.0)[:3].tolist(), *errors.tolist()]
+    row = [middle, amplitude, *rates[:, 0].tolist(), float(drift[0]), *errors.tolist()]
+    return _Fit(row, rates[0].tolist(), left, x.size - J.shape[1])
 
 
 def _dependence(left: Array) -> float:
