@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.laboratory.identification.response.enclosed import EnclosedTest
 from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
-from stickslip.laboratory.identification.response.intervals import FEWEST_TESTS, FitStatistics, above_noise
+from stickslip.laboratory.identification.response.intervals import FEWEST_TESTS, TOGETHER, FitStatistics, above_noise
 from stickslip.laboratory.identification.response.mistakes import notes_on_mistakes
 from stickslip.laboratory.identification.response.outliers import moved, notes_on_outliers
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units
@@ -45,9 +45,6 @@ UNEXPLAINED = 2.0
 
 OUTSIDE = 2.0
 """Distance from the bounds, in standard errors, from which on a point counts as outside."""
-
-TOGETHER = 2.0
-"""Residuals go together from which on so many count as one: of fewer the model need lack nothing."""
 
 SUSPICION = (
     "This is a suspicion: a model with a wrong mass or stiffness looks the same. The values and intervals that follow mean "

@@ -15,7 +15,7 @@ from scipy import special
 
 from stickslip.laboratory.identification.least_squares import FreeParameter
 from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
-from stickslip.laboratory.identification.response.intervals import FitStatistics, above_noise
+from stickslip.laboratory.identification.response.intervals import TOGETHER, FitStatistics, above_noise
 from stickslip.support.checks import Array, InputError
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def kept_for_draws(fit: ResponseFit, x: Array, known: FitStatistics, solution: M
     found["fit_covariance"] = (FIT, OTHER), np.where(np.isfinite(covariance), covariance, 0.0), words
     errors = np.array([model.test.error for model in fit.tests]) * float(np.sqrt(known.noise))
     found["point_error"] = "test", errors, {"units": "1", "long_name": "standard error of a measured point by the residuals"}
-    noise = errors / max(above_noise(fit.series(x)), 1.0)
+    noise = errors / max(above_noise(fit.series(x)), 1.0) if known.one_in >= TOGETHER else errors
     found["point_noise"] = "test", noise, {"units": "1", "long_name": "part of it that differs from point to point"}
     return found
 

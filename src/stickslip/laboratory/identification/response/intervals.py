@@ -27,6 +27,9 @@ TINY = 1e-10
 SIGNIFICANT = 2.0
 """Correlation of residuals, in standard errors of that of independent ones, below which it counts as none."""
 
+TOGETHER = 2.0
+"""Residuals go together from which on so many count as one: of fewer the model need lack nothing."""
+
 FEWEST_TESTS = 3
 """Tests from which their disagreement gives a standard error: of two it would have one degree of freedom."""
 
