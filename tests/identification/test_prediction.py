@@ -382,7 +382,7 @@ def test_a_band_without_a_peak_is_the_cause_that_is_named(found):
     """And no number is missing where figures take the largest."""
     prediction = found.predict(0.6, draws=20, band=ss.hertz(0.23, 0.24))
     said = summary(prediction.dataset)
-    assert "0.6 N: no peak in the band. Give another or a wider one." in said
+    assert "0.6 N: no peak in the band. Give another or a wider band." in said
     assert not any("harmonics" in line for line in said)
     for name in ("", "peaks"):
         prediction.plot(name) if name else prediction.plot()
@@ -431,16 +431,15 @@ def test_a_line_over_the_levels_is_said_in_the_first_line(found):
 
 def test_a_held_amplitude_without_phase_resonance_is_named_as_that(found):
     prediction = found.predict(amplitude=3.0, draws=20, band=ss.hertz(0.23, 0.24))
-    assert "3 m: force and displacement are nowhere at 90°, so no peak, in the band. Give another or a wider one." in summary(
-        prediction.dataset
-    )
+    words = "3 m: no peak in the band, because force and displacement are nowhere at 90°. Give another or a wider band."
+    assert words in summary(prediction.dataset)
 
 
 def test_an_identification_that_explains_nothing_is_said_before_all_else():
     """What follows is only as good; one that explains its tests needs no such sentence."""
     attrs = a_prediction(0).dataset.attrs
     first = summary(a_prediction(0).dataset.assign_attrs(attrs | {"worst_misfit": 0.17}))[0]
-    assert first.startswith("The identification did not explain its tests: a misfit of 17 % of the largest response.")
+    assert first.startswith("The identification did not explain its tests: the misfit is 17 % of the largest response.")
     assert summary(a_prediction(0).dataset.assign_attrs(attrs | {"worst_misfit": 0.09}))[0].startswith("Free: kt.")
 
 

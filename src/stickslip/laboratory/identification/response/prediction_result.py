@@ -249,8 +249,8 @@ def unexplained(attrs: Mapping[str, Any]) -> list[str]:
     if worst < POOR:
         return []
     return [
-        f"The identification did not explain its tests: a misfit of {rounded(100.0 * worst, 2)} % of the largest response. What "
-        "follows is only as good: find the cause first."
+        f"The identification did not explain its tests: the misfit is {rounded(100.0 * worst, 2)} % of the largest response. The "
+        "prediction is no better than that. Find the cause first."
     ]
 
 
@@ -280,11 +280,10 @@ def _peaks(dataset: xr.Dataset) -> list[str]:
     for k, level in enumerate(dataset["level"].values):
         one = {key: [float(dataset[f"{key}{end}"].values[k]) for end in ("", "_low", "_high")] for _, _, key in COMPARED}
         if not np.isfinite(one["peak_frequency"][0]):
-            what = "no peak" if dataset.attrs["held"] == "force" else "force and displacement are nowhere at 90°, so no peak,"
-            where = "the band. Give another or a wider one"
-            if dataset["unsolved"].values[k]:
-                where = "the part of the band that the curves reach"
-            found.append(f"{level:.4g} {dataset['level'].attrs['units']}: {what} in {where}.")
+            where = "the part of the band that the curves reach" if dataset["unsolved"].values[k] else "the band"
+            why = "" if dataset.attrs["held"] == "force" else ", because force and displacement are nowhere at 90°"
+            remedy = "" if dataset["unsolved"].values[k] else " Give another or a wider band."
+            found.append(f"{level:.4g} {dataset['level'].attrs['units']}: no peak in {where}{why}.{remedy}")
             continue
         f, a, z = one.values()
         level_name = f"{level:.4g} {dataset['level'].attrs['units']}"
