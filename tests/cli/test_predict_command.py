@@ -6,6 +6,8 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
+from stickslip.cli.predict import of_decay
+from stickslip.study.reading import units_of
 from stickslip.support import console
 
 FREQUENCIES = np.linspace(0.14, 0.24, 13)
@@ -154,6 +156,11 @@ def test_a_decay_is_predicted_beside_a_measured_one(identified, ring_down, tmp_p
     assert (tmp_path / "0" / "report.html").is_file()
 
 
+def test_amplitudes_of_a_decay_are_in_metres_whatever_the_study_says():
+    assert of_decay(["1e-4:2e-3"], units_of("mm-t-s"))["amplitude"] == pytest.approx([0.1, 2.0])
+    assert of_decay(["1e-4:2e-3"], units_of({}))["amplitude"] == [1e-4, 2e-3]
+
+
 @pytest.mark.slow
 def test_wrong_decays_are_refused(identified, ring_down):
     folder, other = identified
@@ -164,6 +171,8 @@ def test_wrong_decays_are_refused(identified, ring_down):
         ("--decay", "1:2:3"): "--decay must be LOW:HIGH in m, or a file",
         ("--decay", "2:1"): "amplitude must be [smallest, largest], the smaller first, but is [2.0, 1.0]",
         ("--decay", "1:x"): "--decay must give numbers",
+        ("--decay", "1:2", "--mode", "2"): "mode must be at most 1, but is 2",
+        ("--force", "1", "--mode", "1"): "--mode must go with --decay",
         ("--decay", "1:2", "--force", "3"): "--decay and --force must not be given together",
         ("--decay", "1:2", "--compare", str(other)): "--decay and --compare must not be given together",
         ("--decay", "100:200", "--decay", str(signal)): "The amplitudes of ring_down must reach into those that are predicted",

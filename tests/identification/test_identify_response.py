@@ -253,6 +253,17 @@ def test_one_joint_is_left_out_with_all_its_curves():
     assert "(joint " in str(found)
 
 
+def test_what_the_others_do_not_determine_is_not_taken_from_what_is_left_out():
+    """Joint A sticks, so that it says nothing of the slip limit that joint B shows: B is not predicted, and one joint alone
+    cannot be left out."""
+    tests = [replace(measured(force, 3, 1e-3, FREQUENCIES[::2]), joint=joint) for force, joint in ((0.01, "A"), (1.0, "B"))]
+    found = ss.identify_response(one_mass, FREE, tests, leave_one_out=True, **JOINTS)
+    assert found.values["limit"] == pytest.approx(1.0, rel=0.02)
+    assert float(found.dataset["held_out"][1]) > 0.05
+    with pytest.raises(ss.InputError, match="leave_one_out must have another joint to predict from"):
+        ss.identify_response(one_mass, FREE, [replace(test, joint="A") for test in tests], leave_one_out=True, **JOINTS)
+
+
 def test_intervals_hold_how_joints_differ():
     """By the joints, of which there are three, and not by their six curves: the stiffness of each lies inside."""
     found = ss.identify_response(one_mass, FREE, of_joints(), **JOINTS).dataset.sel(parameter="kt")

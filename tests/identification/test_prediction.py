@@ -410,9 +410,10 @@ def test_what_each_test_has_by_itself_may_lie_on_a_line_over_the_levels():
     assert known.lines(levels) == ["b"]
     for level in (2.5, 6.0):
         drawn = shares(known.drawn(2000, 0, (levels, level)), "b")
+        middle = 0.30 + 0.05 * min(level, 4.0)  # beyond the tests nothing says that the line goes on
         reach = 4.302653 * np.sqrt(4e-6 / 2.0 * (1.0 + 0.25 + (level - 2.5) ** 2 / 5.0))
-        assert np.percentile(drawn, [2.5, 97.5]) == pytest.approx(0.30 + 0.05 * level + reach * np.array([-1.0, 1.0]), abs=3e-4)
-    assert shares([known.best_at((levels, 6.0))], "b") == pytest.approx([0.6])
+        assert np.percentile(drawn, [2.5, 97.5]) == pytest.approx(middle + reach * np.array([-1.0, 1.0]), abs=3e-4)
+    assert shares([known.best_at((levels, 6.0))], "b") == pytest.approx([0.5])
     assert shares([known.best_at(None)], "b") == pytest.approx([own.mean()])
 
 

@@ -19,6 +19,8 @@ from stickslip.support.console import say
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stickslip.study.units import Units
+
 RESPONSES, DECAY, IDENTIFICATION = "response_prediction", "decay_prediction", "response_identification"
 
 
@@ -49,6 +51,12 @@ def predict(
             metavar="LOW:HIGH|FILE",
             help="Free decay in place of responses: its amplitudes in m, or a measured decay to compare with (results of "
             "`stickslip decay`, or a recorded signal); may be repeated.",
+        ),
+    ] = None,
+    mode: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Mode of the stuck structure that decays, 1 the lowest; default: that of the measured decay or peaks."
         ),
     ] = None,
     setting: Annotated[
@@ -99,6 +107,7 @@ def predict(
     """Predict responses or a decay that were not measured, with intervals, from parameters found by `identify-response`."""
     from stickslip import study
     from stickslip.results.files import open_results
+    from stickslip.study.reading import units_of
     from stickslip.study.run import Run
     from stickslip.study.toml_text import toml_text
 
@@ -115,8 +124,10 @@ def predict(
     curves |= {"compare": [str(path.resolve()) for path in compare or ()]}
     if decay:
         refuse_beside_decay([*options, *(f"--{key.replace('_', '-')}" for key, value in curves.items() if value)])
-        table |= of_decay(decay)
+        table |= of_decay(decay, units_of(document.get("units", {}))) | {"mode": mode}
     else:
+        if mode is not None:
+            raise fault("--mode", "must go with --decay", mode)
         one_kind_of_level(options, bool(compare), str(dataset["quantity"].values[0]))
         given = [level for option, texts in options.items() for level in levels(option, texts)]
         table |= {"force" if force else "amplitude": given} | curves
@@ -155,8 +166,10 @@ def refuse_beside_decay(options: list[str]) -> None:
         )
 
 
-def of_decay(given: list[str]) -> dict[str, Any]:
-    """The amplitudes and the measured decays that --decay says."""
+def of_decay(given: list[str], units: Units) -> dict[str, Any]:
+    """The amplitudes, m, and the measured decays that --decay says, in the units of a study."""
+    from stickslip.study.units import LENGTH
+
     files = [text for text in given if Path(text).exists()]
     ranges = [text for text in given if text not in files]
     existing("--decay", [Path(text) for text in ranges if ":" not in text])
@@ -165,7 +178,7 @@ def of_decay(given: list[str]) -> dict[str, Any]:
     ends = [number("--decay", one) for text in ranges for one in text.split(":")]
     if ranges and len(ends) != 2:
         raise fault("--decay", "must be LOW:HIGH in m, or a file", ranges[0])
-    return {"amplitude": ends, "compare": [str(Path(text).resolve()) for text in files]}
+    return {"amplitude": [end / units.factor(LENGTH) for end in ends], "compare": [str(Path(text).resolve()) for text in files]}
 
 
 def levels(option: str, given: list[str] | None) -> list[float]:

@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from stickslip.laboratory.identification.response.decay_prediction_result import comparison_table, decay_table, failures, summary
+from stickslip.laboratory.identification.response.decay_prediction_result import (
+    comparison_table,
+    decay_table,
+    failures,
+    summary,
+    whole_tables,
+)
 from stickslip.show.plots.decay_prediction import predicted_decay
 from stickslip.show.plots.files import Figures
 from stickslip.show.report.presentation import Presentation, presents
@@ -27,5 +33,6 @@ def figures(dataset: xr.Dataset) -> Figures:
 
 
 PRESENTATION = presents(
-    "decay_prediction", Presentation("Predicted decay", summary, failures, figures, tables, answer="predicted decay")
+    "decay_prediction",
+    Presentation("Predicted decay", summary, failures, figures, tables, answer="predicted decay", histories=whole_tables),
 )

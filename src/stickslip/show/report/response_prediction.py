@@ -23,8 +23,13 @@ if TYPE_CHECKING:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The predicted peaks, and the measured curves against what is predicted of them."""
-    found = {"predicted peaks": peak_table(dataset), "predicted curves": curve_table(dataset)}
+    found = {"predicted peaks": peak_table(dataset)}
     return found | ({"measured against predicted": comparison_table(dataset)} if "measured" in dataset.sizes else {})
+
+
+def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """The predicted curves with their bands."""
+    return {"predicted curves": curve_table(dataset)}
 
 
 def figures(dataset: xr.Dataset) -> Figures:
@@ -33,5 +38,6 @@ def figures(dataset: xr.Dataset) -> Figures:
 
 
 PRESENTATION = presents(
-    "response_prediction", Presentation("Predicted responses", summary, failures, figures, tables, answer="predicted peaks")
+    "response_prediction",
+    Presentation("Predicted responses", summary, failures, figures, tables, answer="predicted peaks", histories=histories),
 )

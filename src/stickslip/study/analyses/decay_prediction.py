@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 from pydantic import Field
 
 from stickslip.laboratory.identification.response.decay_prediction import DecayPredictionWork
@@ -23,7 +24,7 @@ from stickslip.study.analysis import Asked, Kind
 from stickslip.study.prediction import PredictionPlan, PredictionTable
 from stickslip.study.tables import Ends
 from stickslip.study.units import LENGTH, with_si
-from stickslip.support.checks import MOST, counted, existing, fault
+from stickslip.support.checks import MOST, between, counted, existing, fault
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +40,11 @@ class DecayPredictionTable(PredictionTable):
     ] = None
     mode: Annotated[
         int | None,
-        Field(ge=1, le=MOST, description="number of the stuck mode that decays; default: that of the measured peaks"),
+        Field(
+            ge=1,
+            le=MOST,
+            description="stuck mode that decays, 1 the lowest; default: that of the first compared decay, else of the peaks",
+        ),
     ] = None
     compare: Annotated[
         list[str], Field(description="measured decays to compare with: results of `stickslip decay`, or recorded signals")
@@ -88,13 +93,20 @@ class DecayPredictionPlan(PredictionPlan):
         return min(float(one.min()) for one in sizes), max(float(one.max()) for one in sizes)
 
     def check(self, held: bool, quantity: str) -> None:
-        """Refuse decays that cannot be read, and those at other amplitudes."""
+        """Refuse a mode that the structure does not have, decays that cannot be read, and those at other amplitudes."""
+        if self.table.mode is not None:
+            between("mode", self.table.mode, 1, self.base.sweep.problem.structure.size)
         for decay in self.decays:
             windows_between(decay.dataset, *self.ends)
 
     def prediction(self, identified: ResponseIdentification) -> DecayPredictionWork:
         """The work of the prediction."""
-        return DecayPredictionWork(identified, self.ends, mode=self.table.mode, band=self.band, **self.about_draws)
+        frequency = None
+        if self.table.mode is None and self.decays:
+            first = self.decays[0].dataset
+            frequency = float(first["frequency"].values[int(np.argmin(first["amplitude"].values))])
+        mode: dict[str, Any] = {"mode": self.table.mode, "frequency": frequency}
+        return DecayPredictionWork(identified, self.ends, **mode, band=self.band, **self.about_draws)
 
     def compared(self, work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
         """The prediction beside the measured decays."""

@@ -27,14 +27,14 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.mode_energy import mode_energy
 from stickslip.solve.balance.orders import highest, of_attribute
 from stickslip.solve.curves.mode_curve import solve_mode
-from stickslip.support.checks import Array, fault, positive, vector
+from stickslip.support.checks import Array, InputError, fault, positive, vector
 from stickslip.support.machine import one_blas_thread
 
 if TYPE_CHECKING:
     import xarray as xr
 
-GRID = 33
-"""Amplitudes at which a decay is predicted, in equal ratios."""
+PER_DECADE = 100
+"""Amplitudes in a decade at which a decay is predicted: damping rises within a few per cent where slip begins."""
 
 BEYOND = 1.2
 """Ratio by which a mode goes beyond these amplitudes on either side: they count in the shape of the stuck mode, which changes as
@@ -56,6 +56,12 @@ class DecayPredictionWork(DrawnProblems):
     amplitude: Annotated[tuple[float, float], Setting(decay_ends)]
     _: KW_ONLY
     mode: Annotated[int | None, Setting(Whole(1))] = None
+    frequency: Annotated[float | None, Setting(positive)] = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.mode is not None and self.frequency is not None:
+            raise InputError("mode and frequency must not be given together, but are: both say which mode decays.")
 
     @cached_property
     def drawn(self) -> list[Draw]:
@@ -75,21 +81,27 @@ class DecayPredictionWork(DrawnProblems):
     @cached_property
     def grid(self) -> Array:
         """The amplitudes of the displacement, m."""
-        return np.geomspace(*self.amplitude, GRID)
+        low, high = self.amplitude
+        return np.geomspace(low, high, 2 + int(np.ceil(PER_DECADE * np.log10(high / low))))
 
     @cached_property
     def followed(self) -> int:
-        """The number of the stuck mode: the given one, or that nearest to the largest measured response inside the band of the
-        test with the smallest motion."""
+        """The number of the stuck mode: the given one, or that nearest to the given frequency, or to the largest measured
+        response inside the band of the test with the smallest motion."""
         if self.mode is not None:
             return self.mode
+        if self.frequency is not None:
+            return self._nearest(self.frequency)
         low, high = self.ends
         test = self.data.isel(test=int(np.argmin(self.tops("response"))))
         size = np.where((test["frequency"] >= low) & (test["frequency"] <= high), test["measured"], np.nan)
         if not np.any(np.isfinite(size)):
-            raise fault("band", "must hold measured points, or mode be given", [low, high])
+            raise fault("band", "must hold measured points, or mode or frequency be given", [low, high])
         at = float(test["frequency"].values[int(np.nanargmax(size))])
-        return Modes(self.problem(self.drawn[0]), frequency=at, output=self.output).modes[0]
+        return self._nearest(at)
+
+    def _nearest(self, frequency: float) -> int:
+        return Modes(self.problem(self.drawn[0]), frequency=frequency, output=self.output).modes[0]
 
     @property
     def measured(self) -> tuple[float, float]:
@@ -132,7 +144,7 @@ class DecayPredictionWork(DrawnProblems):
         space, variables = self.start_state(forced, float(np.nanmedian(self.data["force"].values)), number)
         curve = solve_mode(balance if space is None else space.balance(balance, variables), *levels, report)  # type: ignore[arg-type]
         if len(curve.points) < 2:
-            return np.full((3, GRID), np.nan)
+            return np.full((3, self.grid.size), np.nan)
         row, solved = balance.rows + self.output, [point.evaluation for point in curve.points]
         size = np.array([float(np.hypot(*one.w[row, 1:3])) for one in solved])
         frequency = np.array([balance.omega_of(one.point) / (2.0 * np.pi) for one in solved])
@@ -153,7 +165,8 @@ def predict_decay(work: DecayPredictionWork) -> DecayPrediction:
     by `identify_response`.
 
     amplitude: (low, high) of the displacement at the measured output, m. mode: number of the stuck mode that decays, 1 the
-    lowest; unless given that nearest to the largest response in `band` of the test with the smallest motion. Frequency and
+    lowest; or frequency [Hz], near which it lies; unless given the mode nearest to the largest response in `band` of the test
+    with the smallest motion. Frequency and
     damping are those that a slow decay along the nonlinear mode of each draw shows: the frequency of the mode, and the damping
     ratio by `decay_damping`, whose error is part of the intervals. draws, seed, settings and start_states are those of
     `predict_response`, and so is what else the intervals include: parameters, scatter from test to test, of the gain too, start
@@ -171,7 +184,7 @@ def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset
 
     drawn = np.array([np.asarray(one["found"]) for one in results[1:]])  # (draws, 2, amplitudes)
     errors, of_decay = np.asarray(results[0]["errors"]), np.asarray(results[0]["decay_error"])
-    whole = np.nan_to_num(errors) + np.array([np.zeros(GRID), np.nan_to_num(of_decay)])
+    whole = np.nan_to_num(errors) + np.array([np.zeros(of_decay.size), np.nan_to_num(of_decay)])
     shifted = [_with_errors(draw, values, whole) for draw, values in zip(work.drawn[1:], drawn, strict=True)]
 
     def named(dims: Any, values: Any, words: str, unit: str) -> tuple[Any, ...]:

@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 COMPARED = (("frequency", "Hz", "frequency", 1.0), ("damping ratio", "%", "damping_ratio", 100.0))
 """What a comparison lists: words, unit, variable, and the unit as a number."""
 
+OTHER_MODE = 1.2
+"""Ratio of the frequencies of a measured and the predicted decay from which another mode is suspected."""
+
 QUICK = 0.03
 """Damping ratio from which on a decay is too quick: within a window of two cycles its amplitude falls by a third."""
 
@@ -73,7 +76,7 @@ def compared_decays(dataset: xr.Dataset, decays: Sequence[xr.Dataset]) -> xr.Dat
     interval, which is widened by their own errors."""
     if not decays:
         raise fault("decays", "must hold at least one measured decay", [])
-    size = dataset["amplitude"].values
+    dataset, size = dataset.drop_dims(["decay", "window"], errors="ignore"), dataset["amplitude"].values
     names, which = _names(decays), [windows_between(one, size[0], size[-1]) for one in decays]
 
     def along(values: Sequence[Array], words: str, unit: str) -> tuple[Any, ...]:
@@ -143,6 +146,25 @@ def decay_table(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns | {"measured amplitudes": np.where(inside, "interpolated", "extrapolated")})
 
 
+def whole_tables(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
+    """All amplitudes of the prediction, and all windows of the compared decays."""
+    import pandas as pd
+
+    def of(keys: Sequence[str], place: dict[str, Any]) -> pd.DataFrame:
+        columns = {f"{key.replace('_', ' ')} [{dataset[key].attrs['units']}]": dataset[key].values.ravel() for key in keys}
+        return pd.DataFrame(place | columns)
+
+    ends = [f"{key}{end}" for _, _, key, _ in COMPARED for end in ("", "_low", "_high")]
+    found = {"decay": of(["amplitude", *ends], {})}
+    if "decay" in dataset.sizes:
+        pairs = [
+            f"{end}_{key}" for _, _, key, _ in COMPARED for end in ("measured", "predicted", "predicted_low", "predicted_high")
+        ]
+        names = {"decay": np.repeat(dataset["decay"].values, dataset.sizes["window"])}
+        found["windows"] = of(["measured_amplitude", *pairs], names).dropna(ignore_index=True)
+    return found
+
+
 def comparison_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Of each compared decay at amplitudes in equal ratios measured, predicted and interval of frequency and damping ratio, and
     the error in percent of the measured one."""
@@ -183,7 +205,8 @@ def _first_line(dataset: xr.Dataset) -> str:
     inside = dataset["interpolated"].values > 0.0
     ends = f"{length_text(size[0], dataset)} to {length_text(size[-1], dataset)}"
     how = "interpolated" if inside.all() else f"extrapolated {'in part' if inside.any() else 'as a whole'}"
-    return f"{what_was_free(attrs)} Measured amplitudes from {low} to {high}: decay from {ends}, {how}."
+    measured = f"Measured amplitudes from {low} to {high}"
+    return f"{what_was_free(attrs)} {measured}: decay of mode {attrs['mode']} of the stuck structure from {ends}, {how}."
 
 
 def _values(dataset: xr.Dataset) -> list[str]:
@@ -210,6 +233,9 @@ def _compared_lines(dataset: xr.Dataset) -> list[str]:
                 share = 100.0 * float(dataset[f"inside_{key}"].values[t])
                 words.append(f"{what} {np.nanmedian(error):+.2g} % in the median ({share:.0f} % of the windows inside)")
         found.append(f"{name}: predicted against measured {', '.join(words)}" if words else f"{name}: nothing is predicted there")
+        apart = np.nanmedian(dataset["predicted_frequency"].values[t] / dataset["measured_frequency"].values[t])
+        if words and abs(np.log(apart)) > np.log(OTHER_MODE):
+            found.append(f"{name}: its frequency is not that of mode {dataset.attrs['mode']}. Is it the decay of another mode?")
     return found
 
 

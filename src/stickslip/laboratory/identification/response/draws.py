@@ -246,12 +246,14 @@ class Line:
 
     slope: float
     middle: tuple[float, float]
+    ends: tuple[float, float]
     deviation: float
     tests: int
     width: float
 
     def at(self, level: float) -> float:
-        return self.middle[1] + self.slope * (level - self.middle[0])
+        """The value at a level; beyond the tests that at the nearest one, since nothing says that the line goes on."""
+        return self.middle[1] + self.slope * (float(np.clip(level, *self.ends)) - self.middle[0])
 
     def spread(self, level: float) -> float:
         """Standard error of a further value at a level, s √(1 + 1/n + (L − L̄)²/Σ(L − L̄)²)."""
@@ -270,7 +272,8 @@ def line_over(levels: Array, values: Array) -> Line | None:
     t = abs(slope) / np.sqrt(max(square, np.finfo(float).tiny) / width)
     if 2.0 * special.stdtr(values.size - 2, -t) > SIGNIFICANCE:
         return None
-    return Line(slope, (float(levels.mean()), float(values.mean())), float(np.sqrt(square)), values.size, width)
+    ends = float(levels.min()), float(levels.max())
+    return Line(slope, (float(levels.mean()), float(values.mean())), ends, float(np.sqrt(square)), values.size, width)
 
 
 def interval(values: Array, axis: int = -1) -> Array:

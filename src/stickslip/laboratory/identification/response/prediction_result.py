@@ -85,6 +85,7 @@ def compared(dataset: xr.Dataset, tests: Sequence[MeasuredResponse]) -> xr.Datas
     the same way from points at these frequencies, the drawn ones with the error of a point; and the share of points inside the
     band, which is widened by that error.
     """
+    dataset = dataset.drop_dims(["measured", "measured_point"], errors="ignore")
     held, levels = dataset.attrs["held"] == "response", dataset["level"].values
     if not tests:
         raise fault("tests", "must hold at least one measured response", [])

@@ -103,6 +103,9 @@ class ResponseIdentificationWork(Settings):
     def __post_init__(self) -> None:
         super().__post_init__()
         fineness_of(self.harmonics, self.samples)
+        if self.leave_one_out and any(test.joint for test in self.tests) and len(by_joint(self.tests)) == 1:
+            remedy = "Name another joint for some of the tests, or none to leave out test by test."
+            raise fault("leave_one_out", "must have another joint to predict from", self.tests[0].joint, remedy)
         for test in self.tests:
             twice = sorted({*test.settings} & {*self.parameters})
             if twice:
@@ -266,8 +269,10 @@ class HeldOutWork:
             fit = self.whole.fitted(self.solution)
             others = [k for k in range(len(fit.tests)) if k not in absent]
             rest = ResponseFit([fit.tests[k] for k in others], fit.free, fit.start_deviation)
-            rest.evaluated = lambda count: report(min(count / evaluations, 0.95))
-            fitted = rest.solved(x[[k for k, v in enumerate(fit.variables) if v.test not in absent]], evaluations=evaluations).x
+            most = self.whole.tries + evaluations
+            rest.evaluated = lambda count: report(min(count / most, 0.95))
+            # Not from the fit to all: what the others do not determine would keep the value that the absent ones gave it.
+            fitted = rest.best(self.whole.tries, self.whole.seed, evaluations)
             found = [self._misfit(fit, t, fitted[: len(fit.shared)], x) for t in absent]
         return {"misfit": np.array(found), "cpu_seconds": np.array(time.process_time() - started)}
 
