@@ -153,6 +153,9 @@ def test_a_phase_resonance_test_stands_beside_the_decay():
         at = np.interp(-data["resonance_amplitude"].values, -half["amplitude"].values[known], half["frequency"].values[known])
         assert data["resonance_frequency"].values == pytest.approx(at, rel=1e-3)
         assert np.all((data["resonance_amplitude"].values > 1e-3) & (data["resonance_amplitude"].values < 1.1e-2))
+    other = ss.phase_resonance(slider(2000.0), ss.hertz(10.0, 25.0), [5e-3], quantity="displacement", harmonics=5)
+    with pytest.raises(ss.InputError, match=r"must hold the first output, 1\.x, of the problem that decays"):
+        found.with_phase_resonance(other)
     _, frequency, _ = found.with_phase_resonance(test).plot().axes
     np.testing.assert_allclose(frequency.lines[-1].get_ydata(), data["resonance_frequency"].values)
 

@@ -82,7 +82,11 @@ class FreeDecay(Result):
 
     def with_phase_resonance(self, test: PhaseResonance) -> FreeDecay:
         """A copy that holds the frequencies of a phase resonance test too, for its figure."""
-        return replace(self, dataset=beside_phase_resonance(self.dataset, of_kind("test", test, PhaseResonance).dataset))
+        of_kind("test", test, PhaseResonance)
+        held, first = str(test.dataset.attrs["output_held"]), self.problem.output_names[0]
+        if test.problem.fingerprint != self.problem.fingerprint or held != first:
+            raise InputError(f"The test must hold the first output, {first}, of the problem that decays, but is another one.")
+        return replace(self, dataset=beside_phase_resonance(self.dataset, test.dataset))
 
     def save(self, path: str | Path) -> Path:
         """Write the dataset as NetCDF."""

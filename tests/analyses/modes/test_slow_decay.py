@@ -45,6 +45,8 @@ def test_by_hand():
     energy = 0.5 * (2.0 * np.pi * frequency * size) ** 2
     found = decay_damping(frequency, np.full(400, 0.01), energy, size)
     assert found == pytest.approx(np.full(400, 0.01 / 0.8), rel=1e-6)
+    of_output = decay_damping(frequency, np.full(400, 0.01), energy, size**1.5)  # an output that grows faster than the mode
+    assert of_output == pytest.approx(np.full(400, 0.015 / 0.8), rel=1e-6)
     lost = decay_damping(*np.full((4, 3), np.nan))
     assert np.all(np.isnan(lost))
     padded = decay_damping(*(np.append(one, np.nan) for one in (frequency, np.full(400, 0.01), energy, size)))

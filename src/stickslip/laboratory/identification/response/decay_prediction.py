@@ -140,9 +140,11 @@ class DecayPredictionWork(DrawnProblems):
         modes = Modes(problem, self.followed, ends, harmonics, samples, output=self.output)
         balance = modes.balance(0)
         levels = modes.levels(balance)
-        forced = HarmonicBalance(problem, harmonics, modes.samples)
-        space, variables = self.start_state(forced, float(np.nanmedian(self.data["force"].values)), number)
-        curve = solve_mode(balance if space is None else space.balance(balance, variables), *levels, report)  # type: ignore[arg-type]
+        if self.starts[0] != "virgin":  # a forced balance is decoupled, which a large structure need not pay for virgin contacts
+            forced = HarmonicBalance(problem, harmonics, modes.samples)
+            space, variables = self.start_state(forced, float(np.nanmedian(self.data["force"].values)), number)
+            balance = balance if space is None else space.balance(balance, variables)  # type: ignore[assignment]
+        curve = solve_mode(balance, *levels, report)
         if len(curve.points) < 2:
             return np.full((3, self.grid.size), np.nan)
         row, solved = balance.rows + self.output, [point.evaluation for point in curve.points]
@@ -166,11 +168,10 @@ def predict_decay(work: DecayPredictionWork) -> DecayPrediction:
 
     amplitude: (low, high) of the displacement at the measured output, m. mode: number of the stuck mode that decays, 1 the
     lowest; or frequency [Hz], near which it lies; unless given the mode nearest to the largest response in `band` of the test
-    with the smallest motion. Frequency and
-    damping are those that a slow decay along the nonlinear mode of each draw shows: the frequency of the mode, and the damping
-    ratio by `decay_damping`, whose error is part of the intervals. draws, seed, settings and start_states are those of
-    `predict_response`, and so is what else the intervals include: parameters, scatter from test to test, of the gain too, start
-    states of the contacts, errors of harmonics and samples.
+    with the smallest motion. Frequency and damping are those that a slow decay along the nonlinear mode of each draw shows: the
+    frequency of the mode, and the damping ratio by `decay_damping`, whose error is part of the intervals. draws, seed, settings
+    and start_states are those of `predict_response`, and so is what else the intervals include: parameters, scatter from test to
+    test, of the gain too, start states of the contacts, errors of harmonics and samples.
     """
     return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
 

@@ -168,6 +168,14 @@ class Draws:
         """What each test has by itself and that a straight line over the levels of the tests (tests,) explains beyond chance."""
         return [name for name in self.of_each_test if self._line(name, levels) is not None]
 
+    def _of_a_further_test(self, name: str, at: tuple[Array, float] | None) -> tuple[float, float, int]:
+        """What a further test has by itself: mean, standard error and degrees of freedom, by the line over the levels if any."""
+        values = self.dataset["fit_value"].values[self._at(name)]
+        line = None if at is None else self._line(name, at[0])
+        if line is None or at is None:
+            return float(values.mean()), float(np.std(values, ddof=1)) * float(np.sqrt(1.0 + 1.0 / values.size)), values.size - 1
+        return line.at(at[1]), line.spread(at[1]), values.size - 2
+
     def _line(self, name: str, levels: Array) -> Line | None:
         values = self.dataset["fit_value"].values[self._at(name)]
         return line_over(levels, values) if values.size == levels.size else None
@@ -223,17 +231,13 @@ class Draws:
 
         def variable(name: str) -> float:
             own = self._at(name)
-            line = None if at is None else self._line(name, at[0])
-            mean = float(np.mean(x[own]))
-            if line is not None and at is not None:
-                mean += line.at(at[1]) - float(np.mean(fitted[own]))
-            if name in apart and own.size > 1:
-                if line is None or at is None:
-                    freedom, spread = own.size - 1, float(np.std(fitted[own], ddof=1)) * np.sqrt(1.0 + 1.0 / own.size)
-                else:
-                    freedom, spread = own.size - 2, line.spread(at[1])
-                mean += spread * float(special.stdtrit(freedom, apart[name]))
-            return float(np.clip(mean, low[own[0]], high[own[0]])) if own.size > 1 else mean
+            if own.size == 1:
+                return float(x[own[0]])
+            middle, error, freedom = self._of_a_further_test(name, at)
+            found = middle + float(np.mean(x[own] - fitted[own]))
+            if name in apart:
+                found += error * float(special.stdtrit(freedom, apart[name]))
+            return float(np.clip(found, low[own[0]], high[own[0]]))
 
         values = {name: free.value(variable(name)) for name, free in self.free.items()}
         gain = variable(GAIN) if self._at(GAIN).size else 0.0
