@@ -110,9 +110,9 @@ def measured_sentences(dataset: xr.Dataset) -> list[str]:
         ]
         apart = at[0] / frequency[inside] - 1.0, 100.0 * (at[1] - ratio[inside])
         lines.append(
-            f"a slow decay along nonlinear mode {int(dataset['mode'].values[mode])} at the same amplitudes: its frequency differs "
-            f"from the measured one by {100.0 * apart[0].min():+.2g} to {100.0 * apart[0].max():+.2g} %, its damping ratio by "
-            f"{apart[1].min():+.2g} to {apart[1].max():+.2g} percentage points"
+            f"a slow decay along nonlinear mode {int(dataset['mode'].values[mode])} at the same amplitudes: its frequency "
+            f"differs from the measured one by {100.0 * apart[0].min():+.2g} to {100.0 * apart[0].max():+.2g} %, its damping "
+            f"ratio by {apart[1].min():+.2g} to {apart[1].max():+.2g} percentage points"
         )
     return lines
 

@@ -269,10 +269,12 @@ class HeldOutWork:
             fit = self.whole.fitted(self.solution)
             others = [k for k in range(len(fit.tests)) if k not in absent]
             rest = ResponseFit([fit.tests[k] for k in others], fit.free, fit.start_deviation)
-            most = self.whole.tries + evaluations
-            rest.evaluated = lambda count: report(min(count / most, 0.95))
-            # Not from the fit to all: what the others do not determine would keep the value that the absent ones gave it.
-            fitted = rest.best(self.whole.tries, self.whole.seed, evaluations)
+            rest.evaluated = lambda count: report(min(count / evaluations, 0.95))
+            begin = x[[k for k, v in enumerate(fit.variables) if v.test not in absent]]
+            # What the others do not determine would keep the value that the absent ones gave it.
+            blind = statistics(rest, begin).blind
+            begin[blind] = rest.start[blind]
+            fitted = rest.solved(begin, evaluations=evaluations).x
             found = [self._misfit(fit, t, fitted[: len(fit.shared)], x) for t in absent]
         return {"misfit": np.array(found), "cpu_seconds": np.array(time.process_time() - started)}
 
