@@ -1,5 +1,5 @@
 # make setup    environment in .venv, from requirements.lock      make check   format, lint, types, spelling, documentation
-# make demo     the single blade with two dampers                 make ci      check, make test, the slow tests and a part of test-rounding
+# make demo     the single blade with two dampers                 make ci      check, make test, the slow tests, parts of test-rounding and test-newest
 # make test     what a change can break, seven minutes on two cores make lock    renew requirements.lock (needs uv)
 # make test-all   the slow and the nightly tests too               make nightly   everything: test-all, all roundings, verify, robustness, mutants
 # make test-times   the tests of make test with their processor time; one that takes more than five seconds fails
@@ -7,6 +7,7 @@
 # make wheel    a wheel with compiled kernels into dist/, for this system and this version of Python
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
 # make test-oldest   a part of the tests with every dependency at its lower bound
+# make test-newest   the tests of make test under the newest Python of this machine, in an environment of its own
 # make test-rounding   the tests with the rounding of other processors: all of them for two, the numerical ones for the rest
 # make verify   every promised number into results/verify.json and docs/verification.md, and the tests that take minutes
 # make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
@@ -26,12 +27,20 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
 # One BLAS thread: the dense systems are small, and contended threads slow them down.
-TESTING := test test-all test-times test-rounding ci nightly mutants
+TESTING := test test-part test-all test-times test-rounding ci nightly mutants
 $(TESTING) demo robustness: export OPENBLAS_NUM_THREADS = 1
 $(TESTING): export OMP_NUM_THREADS = 1
 $(TESTING): export MKL_NUM_THREADS = 1
 # Compiled modules are kept, whatever the environment says: else each process of a run compiles all of them again.
 $(TESTING): export PYTHONDONTWRITEBYTECODE =
+
+# The tests of make test under the newest Python that is here, with the newest dependencies that the lock has for it; `make ci`
+# runs those of the rooms that hand most to other libraries.
+NEWEST = $(MAKE) VENV=build/newest PYTHON=$$($(PYTHON) tests/newest.py)
+PART := tests/study tests/cli tests/results tests/runs tests/report tests/problem tests/readers tests/structure tests/physics tests/project
+
+test-newest:
+	$(NEWEST) test
 
 # The lower bounds of pyproject.toml in an environment of their own, and what touches every dependency. Newer dependencies of
 # these old packages warn; that is theirs, so warnings are no errors here.
@@ -45,7 +54,7 @@ test-oldest:
 	$(OLDEST)/bin/python -m pip install --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/kernels $(OLDEST)/bin/python -m pytest -W default -m "not verify and not system" $(OLDEST_TESTS)
 
-.PHONY: $(TESTING) kernels test-oldest paper screenshots gallery tutorials setup bench wheel demo check format reference docs lock clean robustness measures verify-system verify
+.PHONY: $(TESTING) kernels test-newest test-oldest paper screenshots gallery tutorials setup bench wheel demo check format reference docs lock clean robustness measures verify-system verify
 
 setup: $(STAMP)
 
@@ -69,6 +78,9 @@ kernels: setup
 
 test: kernels
 	$(PYTEST) $(QUICK)
+
+test-part: kernels
+	$(PYTEST) $(QUICK) $(PART)
 
 test-all: kernels
 	$(PYTEST)
@@ -140,8 +152,9 @@ ci: setup
 	$(MAKE) -j 2 check kernels
 	$(PYTEST) -m "not nightly and not verify and not system"
 	$(BIN)/python tests/rounding.py part -n $(JOBS) --dist loadfile --hypothesis-profile=ci $(QUICK)
+	$(NEWEST) test-part
 
-nightly: check test-all test-rounding verify robustness mutants
+nightly: check test-all test-rounding test-newest verify robustness mutants
 
 lock:
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile pyproject.toml --group dev --universal --python-version 3.11 \

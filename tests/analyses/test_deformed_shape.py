@@ -63,7 +63,7 @@ def test_the_shape_is_that_of_the_unreduced_model_under_the_same_forces(deck, mo
                 load[rows[dof]] -= coefficient * along
     omega = 2.0 * np.pi * 560.0
     dynamic = model.K + 1j * omega * (ALPHA * model.M + BETA * model.K) - omega**2 * model.M
-    u = sparse_linalg.spsolve(sparse.csc_matrix(dynamic), load)
+    u = sparse_linalg.spsolve(sparse.csc_array(dynamic), load)
     motion = response.deformed_shape(0, 0).motion
     numbers = model.surface.numbers
     expected = np.where(numbers >= 0, u[numbers], 0.0)
@@ -164,7 +164,7 @@ def test_the_shape_of_a_sector_is_that_of_its_unreduced_elements(engine_order):
     D = sector.constraint(engine_order)
     M, K = sector.matrices(engine_order)
     omega = 2.0 * np.pi * 90.0
-    u = D @ sparse_linalg.spsolve(sparse.csc_matrix(K - omega**2 * M), D.conj().T @ load)
+    u = D @ sparse_linalg.spsolve(sparse.csc_array(K - omega**2 * M), D.conj().T @ load)
     motion, size = response.deformed_shape(0, 0).motion, len(disk.surface.points)
     numbers = sector.solid.numbers[[sector.solid.node(point) for point in motion.points[:size]]]
     expected = np.where(numbers >= 0, u[numbers], 0.0)
@@ -212,7 +212,7 @@ def test_the_shape_of_a_mistuned_disk_is_that_of_its_unreduced_sectors():
     for n in range(sectors):
         turns = np.exp(2j * np.pi * n * np.arange(sectors) / sectors)
         D, (M, K) = sector.constraint(n), sector.matrices(n)
-        u = D @ sparse_linalg.spsolve(sparse.csc_matrix(K - omega**2 * M), D.conj().T @ (turns @ load) / sectors)
+        u = D @ sparse_linalg.spsolve(sparse.csc_array(K - omega**2 * M), D.conj().T @ (turns @ load) / sectors)
         expected += turns.conj()[:, None, None] * np.where(numbers >= 0, u[numbers], 0.0)
     largest = np.abs(expected).max(axis=(1, 2))
     assert largest.max() > 1.05 * largest.min()

@@ -273,8 +273,8 @@ class Full:
     def load_km(self, as_sparse, sort):
         if BROKEN:
             raise SystemError("out of bounds")
-        K = sparse.csc_matrix([[2.0, -1.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 0.0]])
-        return np.array([[4, 0], [5, 1], [6, 2]]), K, sparse.identity(3, format="csc")
+        K = sparse.csc_array([[2.0, -1.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 0.0]])
+        return np.array([[4, 0], [5, 1], [6, 2]]), K, sparse.eye_array(3, format="csc")
 
 def read_binary(path):
     return Full()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from inspect import cleandoc
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
@@ -81,7 +82,7 @@ def reference() -> str:
         parts.append(f"## `{section}`")
         for model in models:
             parts += [f"### {TITLES[model]}"] if model in TITLES else []
-            parts += [str(model.__doc__), "\n".join([HEAD, *rows(model)]), *rules(model)]
+            parts += [cleandoc(model.__doc__ or ""), "\n".join([HEAD, *rows(model)]), *rules(model)]
     parts.append(f"Instead of a table, `units` may be the name of a system: {', '.join(f'`{name}`' for name in SYSTEMS)}.")
     return "\n\n".join(parts) + "\n"
 

@@ -110,7 +110,7 @@ def _carried(forces: list[_Forces], bodies: list[_Loose], load: Array) -> bool:
         return True
     forces = [force for force in forces if np.any(force.rows @ motions)]
     limits, over = np.concatenate([force.limits for force in forces]), np.eye(wanted.size)
-    within: Any = sparse.block_diag([force.within for force in forces])
+    within: Any = sparse.block_diag([sparse.csr_array(force.within) for force in forces])
     beside: Any = sparse.hstack([within, sparse.csr_array((len(limits), 2 * wanted.size))])
     program = scipy.optimize.linprog(
         np.concatenate([np.zeros(within.shape[1]), np.ones(2 * wanted.size)]),

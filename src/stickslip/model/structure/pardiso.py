@@ -86,7 +86,7 @@ class Pardiso:
 
     def __init__(self, matrix: Sparse, report: Report = lambda text: None) -> None:
         package = import_module(f"{PACKAGE}.pardiso_wrapper")
-        self._upper = sparse.csr_matrix(sparse.triu(matrix))
+        self._upper = sparse.csr_array(sparse.triu(matrix))
         self._upper.sort_indices()
         self._solver = package.PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
         for number, value in SETTINGS.items():
