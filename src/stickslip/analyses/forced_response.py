@@ -24,7 +24,7 @@ from stickslip.analyses.joined_curves import arrays_of
 from stickslip.analyses.kept_motion import with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
-from stickslip.analyses.peak_stability import flags, instability_warning, judged
+from stickslip.analyses.peak_stability import flags, judged, stability_warning
 from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcited
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.response_motion import response_motion
@@ -593,7 +593,7 @@ class ForcedResponseWork(OneBalance):
             springs = len(self.problem.mean_springs) - len(self.finer.mean_springs)
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
-            instability_warning(self.balance, curve, self.measure.over(self.periods), stability) or self.negative_damping,
+            stability_warning(self.balance, curve, stability) or self.negative_damping,
             "" if self.settings.listed else other_motion_warning(self.balance, curve, self.measure.over(self.periods)),
             truncation_warning(self.harmonics, names, by_harmonics),
             work_warning(self.harmonics, names, of_work),
@@ -606,7 +606,7 @@ class ForcedResponseWork(OneBalance):
         )
         message = np.array(" ".join(filter(None, (curve.message, *warnings))))
         errors = {"truncation_error": by_harmonics, "sampling_error": by_samples, "work_error": of_work}
-        return arrays | errors | finer | stability | {"case_message": message}
+        return arrays | errors | finer | stability.flags(len(names)) | {"case_message": message}
 
     def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
         """The response of the curves of all force levels; kinds: of the curves, all of sweeps unless given."""

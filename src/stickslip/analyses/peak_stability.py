@@ -6,31 +6,28 @@ Every other point is judged where `with_stability`, of studies [stability], asks
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.stability import KEPT, flags_of
+from stickslip.analyses.stability import StabilityOf, flags_of
 from stickslip.analyses.truncation import SAME_PEAK, finer_balance, highest_points
 from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem.contraction import contracts
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.continuation.more_harmonics import resolved
 from stickslip.solve.continuation.truncation import enough_beyond
 from stickslip.solve.curves.curve import Curve
-from stickslip.solve.stability.multipliers import MOST_STEPS, TIMES_ERROR, Multipliers, PeriodMap, Stability
-from stickslip.support.checks import InputError
+from stickslip.solve.stability.judge import MOST_COORDINATES, Verdict
+from stickslip.solve.stability.multipliers import Stability
+from stickslip.support.checks import InputError, counted
 
-MOST_MODES = 60
-"""Modes that move by themselves, and contact rows, up to which peaks are judged: the time goes with the square of both."""
-
-STEPS, MOST_OF_SHORT = 16, 64
-"""Steps of a period to begin with, and the most of a curve of fewer than `LONG` points: `with_stability` takes more where the
-largest multiplier is near to 1."""
-
-LONG = 150
+MOST_ROWS = 60
+"""Contact rows up to which peaks are judged where friction and damping do not decide: the time goes with their square."""
 
 VARIABLES = {
     "highest_stability": (("case", "output"), "stability at the highest peak, or the largest point"),
@@ -38,60 +35,73 @@ VARIABLES = {
 }
 
 
-def judged(balance: HarmonicBalance, curve: Curve, measure: Measure) -> dict[str, NDArray[np.int8]]:
-    """`highest_stability` (outputs,) and `end_stability` () of a curve, flags of `Stability`.
+class PeakStability(NamedTuple):
+    """What was found of one curve. points, verdicts: by output, of its highest point; end: of the last point of the curve, None
+    where it was not judged."""
 
-    Unknown where judging would take more than about a tenth of the curve's time: of tuned disks, whose sectors are disturbed each
-    by itself, and many modes or contacts; and where harmonics see different structures. Of a single frequency, as of long curves,
-    it takes 5 to 8 % of the time.
+    points: Mapping[int, CurvePoint]
+    verdicts: Mapping[int, Verdict]
+    end: Verdict | None
+
+    def flags(self, outputs: int) -> dict[str, NDArray[np.int8]]:
+        """`highest_stability` (outputs,) and `end_stability` () of the curve, flags of `Stability`."""
+        highest = [self.verdicts[k].stability if k in self.verdicts else Stability.UNKNOWN for k in range(outputs)]
+        end = Stability.UNKNOWN if self.end is None else self.end.stability
+        return {"highest_stability": np.array(highest, dtype=np.int8), "end_stability": np.array(end, dtype=np.int8)}
+
+
+def judged(balance: HarmonicBalance, curve: Curve, measure: Measure) -> PeakStability:
+    """The stability of the highest point of each output and of the last point of a curve.
+
+    Not judged where it would take more than about a tenth of the curve's time: of many contacts, and of tuned disks with more
+    than a few coordinates, whose sectors are disturbed each by itself; and where harmonics see different structures.
     """
     highest = highest_points(balance, curve, measure)
-    flags: dict[str, NDArray[np.int8]] = {
-        "highest_stability": np.zeros(len(balance.problem.outputs), dtype=np.int8),
-        "end_stability": np.zeros((), dtype=np.int8),
-    }
-    if not curve.points or balance.rows > MOST_MODES or isinstance(balance.problem, TunedDisk):
-        return flags
-    fastest = max(point.point.omega for point in curve.points)
-    try:
-        period = PeriodMap(balance, KEPT * balance.highest * fastest)
-    except InputError:
-        return flags
-    if period.modes.real.size > 2 * MOST_MODES:
-        return flags
-    known: dict[float, Stability] = {}
+    if not curve.points or not _few(balance):
+        return PeakStability(highest, {}, None)
+    judge = StabilityOf(balance, max(point.point.omega for point in curve.points), numbers=False)
+    known: dict[float, Verdict] = {}
 
-    def verdict(point: CurvePoint) -> Stability:
+    def verdict(point: CurvePoint) -> Verdict:
         omega = point.point.omega
         near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
         if near not in known:
-            most = MOST_STEPS if len(curve.points) >= LONG else MOST_OF_SHORT
-            found = clear_verdict(period.multipliers(point.evaluation, STEPS, most))
-            known[near] = _confirmed(balance, point, most) if found == Stability.UNSTABLE else found
+            known[near] = _confirmed(balance, judge.verdict(point.evaluation), point)
         return known[near]
 
-    for output, point in highest.items():
-        flags["highest_stability"][output] = verdict(point)
-    flags["end_stability"][...] = verdict(curve.points[-1])
-    return flags
+    try:
+        return PeakStability(highest, {k: verdict(point) for k, point in highest.items()}, verdict(curve.points[-1]))
+    except InputError:
+        return PeakStability(highest, {}, None)
 
 
-def _confirmed(balance: HarmonicBalance, point: CurvePoint, most: int) -> Stability:
-    """Unstable where the motion with all harmonics that an estimate of their error takes is unstable too, or is not found; else
-    undecided: of few harmonics a contact may slip or land at instants at which the motion itself has it do nothing."""
+def _few(balance: HarmonicBalance) -> bool:
+    """Whether judging a point takes little, beside the curve."""
+    problem = balance.problem
+    if contracts(problem):
+        return True
+    if isinstance(problem, TunedDisk):
+        return problem.sectors * problem.systems.coordinates <= MOST_COORDINATES
+    return balance.rows <= MOST_ROWS
+
+
+def _confirmed(balance: HarmonicBalance, found: Verdict, point: CurvePoint) -> Verdict:
+    """A verdict; of an unstable solution that was disturbed itself, not the motion beside it, only if it is unstable with all
+    harmonics that an estimate of their error takes: of few, a contact may slip or land where the motion itself does not."""
+    if found.stability != Stability.UNSTABLE or np.isfinite(found.distance) or isinstance(balance.problem, TunedDisk):
+        return found
     finer = finer_balance(balance, enough_beyond(balance.highest))
     solution = resolved(finer, point.evaluation)
     if not solution.converged:
-        return Stability.UNSTABLE
-    period = PeriodMap(finer, KEPT * finer.highest * point.point.omega)
-    found = clear_verdict(period.multipliers(solution.evaluation, STEPS, most))
-    return found if found == Stability.UNSTABLE else Stability.UNDECIDED
-
-
-def clear_verdict(multipliers: Multipliers) -> Stability:
-    """The verdict; undecided where the error of the largest multiplier, few steps leaving a large one, may turn it."""
-    unclear = abs(abs(multipliers.leading) - 1.0) <= TIMES_ERROR * multipliers.error
-    return Stability.UNDECIDED if unclear else multipliers.verdict
+        return found
+    again = StabilityOf(finer, point.point.omega, numbers=False).verdict(solution.evaluation)
+    if again.stability == Stability.UNSTABLE:
+        return found
+    sizes = abs(found.multiplier), abs(again.multiplier)
+    words = (
+        f"its largest multiplier has a size of {sizes[0]:.4g} with {balance.highest} harmonics, and of {sizes[1]:.4g} with more"
+    )
+    return replace(found, stability=Stability.UNDECIDED, reason=words)
 
 
 def flags(curves: Sequence[Mapping[str, Any]], outputs: int) -> dict[str, Any]:
@@ -103,17 +113,31 @@ def flags(curves: Sequence[Mapping[str, Any]], outputs: int) -> dict[str, Any]:
     return found
 
 
-def instability_warning(balance: HarmonicBalance, curve: Curve, measure: Measure, flags: Mapping[str, NDArray[np.int8]]) -> str:
-    """What to say where a highest peak or the end of a curve is unstable; empty where none is known to be."""
-    highest, names = highest_points(balance, curve, measure), balance.problem.output_names
-    unstable = [k for k, flag in enumerate(flags["highest_stability"]) if flag == Stability.UNSTABLE]
-    peaks = [f"{names[k]} ({balance.hertz(highest[k].point.omega):.6g} Hz)" for k in unstable]
-    places = [f"the highest {'points' if len(peaks) > 1 else 'point'} of {', '.join(peaks)}"] if peaks else []
-    if flags["end_stability"] == Stability.UNSTABLE:
-        places.append(f"the end of the curve ({balance.hertz(curve.points[-1].point.omega):.6g} Hz)")
-    if not places:
+def stability_warning(balance: HarmonicBalance, curve: Curve, judged: PeakStability) -> str:
+    """What to say where a highest peak or the end of a curve is unstable, or its stability undecided; empty where neither is."""
+    names, end = balance.problem.output_names, curve.points[-1].point.omega if curve.points else 0.0
+    hertz = {f"{names[k]} ({balance.hertz(judged.points[k].point.omega):.6g} Hz)": each for k, each in judged.verdicts.items()}
+    unstable = {name: each for name, each in hertz.items() if each.stability == Stability.UNSTABLE}
+    places = [f"the highest {'points' if len(unstable) > 1 else 'point'} of {', '.join(unstable)}"] if unstable else []
+    worst = max(unstable.values(), key=lambda each: abs(each.multiplier), default=None)
+    if judged.end is not None and judged.end.stability == Stability.UNSTABLE:
+        places.append(f"the end of the curve ({balance.hertz(end):.6g} Hz)")
+        worst = worst or judged.end
+    if worst is not None:
+        leaves = f" and leaves it within {counted(worst.leaves, 'period')}" if worst.leaves else ""
+        return (
+            f"Unstable motion at {' and at '.join(places)}: the vibration grows into another one. A small disturbance grows by a "
+            f"factor of {abs(worst.multiplier):.4g} per period{leaves}. Compute the stability of all points ([stability], "
+            "`with_stability()`), and use `time_response` to find that motion."
+        )
+    undecided = {name: each for name, each in hertz.items() if each.stability == Stability.UNDECIDED}
+    if not undecided:
         return ""
+    each = next(iter(undecided.values()))
     return (
-        f"Unstable motion at {' and at '.join(places)}: the vibration grows into another one. Compute the stability of all "
-        "points ([stability], `with_stability()`), and use `time_response` to find that motion."
+        f"Whether the motion at the highest point of {', '.join(undecided)} is stable is undecided: {each.reason or _near(each)}."
     )
+
+
+def _near(verdict: Verdict) -> str:
+    return f"its largest multiplier has a size of {abs(verdict.multiplier):.6g}, with an error of {verdict.error:.2g}"

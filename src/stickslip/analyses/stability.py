@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
+from stickslip.model.problem.contraction import contracts
 from stickslip.results.view import measure_in, nearest_point
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
 from stickslip.solve.continuation.interpolation import Interpolation
-from stickslip.solve.stability.multipliers import ROUNDING, TIMES_ERROR, Multipliers, PeriodMap, Stability
+from stickslip.solve.stability.judge import Judge, Verdict
+from stickslip.solve.stability.multipliers import ROUNDING, TIMES_ERROR, Stability
 from stickslip.support.checks import Array, positive
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
@@ -27,10 +29,6 @@ if TYPE_CHECKING:
 
 REAL = 1e-6
 """Imaginary part of a multiplier, relative to its size, below which it is real."""
-
-
-KEPT = 8.0
-"""Modes up to so many times the highest harmonic of the highest frequency move by themselves, unless `highest` is given."""
 
 
 class Instability(IntEnum):
@@ -57,17 +55,12 @@ the motion and that of its multipliers differ by the error of the harmonics, how
 class AllSectors:
     """The solved points of a tuned disk with all its sectors, which a disturbance need not leave alike."""
 
-    def __init__(self, points: SolvedPoints, disk: TunedDisk) -> None:
-        self.points, self.disk = points, disk
-        harmonics, samples = points.balance.harmonics, points.balance.tables.E.shape[0]
-        self.balance = HarmonicBalance(disk.full(reported=[1]), harmonics, samples)
+    def __init__(self, sector: HarmonicBalance, disk: TunedDisk) -> None:
+        self.disk = disk
+        self.balance = HarmonicBalance(disk.full(reported=[1]), sector.harmonics, sector.tables.E.shape[0])
 
-    def evaluation(self, case: int, point: int) -> Evaluation:
-        """A solved point, of the full disk: sector j is late by j EO/N periods."""
-        return self.evaluation_of(self.points.evaluation(case, point))
-
-    def evaluation_of(self, sector: Evaluation) -> Evaluation:
-        """The point of the full disk whose first sector moves as given."""
+    def evaluation(self, sector: Evaluation) -> Evaluation:
+        """The point of the full disk whose first sector moves as given: sector j is late by j EO/N periods."""
         one = sector.point
         forces = complex_harmonics(one.forces)
         late = -2j * np.pi * self.disk.engine_order / self.disk.sectors * np.arange(forces.shape[1])
@@ -94,43 +87,68 @@ def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None 
     change sides are solved with all. A tuned disk is disturbed in all its sectors.
     """
     solved = SolvedPoints(dataset, problem)
-    points = AllSectors(solved, problem) if isinstance(problem, TunedDisk) else solved
     converged = [(int(case), int(point)) for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED)]
+    fastest = 2.0 * np.pi * float(np.nanmax(dataset["frequency"].values, initial=0.0)) / solved.balance.periods
     with one_blas_thread():
-        map_ = PeriodMap(points.balance, _highest(dataset, points, highest))
-        found = {place: map_.multipliers(points.evaluation(*place)) for place in converged}
+        judge = StabilityOf(solved.balance, fastest, None if highest is None else _highest(highest))
+        found = {place: judge.verdict(solved.evaluation(*place)) for place in converged}
         error = 0.0
-        if highest is None and map_.modes.dropped and converged:
+        if highest is None and judge.dropped and converged:
             # What the modes left out change of the multiplier nearest to the unit circle; points that might change sides are
-            # solved anew with all modes.
-            whole = PeriodMap(points.balance)
+            # judged anew with all modes.
+            whole = StabilityOf(solved.balance, fastest, np.inf)
             nearest = min(found, key=lambda place: _distance(found[place]))
-            again = whole.multipliers(points.evaluation(*nearest))
-            error = float(abs(abs(again.leading) - abs(found[nearest].leading)))
+            again = whole.verdict(solved.evaluation(*nearest))
+            error = float(abs(abs(again.multiplier) - abs(found[nearest].multiplier)))
             for place in [place for place, each in found.items() if _distance(each) <= TIMES_ERROR * error]:
-                found[place] = whole.multipliers(points.evaluation(*place))
+                found[place] = whole.verdict(solved.evaluation(*place))
         values = _of_points(dataset, found, error)
         changes: list[list[Change]] = [[] for _ in range(dataset.sizes["case"])]
         if not dataset.attrs.get("listed_frequencies"):
-            changes = [_changes(dataset, values, case, solved, leading_of(points, map_)) for case in range(len(changes))]
+            changes = [_changes(dataset, values, case, solved, judge.leading) for case in range(len(changes))]
     return dataset.assign(_variables(dataset, values, changes)).assign_attrs(
-        stability_dropped_modes=map_.modes.dropped, stability_mode_error=error
+        stability_dropped_modes=judge.dropped, stability_mode_error=error
     )
 
 
-def _highest(dataset: xr.Dataset, points: SolvedPoints | AllSectors, highest: float | None) -> float:
+class StabilityOf:
+    """The judge of the solved points of a balance; of a tuned disk that of all its sectors, where friction and damping do not
+    decide."""
+
+    def __init__(self, balance: HarmonicBalance, fastest: float, highest: float | None = None, *, numbers: bool = True) -> None:
+        problem = balance.problem
+        self._sectors = None
+        if isinstance(problem, TunedDisk) and (numbers or not contracts(problem)):
+            self._sectors = AllSectors(balance, problem)
+        one = balance if self._sectors is None else self._sectors.balance
+        self._judge = Judge(one, fastest, highest, numbers=numbers)
+
+    def verdict(self, evaluation: Evaluation) -> Verdict:
+        """Whether a solved point is stable."""
+        return self._judge.verdict(evaluation if self._sectors is None else self._sectors.evaluation(evaluation))
+
+    def leading(self, evaluation: Evaluation) -> complex:
+        """The largest multiplier of a point; NaN where it is not known."""
+        return self.verdict(evaluation).multiplier
+
+    @property
+    def dropped(self) -> int:
+        """Modes that follow at once."""
+        return self._judge.dropped
+
+
+def _highest(highest: float) -> float:
     """The largest natural frequency of modes that move by themselves, rad/s."""
-    if highest is None:
-        return 2.0 * np.pi * KEPT * points.balance.highest * float(np.nanmax(dataset["frequency"].values, initial=0.0))
     return np.inf if highest == np.inf else 2.0 * np.pi * positive("highest", highest)
 
 
-def _distance(multipliers: Multipliers) -> float:
-    """Distance of the largest multiplier from the unit circle."""
-    return abs(abs(multipliers.leading) - 1.0)
+def _distance(verdict: Verdict) -> float:
+    """Distance of the largest multiplier from the unit circle; infinite where it is not known."""
+    distance = abs(abs(verdict.multiplier) - 1.0)
+    return distance if np.isfinite(distance) else np.inf
 
 
-def _of_points(dataset: xr.Dataset, multipliers: dict[tuple[int, int], Multipliers], error: float) -> dict[str, Any]:
+def _of_points(dataset: xr.Dataset, verdicts: dict[tuple[int, int], Verdict], error: float) -> dict[str, Any]:
     """Arrays (case, point); error: of the modes left out."""
     shape = dataset["outcome"].shape
     found: dict[str, Any] = {
@@ -139,20 +157,16 @@ def _of_points(dataset: xr.Dataset, multipliers: dict[tuple[int, int], Multiplie
         "multiplier_error": np.full(shape, np.nan),
         "multiplier_resolved": np.ones(shape, dtype=np.int8),
         "stuck_sliders": np.zeros(shape, dtype=np.int64),
+        "motion_distance": np.full(shape, np.nan),
+        "stability_reason": np.full(shape, "", dtype=object),
     }
-    for place, each in multipliers.items():
-        found["stability"][place], found["multiplier"][place] = each.verdict, each.leading
+    for place, each in verdicts.items():
+        found["stability"][place], found["multiplier"][place] = each.stability, each.multiplier
         found["multiplier_error"][place] = max(each.error, error)
-        found["multiplier_resolved"][place] = each.resolved or abs(each.leading - 1.0) <= AT_FOLD
+        found["multiplier_resolved"][place] = each.resolved or abs(each.multiplier - 1.0) <= AT_FOLD
         found["stuck_sliders"][place] = each.exact_ones
+        found["motion_distance"][place], found["stability_reason"][place] = each.distance, each.reason
     return found
-
-
-def leading_of(points: SolvedPoints | AllSectors, map_: PeriodMap) -> Callable[[Evaluation], complex]:
-    """The largest multiplier of a point of the curve."""
-    if isinstance(points, AllSectors):
-        return lambda evaluation: map_.multipliers(points.evaluation_of(evaluation)).leading
-    return lambda evaluation: map_.multipliers(evaluation).leading
 
 
 def _changes(
@@ -163,6 +177,8 @@ def _changes(
     converged = np.flatnonzero(dataset["outcome"].values[case] == Outcome.CONVERGED)
     frequency, multiplier = dataset["frequency"].values[case, converged], values["multiplier"][case, converged]
     verdict = values["stability"][case, converged]
+    for k in range(1, multiplier.size):  # one that is not known is taken from the point before
+        multiplier[k] = multiplier[k] if np.isfinite(multiplier[k]) else multiplier[k - 1]
     decided = np.flatnonzero((verdict == Stability.STABLE) | (verdict == Stability.UNSTABLE))
     crossings = []
     for first, last in pairwise(decided):
@@ -206,6 +222,8 @@ def _located(
         if evaluation is None:
             break
         found = leading(evaluation)
+        if not np.isfinite(found):
+            break
         side = 0 if (_excess(np.array(found)) > 0.0) == (a > 0.0) else 1
         ends[side], multipliers[side], omegas[side] = fraction, found, evaluation.point.omega
     a, b = _excess(np.array(multipliers))
@@ -250,6 +268,16 @@ def _variables(dataset: xr.Dataset, values: dict[str, Any], changes: list[list[C
             ("case", "point"),
             values["stuck_sliders"],
             {"units": "1", "long_name": "sliders that never slip, each with a multiplier of exactly 1"},
+        ),
+        "motion_distance": (
+            ("case", "point"),
+            values["motion_distance"],
+            {"units": "1", "long_name": "distance of the true periodic motion from the solution, relative to the vibration"},
+        ),
+        "stability_reason": (
+            ("case", "point"),
+            values["stability_reason"].astype(str),
+            {"long_name": "why the stability is undecided or not judged"},
         ),
         "peak_stability": (
             ("case", "peak", "output"),

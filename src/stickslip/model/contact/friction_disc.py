@@ -67,6 +67,7 @@ class FrictionDisc(Law):
     normal_load: float | None = None
 
     couples_directions: ClassVar[bool] = True
+    incrementally_passive: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _ = self._one_direction

@@ -117,6 +117,8 @@ class Law(ABC):
     sticks: a motion small enough is that of the stuck spring kt, and its loop holds no energy.
     remembers_start: where it sticks, the steady force depends on the start state.
     rubs: it dissipates energy; a gap and a cubic spring do not.
+    incrementally_passive: of a law with kernels of its own, whether under a constant load the difference of two motions gains no
+    energy from it, ∫ ΔT Δu̇ dt ≥ V(end) − V(begin) with V ≥ 0; of a table of sliders the table says so (`problem/contraction.py`).
     """
 
     extensive: ClassVar[tuple[str, ...]] = ("kt", "kn", "preload", "normal_load")
@@ -125,6 +127,7 @@ class Law(ABC):
     sticks: ClassVar[bool] = True
     remembers_start: ClassVar[bool] = True
     rubs: ClassVar[bool] = True
+    incrementally_passive: ClassVar[bool] = False
 
     def share(self, fraction: float) -> Self:
         """The law of a point that carries this fraction of the surface: stiffnesses and loads times it, all else as it is."""

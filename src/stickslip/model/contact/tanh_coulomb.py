@@ -48,6 +48,7 @@ class TanhCoulomb(SingleLoad):
     rate_independent: ClassVar[bool] = False
     sticks: ClassVar[bool] = False
     remembers_start: ClassVar[bool] = False
+    incrementally_passive: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         self.check_load()

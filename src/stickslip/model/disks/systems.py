@@ -101,6 +101,13 @@ class SectorSystems(HarmonicSystems):
             rows = self.relative_rows(n), self.problem.output_rows
             yield f" of nodal diameter {n}", LinearSystem(M, C + damping, stuck + stiffness, *rows)
 
+    def without_contacts(self) -> Iterator[tuple[NDArray[Any], NDArray[Any], NDArray[Any]]]:
+        """Those of every nodal diameter that the disk holds; N − n has the conjugates of n."""
+        for n in self.disk.diameters.held:
+            M, _, C = self.matrices(n)
+            assert C is not None
+            yield M, self.disk.at(n).K, C
+
     def free_stiffness(self, harmonic: int) -> NDArray[np.complex128]:
         return self.disk.at(harmonic * self.engine_order).K
 

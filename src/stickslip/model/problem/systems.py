@@ -131,6 +131,10 @@ class HarmonicSystems:
         """K of a vibrating harmonic at rest, without contacts."""
         return self.problem.structure.K
 
+    def without_contacts(self) -> Iterator[tuple[NDArray[Any], NDArray[Any], NDArray[Any]]]:
+        """M, K and C of each uncoupled part of the structure at rest, without contacts and gas forces."""
+        yield self.problem.structure.M, self.problem.structure.K, self.problem.C
+
     @property
     def passive(self) -> bool:
         """Whether the damping can feed no motion: damping rules are not negative; gas forces, dashpots and a given C may be."""

@@ -21,7 +21,7 @@ FAST = 50.0
 class BlockModes(NamedTuple):
     """blocks (b, 2, 2): A [1/s]; force (2b, rows): J; motion, velocity (rows, 2b): δw and δẇ of the states; static (rows, rows):
     S [m/N], of the modes that follow at once; real: the states that are there, without the second one of a single real pole;
-    dropped: how many modes of `static` would move by themselves."""
+    dropped: how many modes of `static` would move by themselves; lowest_dropped: the natural frequency of the slowest, rad/s."""
 
     blocks: Array
     force: Array
@@ -30,6 +30,7 @@ class BlockModes(NamedTuple):
     static: Array
     real: Index
     dropped: int
+    lowest_dropped: float
 
 
 def block_modes(states: States, rows: int, highest: float) -> BlockModes | None:
@@ -41,14 +42,14 @@ def block_modes(states: States, rows: int, highest: float) -> BlockModes | None:
         return None
     shape, receiver = states.shape[:rows], states.receiver
     compliance = _static_compliance(states, rows)
-    found, single, dropped = [], [], 0
+    found, single, dropped = [], [], list[float]()
     for j in np.flatnonzero(~np.isin(states.kind, [kind + 1 for kind in FIRSTS])):
         frequency = _frequency(states, int(j))
         if frequency <= highest:
             found.append(_block(states, int(j), shape, receiver))
             single.append(states.kind[j] == REAL_POLE or (states.kind[j] == REAL_MODE and states.q[j] <= 0.0))
         elif np.isfinite(frequency):
-            dropped += 1
+            dropped.append(frequency)
     blocks = np.array([block for block, *_ in found]).reshape(-1, 2, 2)
     force, motion, velocity = (
         np.ascontiguousarray(np.concatenate([each[k] for each in found], axis=axis) if found else np.zeros(empty))
@@ -60,7 +61,9 @@ def block_modes(states: States, rows: int, highest: float) -> BlockModes | None:
     static = compliance - kept
     static[np.abs(static) <= 1e-12 * np.abs(compliance).max(initial=0.0)] = 0.0
     real = np.flatnonzero([one for alone in single for one in (True, not alone)])
-    return BlockModes(blocks, force, motion, velocity, np.ascontiguousarray(static), real, dropped)
+    return BlockModes(
+        blocks, force, motion, velocity, np.ascontiguousarray(static), real, len(dropped), min(dropped, default=np.inf)
+    )
 
 
 def _static_compliance(states: States, rows: int) -> Array:

@@ -47,6 +47,9 @@ MERGED = 1e-9
 """Instants closer than this share of a period are one."""
 
 
+RESOLVED = 2.0
+"""Radians of a stuck mode that a step may take where contacts slip."""
+
 PASSAGES = 4.0
 """How many times the passage of a velocity through zero, before and after it, steps are short where its law needs them."""
 
@@ -70,7 +73,8 @@ class Multipliers:
     exact_ones: multipliers of exactly 1, of sliders that never slip, which are not among the values: any position of such a
     slider between two limits is a periodic motion. resolved: whether the number of real multipliers beyond 1 is even where the
     determinant of the balance's Jacobian is positive, odd where it is negative; it is not where too few harmonics move the
-    multipliers across 1.
+    multipliers across 1. follows_contacts: whether steps and modes follow the stiffest contact that moves; else the values say
+    nothing.
     """
 
     values: NDArray[np.complex128]
@@ -78,6 +82,7 @@ class Multipliers:
     steps: int
     exact_ones: int
     resolved: bool
+    follows_contacts: bool = True
 
     @property
     def leading(self) -> complex:
@@ -108,7 +113,7 @@ class PeriodMap:
     def _modes_at(self, omega: float) -> BlockModes:
         """The modes of the structure, of a problem with `speed` at that of a frequency."""
         problem = self.balance.problem.at_frequency(omega)
-        if not problem.systems.alike or _stiffest(problem) > SOFT:
+        if not problem.systems.alike or stiffest_mean_spring(problem) > SOFT:
             raise InputError(
                 "Stability can be computed only for a structure that all harmonics share, but stiff mean springs act on harmonic "
                 "0 alone, and aerodynamic forces of a disk act on harmonics above 0 alone."
@@ -135,9 +140,25 @@ class PeriodMap:
             values = _sorted(better)
             error = _size_change(better, values[0], change) if values.size and values[0] != 0.0 else 0.0
             distance = abs(abs(values[0]) - 1.0) if values.size else 1.0
-            if distance > TIMES_ERROR * error or not error > 0.1 * ROUNDING or steps >= most:
-                return Multipliers(values, float(error), steps, contacts.exact_ones, self._resolved(evaluation, values))
+            follows = self._follows(contacts, modes, steps)
+            if steps >= most or (follows and (distance > TIMES_ERROR * error or not error > 0.1 * ROUNDING)):
+                return Multipliers(values, float(error), steps, contacts.exact_ones, self._resolved(evaluation, values), follows)
             coarse, before = fine, better
+
+    def _follows(self, contacts: ContactPeriod, modes: BlockModes, steps: int) -> bool:
+        """Whether so many steps follow the contacts that slip, and no mode that they free is among those that follow at once.
+
+        δλ goes linearly over a step h of the stuck modes: in slip −kt δu cancels the stuck spring, and the scheme amplifies what
+        it should not from ω h = π on. A mode of compliance g without its spring has ω²(1 − kc g).
+        """
+        stiff = contacts.used[self.balance.stiffness[contacts.used] > 0.0]
+        if not stiff.size:
+            return True
+        moving = np.any(modes.motion[stiff].reshape(stiff.size, -1, 2) != 0.0, axis=(0, 2))
+        fastest = np.abs(np.linalg.eigvals(modes.blocks[moving])).max(initial=0.0)
+        freed = 1.0 - self.balance.stiffness[stiff] * np.diag(modes.static)[stiff]
+        slowest = modes.lowest_dropped * np.sqrt(freed.min().clip(min=0.0))
+        return bool(fastest * contacts.period <= RESOLVED * steps and slowest >= 0.5 * self.highest)
 
     def _resolved(self, evaluation: Evaluation, values: NDArray[np.complex128]) -> bool:
         """Whether the sign of the product of all 1 − μ is that of the determinant of the balance's Jacobian.
@@ -160,7 +181,7 @@ class PeriodMap:
         return _map(ContactPeriod(evaluation, self.balance), self._modes_of(evaluation), steps)
 
 
-def _stiffest(problem: Problem) -> float:
+def stiffest_mean_spring(problem: Problem) -> float:
     """The largest stiffness of a mean spring relative to the stuck structure along it, k dᵀK'⁻¹d."""
     D = problem.structure.rows([spring.direction for spring in problem.mean_springs]).T
     compliance = np.sum(D * linalg.solve(problem.stuck_stiffness, D, assume_a="pos"), axis=0)
@@ -214,6 +235,7 @@ class ContactPeriod:
         self.exact_ones = int(still.sum())
         self.laws, self.contacts = _law_rows(table), balance.problem.contacts
         self.start, self.used = self._start(), self._used()
+        self.lifts_off = self._lifts_off()
 
     def _start(self) -> float:
         """In the middle of the longest time without a change; at a sample, where laws have kernels of their own."""
@@ -234,6 +256,13 @@ class ContactPeriod:
             least = table.normal_stiffness[springs] * self.u[table.normal_row[c]].min() + table.normal_constant[springs]
             used[table.normal_row[c]] = bool(np.any(least <= 0.0))
         return np.flatnonzero(used)
+
+    def _lifts_off(self) -> bool:
+        """Whether any normal spring opens and closes."""
+        table = self.table
+        z = self.u[np.repeat(table.normal_row, np.diff(table.normal_first))]
+        forces = table.normal_stiffness[:, None] * z + table.normal_constant[:, None]
+        return bool(np.any((forces.min(axis=1) <= 0.0) & (forces.max(axis=1) > 0.0)))
 
     def path(self, steps: int) -> tuple[Path, Index]:
         """The path on that many steps and the instants of change; the columns of the period map that are contact states."""
