@@ -19,6 +19,7 @@ from stickslip.runs.checkpoint import CheckpointFolder
 from stickslip.show.report import presentation
 from stickslip.show.report.responses import PRESENTATION
 from stickslip.support import console
+from stickslip.support.written_files import LIST
 
 COMMAND = [sys.executable, "-m", "stickslip"]
 
@@ -181,7 +182,7 @@ def test_what_a_run_writes_and_report_writes_again(one_mass, tmp_path):
     assert result.exit_code == 0
     assert "highest peaks of 1.x" in result.output
     assert "force 0.5" in result.output
-    assert {path.relative_to(out).as_posix() for path in out.rglob("*")} == {"results.nc", "report.html"}
+    assert {path.relative_to(out).as_posix() for path in out.rglob("*")} == {"results.nc", "report.html", LIST}
     (out / "report.html").unlink()
     for place in (out, out / "results.nc"):
         assert stickslip_command("report", place).exit_code == 0

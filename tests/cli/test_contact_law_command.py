@@ -15,6 +15,8 @@ import stickslip as ss
 from stickslip.cli import app
 from stickslip.laboratory.measurement.synthetic import loop_of
 from stickslip.support import console
+from stickslip.support.files import write_text
+from stickslip.support.written_files import only_own_files
 
 
 @pytest.fixture
@@ -126,8 +128,8 @@ def test_ctrl_c_while_many_files_are_read_and_fitted(tmp_path):
 
 def test_an_interrupted_overwriting_run_leaves_no_report_of_other_results(record, tmp_path, monkeypatch):
     """The report of the results before is gone when the new ones are written."""
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "report.html").write_text("old")
+    with only_own_files():
+        write_text(tmp_path / "out" / "report.html", "old")
     seen = []
 
     def interrupted(dataset, path):

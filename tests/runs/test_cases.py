@@ -17,6 +17,7 @@ from stickslip.runs.cases import all_cases
 from stickslip.runs.checkpoint import ABOUT, CheckpointFolder
 from stickslip.runs.work import Stopped
 from stickslip.support.checks import Faults
+from stickslip.support.written_files import LIST
 
 LEVELS = [0.4, 0.5, 0.7, 1.0, 1.4, 2.0]
 BAND = ss.radians_per_second(0.5, 2.0)
@@ -188,11 +189,43 @@ def test_a_folder_of_something_else_is_refused(tmp_path):
     CheckpointFolder(tmp_path, {"study": "a", "version": "1"}).save("x", {"x": np.zeros(1)})
     with pytest.raises(ss.InputError, match="but the study and the version changed since"):
         CheckpointFolder(tmp_path, {"study": "b", "version": "2"})
-    (tmp_path / ABOUT).write_text("{half")
-    CheckpointFolder(tmp_path, {"study": "b"})
-    CheckpointFolder.remove(tmp_path / "none")
-    CheckpointFolder.remove(tmp_path)
+    assert CheckpointFolder.remove(tmp_path / "none") == []
+    assert CheckpointFolder.remove(tmp_path) == []
     assert not tmp_path.exists()
+
+
+def test_what_others_put_into_a_checkpoint_stays(tmp_path):
+    """A file of a user, one that was changed, a folder, links: all are left and named."""
+    folder, precious = tmp_path / "kept", tmp_path / "precious"
+    precious.mkdir()
+    (precious / "thesis.doc").write_text("years")
+    kept = CheckpointFolder(folder, {"study": "a"})
+    kept.save("x", {"x": np.zeros(1)})
+    kept.save("y", {"x": np.zeros(1)})
+    for name in ("notes.npz", ".notes.0123abcd.npz"):
+        (folder / name).write_text("mine")
+    (folder / ABOUT).write_text("{half")
+    (folder / "link.npz").symlink_to(precious / "thesis.doc")
+    (folder / "linked").symlink_to(precious)
+    (folder / "deep").mkdir()
+    (folder / "deep" / "results.nc").write_text("mine")
+    assert (CheckpointFolder.count(folder), CheckpointFolder(folder, {"study": "b"}).load("z")) == (2, None)
+    left = {path.name for path in CheckpointFolder.remove(folder)}
+    assert left == {"notes.npz", ".notes.0123abcd.npz", ABOUT, "link.npz", "linked", "deep"}
+    assert (folder / "deep" / "results.nc").read_text() == (folder / "notes.npz").read_text() == "mine"
+    assert (precious / "thesis.doc").read_text() == "years"
+    assert {path.name for path in folder.iterdir()} == left | {LIST}
+
+
+def test_a_damaged_case_is_put_aside_when_it_is_computed_again(tmp_path):
+    kept = CheckpointFolder(tmp_path)
+    kept.save("x", {"x": np.zeros(1)})
+    (file,) = tmp_path.glob("*.npz")
+    file.write_bytes(b"no archive")
+    kept.save("x", {"x": np.ones(1)})
+    assert kept.load("x")["x"] == 1.0
+    (aside,) = CheckpointFolder.remove(tmp_path)
+    assert aside.read_bytes() == b"no archive"
 
 
 def test_stopped_cases_give_what_they_have(tmp_path):

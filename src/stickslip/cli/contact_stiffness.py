@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stickslip.cli.app import guarded
+from stickslip.cli.results import refuse_existing
 from stickslip.support.checks import fault
 from stickslip.support.console import say
 
@@ -27,6 +28,7 @@ def contact_stiffness(
     young: Annotated[float, typer.Option(help="Young's modulus, GPa.")] = 210.0,
     poisson: Annotated[float, typer.Option(help="Poisson's ratio.")] = 0.3,
     out: Annotated[Path | None, typer.Option(help="Figure of the stiffness against the load, .png or .svg.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing figure.")] = False,
 ) -> None:
     """Stiffness of a line contact from geometry: Harris, Brändlein, Allara; print it and draw it against the load."""
     from stickslip.analyses.contact_stiffness import contact_stiffness as stiffness_over
@@ -45,6 +47,7 @@ def contact_stiffness(
     for name, value in (("across the line:", here.tangential_across), ("along the line:", here.tangential_along)):
         say(f"  tangential, {name:<16} {float(value):.4g} N/m (initial, all of it stuck; measured ones are softer)")
     if out is not None:
+        refuse_existing([out], overwrite)
         say(f"Wrote {drawn_to(out, stiffness_over(contact, range_of_loads(at), at).plot())}")
 
 
@@ -65,6 +68,5 @@ def drawn_to(path: Path, figure: Figure) -> Path:
 
     if path.suffix not in (".png", ".svg"):
         raise fault("--out", "must end in .png or .svg", str(path))
-    path.parent.mkdir(parents=True, exist_ok=True)
     write_figure(figure, path, path.suffix[1:])
     return path

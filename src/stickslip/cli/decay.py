@@ -14,6 +14,7 @@ from stickslip.cli.places import claimed, free_folder
 from stickslip.cli.studies import Figures, Overwrite, finish
 from stickslip.support.checks import existing, fault, nearest
 from stickslip.support.console import progress_bar, say
+from stickslip.support.written_files import only_own_files
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +68,7 @@ def decay(
     columns, units = pairs("--column", column or (), "signal=2"), pairs("--unit", unit or (), "signal=g")
     decay = read_decay(file, columns=columns, units=units, quantity=quantity, **settings)
     folder = free_folder(out or Path("results") / file.stem, [""], False, overwrite)
-    with claimed(folder):
+    with claimed(folder), only_own_files():
         dataset = stamped((decay if study is None else beside_modes(decay, study, output)).dataset, "measured_decay")
         save(dataset, folder / "results.nc")
         say_windows(dataset)

@@ -14,6 +14,7 @@ from stickslip.cli.as_json import Json, of_peaks, say_json
 from stickslip.cli.places import results_in, writable_folder
 from stickslip.support.checks import fault, nearest
 from stickslip.support.console import say
+from stickslip.support.written_files import WrittenFiles, only_own_files, refuse_obstacle
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -232,12 +233,15 @@ def without_formulas(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def refuse_existing(files: Iterable[Path], overwrite: bool) -> None:
-    """Refuse to replace files without `overwrite`."""
+    """Refuse to replace files without `overwrite`, and always what is no plain file."""
+    for file in files:
+        refuse_obstacle(file)
     existing = [str(file) for file in files if file.exists()]
     if existing and not overwrite:
         raise fault("--out", "must name files that do not exist", ", ".join(existing), "Name another, or add --overwrite.")
 
 
+@only_own_files()
 def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path, figures: bool = False) -> None:
     """report.html for all; the figures of each where they are wanted, or lie there from an earlier time."""
     from stickslip.show.report import write
@@ -246,11 +250,12 @@ def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path, figures: boo
     page = write(datasets if single is None else single, folder / "report.html")
     for name, dataset in datasets.items():
         place = folder / name / FIGURES
-        if figures or place.is_dir():
+        if figures or WrittenFiles(place).exists:
             drawn(dataset, place)
     say(f"Report: {page}")
 
 
+@only_own_files()
 def drawn(dataset: xr.Dataset, folder: Path, names: Sequence[str] = (), formats: Sequence[str] = ()) -> list[Path]:
     """Figures of a result as files, all without names, moving pictures where they or their formats are asked for; the paths."""
     from stickslip.show.plots.files import write_figures
@@ -272,6 +277,10 @@ def drawn(dataset: xr.Dataset, folder: Path, names: Sequence[str] = (), formats:
     drawings = {name: figures[name] for name in (names or figures) if name in figures}
     if names and drawings and not as_figures:
         raise fault("--format", f"must be {', '.join(OF_FIGURES)} for {next(iter(drawings))}", formats[0])
-    paths = write_figures(drawings, dataset, folder, tuple(as_figures))
     chosen = films if names else moving if formats else ()
-    return paths + [moving[key].save(folder / f"{key}.{suffix}") for key in chosen for suffix in as_films]
+    pictures = {folder / f"{key}.{suffix}": moving[key] for key in chosen for suffix in as_films}
+    for path in (*(folder / f"{name}.{suffix}" for name in drawings for suffix in as_figures), *pictures):
+        refuse_obstacle(path)
+        WrittenFiles(folder).refuse_others(path)
+    paths = write_figures(drawings, dataset, folder, tuple(as_figures))
+    return paths + [picture.save(path) for path, picture in pictures.items()]

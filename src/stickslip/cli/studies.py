@@ -12,11 +12,12 @@ import typer
 
 from stickslip.cli.app import guarded
 from stickslip.cli.as_json import Json, of_study, say_json
-from stickslip.cli.places import claimed, free_folder, remove_if_empty
-from stickslip.cli.results import write_reports
+from stickslip.cli.places import claimed, free_folder, refuse_other_than_folder
+from stickslip.cli.results import FIGURES, write_reports
 from stickslip.support.checks import Faults, InputError, counted, fault, listed, positive, unique
 from stickslip.support.console import INCOMPLETE, WRONG_INPUT, progress_bar, say, warn
 from stickslip.support.files import write_text
+from stickslip.support.written_files import left_sentence, only_own_files
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -147,7 +148,8 @@ def written_model(job: Job, study: Path) -> Path:
     if job.sweep is None:
         raise InputError(f"--show draws a structure with contacts, but {study} has none: its analysis takes a damper or records.")
     page: str = model_view(job.sweep.problem, job.units).to_plotly().to_html(include_plotlyjs=True)
-    return write_text(Path(f"{study.stem}_model.html"), page)
+    with only_own_files():
+        return write_text(Path(f"{study.stem}_model.html"), page)
 
 
 @guarded
@@ -276,12 +278,10 @@ def prepared(job: Job, say: Callable[[str], None] = say) -> Job:
 
 def carry_out(run: Run, figures: bool = False) -> None:
     """Compute the missing cases and write everything; the checkpoint goes as soon as the results are on the disk."""
-    try:
-        with claimed(run.folder):
-            broken = computed_and_written(run, figures)
-    except BaseException:
-        remove_if_empty(run.folder)
-        raise
+    for name in run.jobs if figures else ():
+        refuse_other_than_folder(run.folder / name / FIGURES)
+    with claimed(run.folder):
+        broken = computed_and_written(run, figures)
     if broken:
         raise typer.Exit(INCOMPLETE)
 
@@ -296,7 +296,8 @@ def computed_and_written(run: Run, figures: bool) -> list[str]:
         else:
             say_kept(run, len(kept))
             datasets = computed(run, kept)
-    kept.remove(kept.folder)
+    if left := kept.remove(kept.folder):
+        warn(left_sentence(left))
     with hint_at_the_report(run.folder):
         return finish(datasets, run.folder, figures)
 

@@ -6,7 +6,8 @@ Plain NumPy archives without pickle, each written beside its place and renamed. 
 from __future__ import annotations
 
 import json
-import shutil
+import os
+import secrets
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from stickslip.model.readers import numpy_archive
 from stickslip.support.checks import InputError
 from stickslip.support.files import write_arrays, write_text
+from stickslip.support.written_files import WrittenFiles, only_own_files
 
 ABOUT = "about.json"
 _NAME = "__name__"
@@ -38,7 +40,7 @@ def changed_line(before: str, now: str) -> str:
 
 
 class CheckpointFolder:
-    """Results of completed cases as files of one folder.
+    """Results of completed cases as files of one folder. Of what is in the folder, only what was written here is removed.
 
     about: what the cases were computed from, as short texts ({"study": ..., "version": ...}); a folder that was filled from
     something else is refused. Names of cases should say all that a case depends on.
@@ -79,7 +81,10 @@ class CheckpointFolder:
     @staticmethod
     def count(folder: Path) -> int:
         """How many cases a folder keeps, of whatever run."""
-        return len(list(folder.glob("[!.]*.npz")))
+        return sum(
+            name.endswith(".npz") and not name.startswith(".") and (folder / name).is_file()
+            for name in WrittenFiles(folder).entries()
+        )
 
     def load(self, name: str) -> dict[str, NDArray[Any]] | None:
         """The arrays of a case; None when it is not kept, or its file is damaged or unpacks to more than it can hold: then
@@ -92,19 +97,23 @@ class CheckpointFolder:
 
     def save(self, name: str, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Keep the arrays of a case; they are on the disk when this returns."""
-        about = self.folder / ABOUT
-        if not about.exists():
-            write_text(about, json.dumps(self.about, indent=1))
-        write_arrays(self._path(name), {_NAME: np.array(name), **arrays})
+        about, path = self.folder / ABOUT, self._path(name)
+        if os.path.lexists(path) and not WrittenFiles(self.folder).has(path):  # damaged, or put there by somebody
+            path.rename(path.with_suffix(f".{secrets.token_hex(4)}.damaged"))
+        with only_own_files():
+            if not about.exists():
+                write_text(about, json.dumps(self.about, indent=1))
+            write_arrays(path, {_NAME: np.array(name), **arrays})
 
     @staticmethod
-    def remove(folder: Path) -> None:
-        """Remove a checkpoint: first out of the way, so that no half of it can be taken for the whole."""
-        aside = folder.with_name(f".{folder.name}.removed")
-        shutil.rmtree(aside, ignore_errors=True)
-        if folder.exists():
-            folder.rename(aside)
-            shutil.rmtree(aside, ignore_errors=True)
+    def remove(folder: Path) -> list[Path]:
+        """Remove what was written into a checkpoint and the folders in it; returns what is left.
+
+        What the cases were computed from goes last, so that no half of a checkpoint can be taken for that of another run.
+        """
+        inside = sorted(path for path in folder.iterdir() if path.is_dir()) if folder.is_dir() and not folder.is_symlink() else []
+        left = [path for each in inside for path in WrittenFiles(each).remove_all()]
+        return [path for path in WrittenFiles(folder).remove_all(last=(ABOUT,)) if path not in inside] + left
 
     def _path(self, name: str) -> Path:
         return self.folder / f"{sha256(name.encode()).hexdigest()[:24]}.npz"

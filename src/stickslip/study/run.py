@@ -20,7 +20,7 @@ from stickslip.runs.work import Arrays, Progress, StoppableWork, Stopped, Work, 
 from stickslip.study.analysis import SearchingPlan
 from stickslip.study.reading import Job
 from stickslip.support.checks import InputError
-from stickslip.support.files import sweep
+from stickslip.support.written_files import WrittenFiles, only_own_files
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,8 +62,10 @@ class Run:
 
     def kept(self) -> CheckpointFolder:
         """The checkpoint. That of something else are refused by a run that resumes, and removed by any other."""
-        sweep(self.folder)
         place = self.folder / UNFINISHED
+        for folder in (self.folder, place):
+            for name in ("", *self.jobs):
+                WrittenFiles(folder / name).remove_temporary()
         try:
             return CheckpointFolder(place, self.about)
         except InputError:
@@ -88,6 +90,7 @@ class Run:
             )
         return datasets if len(datasets) == len(files) else None
 
+    @only_own_files()
     def computed(self, kept: CheckpointFolder, progress: Progress) -> dict[str, xr.Dataset]:
         """The results of all jobs, each saved."""
         works = {name: job.plan.works for name, job in self.jobs.items()}
@@ -107,7 +110,7 @@ class Run:
             search = (checkpoint, self.workers, progress)
             dataset = plan.searched(own, *search) if isinstance(plan, SearchingPlan) else plan.dataset(own)
             datasets[name] = stamped(dataset).assign_attrs(attributes)
-            (self.folder / "report.html").unlink(missing_ok=True)  # an interrupted run leaves no report of other results
+            WrittenFiles(self.folder).remove("report.html")  # an interrupted run leaves no report of other results
             save(datasets[name], self.folder / name / "results.nc")
         return datasets
 

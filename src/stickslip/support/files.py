@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import secrets
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -13,25 +12,34 @@ from typing import Any
 import numpy as np
 
 from stickslip.support.interrupts import held_back
-
-_TEMPORARY = re.compile(r"\..+\.[0-9a-f]{8}\.[a-z]+")
+from stickslip.support.written_files import WrittenFiles, digest, only_own, refuse_linked_folder, refuse_obstacle
 
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """A temporary path in the folder of `path`, with its suffix; it takes the place of `path` when the block ends well.
 
-    When the block raises, `path` stays as it was and the temporary file is removed. Missing folders are made.
+    When the block raises, `path` stays as it was and the temporary file is removed. Missing folders are made. A link, a folder
+    and a write-protected file are not replaced; within `only_own_files`, nothing that stickslip did not write.
 
     >>> with replacing("curve.txt") as temporary:                 # doctest: +SKIP
     ...     temporary.write_text("whole or not at all")
     """
     path = Path(path)
+    refuse_obstacle(path)
+    written = WrittenFiles(path.parent) if only_own() else None
+    if written:
+        refuse_linked_folder(path.parent)
+        written.refuse_others(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
     try:
+        if written:
+            written.add(temporary.name)
         yield temporary
         _flush(temporary)
+        if written:
+            written.add(path.name, digest(temporary))
         os.replace(temporary, path)
     except OSError as error:
         if error.filename is None or Path(os.fsdecode(error.filename)) == temporary:
@@ -55,13 +63,6 @@ def write_arrays(path: str | Path, arrays: Mapping[str, Any], compressed: bool =
     with held_back(), replacing(path) as temporary, temporary.open("wb") as file:
         write(file, **arrays)
     return Path(path)
-
-
-def sweep(folder: str | Path) -> None:
-    """Remove temporary files that a killed process left in a folder and below."""
-    for path in Path(folder).rglob(".*"):
-        if _TEMPORARY.fullmatch(path.name):
-            path.unlink(missing_ok=True)
 
 
 def _flush(path: Path) -> None:

@@ -5,8 +5,10 @@
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -28,7 +30,7 @@ from stickslip.study.templates.models import (
     two_jointed_beams,
 )
 from stickslip.support.checks import fault, similar
-from stickslip.support.files import write_text
+from stickslip.support.files import replacing, write_text
 
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
 """Force levels of the published experiment on the single blade, N."""
@@ -70,15 +72,26 @@ def write_new(kind: str, path: Path, overwrite: bool = False) -> list[Path]:
     """Write a study of a kind to `path`; returns the paths of all files written."""
     if kind not in KINDS:
         raise fault("KIND", "must be a known one", kind, f"{similar(kind, KINDS)} Known: {', '.join(KINDS)}.".strip())
-    for existing in (path, path.with_suffix(".npz")):
-        if existing.exists() and not overwrite:
-            raise fault("FILE", "must not exist yet", str(existing), "Name another, or add --force.")
     if path.suffix != ".toml":
         raise fault("FILE", "must end in .toml", str(path))
+    refuse_existing([path], overwrite)
     if kind == "forced_response":
         return [write_text(path, single_blade_study())]
-    words, files = BESIDE[kind](path) if kind in BESIDE else ({}, [])
-    return [write_text(path, _text(kind, words)), *files]
+    with tempfile.TemporaryDirectory() as folder:
+        words, made = BESIDE[kind](Path(folder, path.name)) if kind in BESIDE else ({}, [])
+        contents = {path.with_name(file.name): file.read_bytes() for file in made}
+    refuse_existing(contents, overwrite)
+    for file, content in contents.items():
+        with replacing(file) as temporary:
+            temporary.write_bytes(content)
+    return [write_text(path, _text(kind, words)), *contents]
+
+
+def refuse_existing(files: Iterable[Path], overwrite: bool) -> None:
+    """Refuse to replace a study or a file beside it without `overwrite`."""
+    for file in files:
+        if os.path.lexists(file) and not overwrite:
+            raise fault("FILE", "must not exist yet", str(file), "Name another, or add --force.")
 
 
 def single_blade_study(preload_mass: float = 4.6, force_levels: Sequence[float] = FORCE_LEVELS, harmonics: int = 5) -> str:
