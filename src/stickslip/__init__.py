@@ -16,7 +16,7 @@ from typing import Any
 
 import lazy_loader
 
-from stickslip.support import renderers
+from stickslip.support import library_settings, renderers
 
 __version__ = "0.2.0"
 
@@ -42,6 +42,8 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'stickslip' has no attribute {name!r}", name=name, obj=sys.modules[__name__])
     return _load(name)
 
+
+library_settings.ignore_working_folder()
 
 # The rooms that show things register there when they are imported, which is when the first thing is shown.
 renderers.FIGURES.registered_in = "stickslip.show.plots.catalogue"

@@ -9,6 +9,9 @@ INTERRUPTED = 130
 def main() -> None:
     """The command line. Ctrl-C while its modules load ends without a traceback, as it does later."""
     try:
+        from stickslip.support.library_settings import import_nothing_from_working_folder
+
+        import_nothing_from_working_folder()
         from stickslip.cli import main as command_line
     except BaseException as error:
         from stickslip.support.interrupts import is_behind

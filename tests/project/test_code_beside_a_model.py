@@ -64,16 +64,20 @@ class Folder:
         place.mkdir()
         for name in NAMES:
             (place / f"{name}.py").write_text(f"open({str(self.marks)!r}, 'a').write(__name__ + '\\n')\n")
+        (place / ".numba_config.yaml").write_text(f"chrome_trace: {self.marks}\n")  # numba would write a list of its work there
+        (place / "matplotlibrc").write_text("backend: module://study\nfigure.facecolor: red\nanimation.ffmpeg_path: ./study.py\n")
 
-    def run(self, *command):
+    def run(self, *command, **environment):
         """What a command prints that is run here; nothing has been run from here."""
-        ended = subprocess.run([*map(str, command)], cwd=self.place, env=plain(), capture_output=True, text=True, check=False)
+        ended = subprocess.run(
+            [*map(str, command)], cwd=self.place, env=plain(**environment), capture_output=True, text=True, check=False
+        )
         self.assert_unmarked()
         assert ended.returncode == 0, ended.stderr
         return ended.stdout
 
     def assert_unmarked(self):
-        assert not self.marks.exists(), self.marks.read_text()
+        assert not self.marks.exists(), self.marks.read_text()[:200]
 
 
 def plain(**more):
@@ -159,6 +163,45 @@ def test_a_script_in_another_folder(folder, tmp_path):
     (scripts / "beside.py").write_text("BAND = [0.1, 0.3]\n")
     Chain().save(folder.place, "mat")
     assert folder.run(sys.executable, scripts / "work.py").split() == ["2", "6"]
+
+
+SETTINGS = """
+import stickslip, numba, matplotlib
+from numba.core import config
+numba.njit(lambda x: x)(1.0)
+print(repr(config.CHROME_TRACE), *(matplotlib.rcParams[key] for key in ("figure.facecolor", "animation.ffmpeg_path")))
+"""
+NUMBA_FIRST = (
+    "import numba.core.config as config; before = config.DISABLE_JIT; import stickslip; print(before, config.DISABLE_JIT)"
+)
+
+
+def test_libraries_take_no_settings_from_the_working_folder(folder):
+    assert folder.run(sys.executable, "-P", "-c", SETTINGS) == "'' white ffmpeg\n"
+
+
+def test_what_numba_read_for_a_script_before_is_dropped(tmp_path):
+    pytest.importorskip("yaml")
+    (tmp_path / ".numba_config.yaml").write_text("disable_jit: 1\n")
+    command = [sys.executable, "-P", "-c", NUMBA_FIRST]
+    assert subprocess.run(command, cwd=tmp_path, env=plain(), capture_output=True, text=True, check=True).stdout == "1 0\n"
+
+
+@pytest.mark.slow
+def test_figures_are_drawn_as_in_any_other_folder(folder, tmp_path):
+    arguments = ("contact-stiffness", "--length", 27.6, "--radius", 5, "--load", 80, "--out")
+    folder.run(COMMAND, *arguments, "here.svg")
+    subprocess.run([COMMAND, *map(str, arguments), "there.svg"], cwd=tmp_path, env=plain(), capture_output=True, check=True)
+    assert (folder.place / "here.svg").read_bytes() == (tmp_path / "there.svg").read_bytes()
+
+
+@pytest.mark.parametrize("path", [":", "{elsewhere}:", ":{elsewhere}"])
+def test_an_empty_entry_of_the_path_of_python_does_not_mean_the_working_folder(folder, tmp_path, path):
+    """The interpreter itself imports `sitecustomize` and what that takes before any code of the package."""
+    for name in (*sys.stdlib_module_names, "sitecustomize", "usercustomize", "lazy_loader", "stickslip"):
+        (folder.place / f"{name}.py").unlink(missing_ok=True)
+    file = Chain().save(folder.place, "mat")
+    assert "6" in folder.run(COMMAND, "info", file.name, PYTHONPATH=path.format(elsewhere=tmp_path))
 
 
 @pytest.mark.parametrize("before", [None, "", "yes"])

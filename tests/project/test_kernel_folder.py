@@ -5,11 +5,14 @@ import stat
 import subprocess
 import sys
 import tempfile
+import warnings
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
-from stickslip.support.kernels.cache import _folder, _temporary_folder
+from stickslip.support.kernels import cache
+from stickslip.support.kernels.cache import _folder, _temporary_folder, is_closed_to_others
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders have no such owners on Windows")
 
@@ -98,6 +101,59 @@ def test_the_working_folder_is_not_used(own, monkeypatch):
     monkeypatch.chdir(own.parent)
     own.mkdir(mode=0o700)
     assert_passing(_temporary_folder(), own)
+
+
+OPEN = [(part, mode) for part in ("kernels", "stickslip", "cache", "above") for mode in (0o777, 0o757, 0o1777)]
+
+
+@pytest.mark.parametrize("variable", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])
+def test_a_folder_that_others_can_write_to_is_not_used_wherever_it_comes_from(own, monkeypatch, variable):
+    """Nor one that others can exchange, because they can write to a folder above it; the sticky bit of that forbids it."""
+    (own.parent / "package").write_text("")
+    monkeypatch.setattr(cache, "_PACKAGE", own.parent / "package")
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv(variable, str(own.parent / "above" / "cache"))
+    parts = {"above": own.parent / "above", "cache": own.parent / "above" / "cache"}
+    parts["stickslip"] = parts["cache"] / "stickslip"
+    parts["kernels"] = parts["stickslip"] if variable == "NUMBA_CACHE_DIR" else parts["stickslip"] / "kernels"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert _folder() == parts["kernels"]
+    for part, mode in OPEN:
+        before = stat.S_IMODE(parts[part].stat().st_mode)
+        parts[part].chmod(mode)
+        last = parts[part] == parts["kernels"]
+        used = mode & stat.S_ISVTX and not last
+        told = variable == "NUMBA_CACHE_DIR" and not used
+        with pytest.warns(RuntimeWarning, match="only you can write to") if told else nullcontext():
+            assert _folder() == (parts["kernels"] if used else own / "kernels"), (part, mode)
+        parts[part].chmod(before)
+    if os.geteuid() == 0:
+        os.chown(parts["kernels"], 12345, -1)
+        assert not is_closed_to_others(parts["kernels"])
+
+
+def test_a_kernel_that_others_could_write_is_not_read(tmp_path):
+    (tmp_path / "a.kernel").write_bytes(b"code")
+    assert cache._read(tmp_path / "a.kernel") == b"code"
+    (tmp_path / "a.kernel").chmod(0o666)
+    assert cache._read(tmp_path / "a.kernel") == b""
+    if os.geteuid() == 0:
+        (tmp_path / "a.kernel").chmod(0o644)
+        os.chown(tmp_path / "a.kernel", 12345, -1)
+        assert cache._read(tmp_path / "a.kernel") == b""
+
+
+def test_the_private_group_of_the_user_is_the_user(tmp_path):
+    """Linux gives each user a group of the same name, and its members write to the folders of some systems."""
+    tmp_path.chmod(0o775)
+    grp, pwd = pytest.importorskip("grp"), pytest.importorskip("pwd")
+    alone = grp.getgrgid(os.getegid()).gr_name == pwd.getpwuid(os.geteuid()).pw_name and not grp.getgrgid(os.getegid()).gr_mem
+    assert cache._others_write(tmp_path.stat()) is not alone
+    if os.geteuid() == 0:
+        os.chown(tmp_path, -1, 12345)
+        assert cache._others_write(tmp_path.stat())
 
 
 CHANGE_OF_FOLDER = """

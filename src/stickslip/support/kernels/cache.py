@@ -6,7 +6,7 @@ never used with new code; processes that compile at the same time do not disturb
 
 A wheel carries kernels compiled for a common processor, `COMMON`. They serve where nothing was compiled on the machine itself.
 
-What is found is unpickled, and so run: a folder that others can write to is not used.
+What is found is unpickled, and so run: a folder that others can write to is not used, wherever it comes from.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import stat
 import sys
 import tempfile
 import time
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
@@ -69,10 +70,10 @@ class KernelCache(caching._Cache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled kernel for a signature, of this processor or else from the wheel; None where it is to be compiled."""
         triple, *processor = target_context.codegen().magic_tuple()
-        places = [(FOLDER, (triple, *processor))] + [(PACKED, (triple, COMMON, ""))] * _takes_packed()
+        places = [(FOLDER, (triple, *processor))] + [(PACKED, (triple, COMMON, ""))] * (_takes_packed() and _packed_is_closed())
         for folder, target in places:
             with suppress(OSError):
-                content = (folder / self._file(sig, target)).read_bytes()
+                content = _read(folder / self._file(sig, target))
                 if content.startswith(_digest(content[DIGEST:])):  # a full disk or a power cut may have damaged it
                     return _loaded(content[DIGEST:], target_context)
         return None
@@ -87,7 +88,7 @@ class KernelCache(caching._Cache):
                 temporary.touch(mode=0o600)  # what lies here is run: others must not write to it
                 content = serialize.dumps(data._reduce())
                 temporary.write_bytes(_digest(content) + content)
-            for old in FOLDER.glob(f"{self._name}-*"):
+            for old in FOLDER.glob(f"{self._name}-*.kernel"):
                 if self._sources[:16] not in old.name and time.time() - old.stat().st_mtime > UNUSED_SECONDS:
                     old.unlink()
 
@@ -105,6 +106,16 @@ class KernelCache(caching._Cache):
 
     def flush(self) -> None:
         """Each change of the sources does so."""
+
+
+def _read(path: Path) -> bytes:
+    """The content of a file that others cannot have written."""
+    with path.open("rb") as file:
+        about = os.fstat(file.fileno())
+        mine = not hasattr(os, "geteuid") or about.st_uid in (os.geteuid(), 0, _PACKAGE.stat().st_uid)
+        if mine and (os.name == "nt" or not about.st_mode & stat.S_IWOTH):
+            return file.read()
+    return b""
 
 
 def _digest(content: bytes) -> bytes:
@@ -147,6 +158,12 @@ def _takes_packed() -> bool:
     return runs and numba.config.CPU_NAME is None and not OWN_ONLY  # type: ignore[attr-defined]
 
 
+@cache
+def _packed_is_closed() -> bool:
+    """Whether others cannot have changed the kernels of the wheel."""
+    return PACKED.is_dir() and is_closed_to_others(PACKED)
+
+
 OWN_ONLY = False
 """True: kernels are compiled for this processor although the wheel has others that run on it."""
 
@@ -154,16 +171,25 @@ OWN_ONLY = False
 def _folder() -> Path:
     """The one that NUMBA_CACHE_DIR names, or a writable one: beside the package, else the user's cache, else a temporary one of
     the user alone."""
+    home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "stickslip", "kernels")
+    places = [_PACKAGE / "__pycache__" / "kernels", home]
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(chosen).absolute() / "stickslip"
-    home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "stickslip")
-    for parent in (_PACKAGE / "__pycache__", home):
-        if not parent.is_absolute():
+        places = [Path(chosen).absolute() / "stickslip"]
+    for place in places:
+        if not place.is_absolute():
             continue  # a user without a home; the working folder may be that of a model
         with suppress(OSError):
-            (parent / "kernels").mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=parent / "kernels"):
-                return parent / "kernels"
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.mkdir(mode=0o700, exist_ok=True)
+            if is_closed_to_others(place):
+                with tempfile.TemporaryFile(dir=place):
+                    return place
+    if chosen:
+        remedy = (
+            "Compiled kernels are kept in a folder of the user alone instead. Let nobody else write to it or to what holds it."
+        )
+        message = f"NUMBA_CACHE_DIR must name a folder that only you can write to, but is {chosen!r}. {remedy}"
+        warnings.warn(message, RuntimeWarning, stacklevel=2)
     return _temporary_folder() / "kernels"
 
 
@@ -175,20 +201,45 @@ def _temporary_folder() -> Path:
     folder = Path(tempfile.gettempdir()) / f"stickslip-{os.geteuid()}"
     with suppress(OSError):
         folder.mkdir(mode=0o700, exist_ok=True)
-        if _is_mine_alone(folder) and folder.parent != Path.cwd():  # which is the last place for temporary files
+        own = folder.lstat()
+        shut = stat.S_ISDIR(own.st_mode) and own.st_uid == os.geteuid() and not own.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
+        if shut and is_closed_to_others(folder) and folder.parent != Path.cwd():  # which is the last place for temporary files
             return folder
     passing = Path(tempfile.mkdtemp(prefix="stickslip-"))
     atexit.register(shutil.rmtree, passing, ignore_errors=True)
     return passing
 
 
-def _is_mine_alone(folder: Path) -> bool:
-    """Whether a folder, and no link to one, is this user's and shut to others, and stays: what holds it belongs to the user or
-    the system, and others cannot write there or, by its sticky bit, not move what is not theirs."""
-    own, above, me = folder.lstat(), folder.parent.stat(), os.geteuid()
-    shut = stat.S_ISDIR(own.st_mode) and own.st_uid == me and not own.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
-    stays = above.st_mode & stat.S_ISVTX or not above.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
-    return shut and bool(stays) and above.st_uid in (0, me)
+def is_closed_to_others(folder: Path) -> bool:
+    """Whether only this user, the system and the owner of the package can write to a folder and exchange it.
+
+    Each folder above it must be one of theirs, too, and others must not be able to write there or, by its sticky bit, to move
+    what is not theirs.
+    """
+    if not hasattr(os, "geteuid"):
+        return True
+    real = folder.resolve(strict=True)
+    known = {os.geteuid(), 0, _PACKAGE.stat().st_uid}
+    places = [(each, each.stat()) for each in (real, *real.parents)]
+    owned = all(place.st_uid in known for _, place in places)
+    open_above = any(_others_write(place) and not place.st_mode & stat.S_ISVTX for _, place in places[1:])
+    return owned and not open_above and not places[0][1].st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _others_write(place: os.stat_result) -> bool:
+    """Whether others than the owner can write to a folder; a group of the owner's name without other members is the owner's."""
+    if place.st_mode & stat.S_IWOTH:
+        return True
+    if not place.st_mode & stat.S_IWGRP:
+        return False
+    import grp
+    import pwd
+
+    try:
+        group, owner = grp.getgrgid(place.st_gid), pwd.getpwuid(place.st_uid)
+    except KeyError:
+        return True
+    return group.gr_name != owner.pw_name or bool({*group.gr_mem} - {owner.pw_name})
 
 
 FOLDER = _folder()
