@@ -51,6 +51,10 @@ STAMP = re.compile(
 """A date, a time of day, or both."""
 LINE_NAME = re.compile(r".*:$|(?:names?|titles?|units?|channels?|signals?|quantity|quantities)\b", re.IGNORECASE)
 """What a line above the numbers is called, before its first column."""
+FAULTY_CELL = re.compile(r"#(?:N/A|REF!|VALUE!|DIV/0!|NUM!|NAME\?|NULL!)")
+"""What spreadsheets write into a cell without a value, which is no comment."""
+MISREAD = re.compile(r"(?=.*[\d.])[\d.,+\-eEOolISB]+")
+"""A number with letters that were taken for digits."""
 HYSTERESIS = "hyst"
 """Name of the matrix (displacement, force) in MATLAB files of single loops."""
 
@@ -67,7 +71,8 @@ class NumberTable:
 
 
 def text_table(path: Path, knows: Callable[[str], bool] = lambda title: False) -> NumberTable:
-    """The numbers of a text file: from the first line of at least two numbers that the next line continues.
+    """The numbers of a text file: from the first line of at least two numbers that the next line continues, and from the damaged
+    rows directly above it, which are refused like later ones.
 
     knows: whether a title is understood; of several lines above the numbers, the one with the most of these holds the titles.
     """
@@ -77,7 +82,10 @@ def text_table(path: Path, knows: Callable[[str], bool] = lambda title: False) -
             cells = _cells(line, separator)
             row, count = [_number(cell, separator) for cell in cells if not STAMP.fullmatch(cell)], len(cells)
             if len(row) > 1 and None not in row and count == len(_cells(lines[place + 1][1], separator)):
-                body = [pair for pair in lines[place:] if pair[1].lstrip()[0] not in COMMENT]
+                place = _first_row([text for _, text in lines[:place]], separator, count, knows)
+                body = [
+                    pair for pair in lines[place:] if pair[1].lstrip()[0] not in COMMENT or FAULTY_CELL.match(pair[1].lstrip())
+                ]
                 numbers = _numbers(path.name, body, separator, count)
                 titles, units = _head([text for _, text in lines[:place]], separator, count, knows)
                 notes = (
@@ -86,6 +94,36 @@ def text_table(path: Path, knows: Callable[[str], bool] = lambda title: False) -
                 return NumberTable(path.name, numbers, titles, units, notes)
     shown = f"{counted(len(lines), 'line')} without two such rows in turn" if lines else "empty"
     raise fault(path.name, "must hold two rows of numbers or more, in two columns or more", shown)
+
+
+def _first_row(above: Sequence[str], separator: str | None, count: int, knows: Callable[[str], bool]) -> int:
+    """How many of the lines above a row of numbers are no rows, damaged ones included.
+
+    A row of another number of cells may be a line of settings, unless a row or the titles stand above it.
+    """
+    place = first = len(above)
+    while place > 0 and (cells := _row_cells(above[place - 1], separator, count, knows)):
+        place -= 1
+        first = place if cells == count else first
+    return place if place < first and place > 0 and _titles(above[place - 1], separator, count) else first
+
+
+def _row_cells(line: str, separator: str | None, count: int, knows: Callable[[str], bool]) -> int:
+    """The number of cells of a line that is a row, though a cell may be damaged or the separator be another (-1); 0 for any other
+    line. Of a row half of the cells or more are numbers, and the first is no word, such as the name of a setting."""
+    if line.lstrip()[0] in COMMENT and not FAULTY_CELL.match(line.lstrip()):
+        return 0
+    cells = _cells(line, separator)
+    cells = cells if len(cells) == count else _split(line, separator)
+    if any(knows(bare(cell)) for cell in cells) or _holds_units(cells):
+        return 0
+    for every, found in ((cells, len(cells)), (re.split(r"[\s;,]+", line.strip()), -1)):
+        filled = [cell for cell in every if cell and not STAMP.fullmatch(cell)]
+        numbers = sum(_number(cell, separator) is not None for cell in filled)
+        named = re.match(r"[^\W\d_]", every[0]) and not MISREAD.fullmatch(every[0]) and _number(every[0], separator) is None
+        if numbers >= max(1, len(filled) / 2) and not named:
+            return found
+    return 0
 
 
 def _text(path: Path) -> str:
@@ -124,7 +162,7 @@ def _numbers(name: str, lines: Sequence[tuple[int, str]], separator: str | None,
     texts = [text if separator == "," else text.replace(",", ".") for _, text in lines]
     try:
         found = np.loadtxt([text.strip().rstrip(separator) for text in texts], delimiter=separator, ndmin=2)
-        if found.shape[1] == count and not np.isinf(found).any():
+        if len(found) == len(lines) and found.shape[1] == count and not np.isinf(found).any():
             return np.asarray(found)
     except ValueError:
         pass

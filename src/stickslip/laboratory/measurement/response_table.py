@@ -334,6 +334,7 @@ def _response(
     used = frequency != 0.0
     if not np.all(used):
         notes.append(f"{table.name}: {counted(int(np.sum(~used)), 'row')} at 0 Hz left out.")
+    notes += _order_notes(table.name, frequency[used])
     values, level = _values(table, found, unit), _level(table, found, about.pop("force", None), units)
     size = np.abs(values) if "real" in found else values.real
     for key, column in {"frequency": frequency, quantity: size, "force": level}.items():
@@ -353,6 +354,23 @@ def _response(
     phase = None if phase is None else phase[used]
     about |= {"notes": tuple(notes), "units": units}
     return MeasuredResponse(frequency[used], amplitude[used], level[used], phase, quantity, **about)
+
+
+def _order_notes(name: str, frequency: Array) -> list[str]:
+    """What is said of frequencies that occur more than once or neither rise nor fall throughout."""
+    steps, notes = np.diff(frequency), []
+    again = frequency.size - np.unique(frequency).size
+    if again:
+        values, counts = np.unique(frequency, return_counts=True)
+        example = f"{values[np.argmax(counts > 1)]:.6g} Hz"
+        notes.append(
+            f"{name}: {counted(again, 'frequency is', 'frequencies are')} given again, the first at {example}; all count."
+        )
+    if np.any(steps > 0.0) and np.any(steps < 0.0):
+        turn = int(np.flatnonzero(np.sign(steps[1:]) * np.sign(steps[:-1]) < 0.0)[0]) if np.all(steps) else 0
+        row = f"from row {turn + 3} on" if np.all(steps) else "throughout"
+        notes.append(f"{name}: the frequencies are not in order {row}. If two curves are in one file, split it.")
+    return notes
 
 
 def _units_of_file(
