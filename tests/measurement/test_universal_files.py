@@ -121,6 +121,101 @@ def test_complex_modes(tmp_path):
     assert read_universal(path).modes[0] == pytest.approx((15.0, RATIO), rel=1e-4)
 
 
+@pytest.mark.parametrize("mass", [1.0, 0.7])
+@pytest.mark.parametrize("with_b", [False, True])
+@pytest.mark.parametrize("in_hertz", [False, True])
+def test_modal_a_and_b_show_the_unit_of_an_eigenvalue(tmp_path, in_hertz, with_b, mass):
+    """A = 2iωm and B = −λA of a mode that is damped as its mass. Of an unknown modal mass A alone shows nothing."""
+    eigenvalue = OMEGA0 * (-RATIO + 1j * np.sqrt(1.0 - RATIO**2))
+    a = 2j * eigenvalue.imag * mass
+    written_value = eigenvalue / (2.0 * np.pi) if in_hertz else eigenvalue
+    numbers = [written_value, a, -eigenvalue * a] if with_b else [written_value, a]
+    lines = ["NONE"] * 5 + [f"{1:10d}{3:10d}{2:10d}{8:10d}{5:10d}{3:10d}", f"{2:10d}{6:10d}{0:10d}{1:10d}"]
+    line = "".join(f"{part:13.5E}" for value in numbers for part in (value.real, value.imag))
+    file = read_universal(written(tmp_path, write.data_set(55, *lines, line, f"{1:10d}")))
+    shown = with_b or mass == 1.0
+    assert file.modes[0] == pytest.approx((15.0 if shown or not in_hertz else 15.0 / (2.0 * np.pi), RATIO), rel=1e-4)
+    assert any("does not show whether" in note for note in file.notes) is not shown
+
+
+def swapped(path):
+    """The file with the other order of bytes in the first line of its 58b, whose values stay."""
+    data = path.read_bytes()
+    place = data.index(b"58b") + 8
+    path.write_bytes(data[:place] + (b"2" if data[place : place + 1] == b"1" else b"1") + data[place + 1 :])
+    return path
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("double", [False, True])
+@pytest.mark.parametrize("even", [False, True])
+@pytest.mark.parametrize("values", ["a response", "round numbers", "noise", "far apart"])
+def test_a_58b_whose_order_of_bytes_is_a_lie_is_refused(tmp_path, order, double, even, values):
+    """And one that tells the truth is read, whatever it holds."""
+    x = EVEN if even else UNEVEN
+    y = {
+        "a response": accelerance(x),
+        "round numbers": np.full(x.size, 0.5 - 0.25j),
+        "noise": np.random.default_rng(0).normal(size=(x.size, 2)) @ [1e-6, 1e-6j],
+        "far apart": 10.0 ** np.linspace(-9.0, 9.0, x.size) * (1.0 - 0.5j),
+    }[values]
+    path = written(tmp_path, write.function(x, y, double=double, binary=order))
+    read = read_universal(path).functions[0].y
+    assert read == pytest.approx(y, rel=1e-6)
+    with pytest.raises(ss.InputError, match="order of bytes, must be that of its values"):
+        read_universal(swapped(path))
+
+
+@pytest.mark.parametrize("lost", [30, 35, 40, 44, 26, 24, 12])
+@pytest.mark.parametrize("width", [67, 80, None])
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_line_of_an_axis_that_has_lost_letters_is_refused(tmp_path, lost, width, count):
+    """The unit lbf came into the label, and newtons were taken."""
+    text = write.function(EVEN, accelerance(EVEN), denominator=(write.FORCE, "lbf")).decode().splitlines()
+    at = next(k for k, line in enumerate(text) if line.rstrip().endswith("lbf"))
+    axis = f"{13:10d}{0:5d}{0:5d}{0:5d} {'Excitation force':20s} {'lbf':20s}"
+    text[at - 2 : at + 2] = [line.ljust(width) if width else line.rstrip() for line in (*text[at - 2 : at], axis, text[at + 1])]
+    (tmp_path / "whole.unv").write_text("\n".join(text) + "\n")
+    whole = ss.read_measured_response(tmp_path / "whole.unv", force=1.0)
+    text[at] = text[at][:lost] + text[at][lost + count :]
+    (tmp_path / "test.unv").write_text("\n".join(text) + "\n")
+    with pytest.raises(ss.InputError, match=r"line of an axis|must be a whole number"):
+        ss.read_measured_response(tmp_path / "test.unv", force=1.0)
+    assert whole.amplitude == pytest.approx(np.abs(accelerance(EVEN)) / 4.4482216152605, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("unit", "quantity", "factor"),
+    [
+        ("g/lbf", "acceleration", 9.80665 / 4.4482216152605),
+        ("in/lbf", "displacement", 0.0254 / 4.4482216152605),
+        ("(in/s)/lbf", "velocity", 0.0254 / 4.4482216152605),
+        ("ft/sec^2/lbf", "acceleration", 0.3048 / 4.4482216152605),
+        ("(in/sec**2)/lbf", "acceleration", 0.0254 / 4.4482216152605),
+        ("mil/lbf", "displacement", 2.54e-05 / 4.4482216152605),
+        ("ips/kN", "velocity", 2.54e-05),
+        ("ft/(lbf s2)", "acceleration", 0.3048 / 4.4482216152605),
+        ("cm/daN", "displacement", 0.001),
+        ("gn/kgf", "acceleration", 1.0),
+        ("mm/N", "displacement", 0.001),
+        ("mm/mN", "displacement", 1.0),
+        ("m/MN", "displacement", 1e-06),
+    ],
+)
+def test_units_of_inch_foot_and_pound(tmp_path, unit, quantity, factor):
+    """By the international yard and pound and standard gravity; in universal files, in text and where a unit is given."""
+    y = accelerance(EVEN)
+    path = written(
+        tmp_path, write.function(EVEN, y, ordinate=({"displacement": 8, "velocity": 11, "acceleration": 12}[quantity], "NONE"))
+    )
+    given = ss.read_measured_response(path, force=1.0, units={"amplitude": unit})
+    assert given.amplitude == pytest.approx(factor * np.abs(y), rel=1e-5)
+    rows = "\n".join(f"{x:.8g},{abs(value):.8g}" for x, value in zip(EVEN, y, strict=True))
+    (tmp_path / "a.csv").write_text(f"frequency [Hz],response [{unit}]\n{rows}\n")
+    test = ss.read_measured_response(tmp_path / "a.csv", force=1.0)
+    assert (test.quantity, test.amplitude) == (quantity, pytest.approx(factor * np.abs(y), rel=1e-5))
+
+
 def test_frequencies_in_rad_per_second(tmp_path):
     angular = write.function(2.0 * np.pi * EVEN, accelerance(EVEN), abscissa=(18, "rad/s"))
     assert ss.read_measured_response(written(tmp_path, angular), force=1.0).frequency == pytest.approx(EVEN, rel=1e-5)
@@ -210,7 +305,7 @@ def test_force_levels_from_a_spectrum_of_the_force(tmp_path):
         ({"denominator": (12, "m/s2")}, "Not read: motions per motion."),
         ({"denominator": (0, "NONE")}, "units={'amplitude': '(m/s2)/N'}"),
         ({"ordinate": (12, "V")}, "The unit of acceleration in test.unv must be one of m/s2"),
-        ({"denominator": (13, "lbf")}, "The unit of force in test.unv must be one of n, kn"),
+        ({"denominator": (13, "slug")}, "The unit of force in test.unv must be one of n, kn"),
         ({"abscissa": (18, "CPM")}, "The unit of frequency in test.unv must be one of hz"),
         ({"y": np.linspace(-1.0, 1.0, 101)}, "must be complex, or hold amplitudes"),
         ({"kind": 12, "denominator": (0, "NONE"), "force": None}, "friction depends on it"),

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.laboratory.measurement.response_units import response_unit
+from stickslip.laboratory.measurement.response_units import GRAVITY, LENGTHS, POUND, response_unit
 from stickslip.model.readers.numbers import number_of
 from stickslip.model.readers.process import arrays_of
 from stickslip.support.checks import Array, counted, fault, nearest
@@ -23,18 +23,16 @@ UNITS: dict[str, tuple[str, float]] = {
     "us": ("s", 1e-6),
     "µs": ("s", 1e-6),
     "min": ("s", 60.0),
-    "m": ("m", 1.0),
-    "mm": ("m", 1e-3),
-    "um": ("m", 1e-6),
-    "µm": ("m", 1e-6),
-    "μm": ("m", 1e-6),
-    "nm": ("m", 1e-9),
+    **{length: ("m", factor) for length, factor in LENGTHS.items()},
     "N": ("N", 1.0),
     "mN": ("N", 1e-3),
     "uN": ("N", 1e-6),
     "µN": ("N", 1e-6),
     "μN": ("N", 1e-6),
     "kN": ("N", 1e3),
+    "daN": ("N", 10.0),
+    "lbf": ("N", POUND),
+    "kgf": ("N", GRAVITY),
     "rad": ("rad", 1.0),
     "mrad": ("rad", 1e-3),
     "deg": ("rad", np.pi / 180.0),
@@ -222,7 +220,7 @@ _AT_END = re.compile(r"(?:\s*/\s*|\s+in\s+|_|,\s*|\s+)(\S+)\s*$")
 
 
 def _known_unit(text: str) -> str | None:
-    short = text in (*UNITS, "Hz", "g", "°")  # not "n", which ends F_n
+    short = text in (*UNITS, "Hz", "g", "°") and text != "in"  # not "n", which ends F_n, nor the word in
     return text if short or (len(text) > 2 and response_unit(text) is not None) else None
 
 

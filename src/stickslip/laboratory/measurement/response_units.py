@@ -11,12 +11,22 @@ import numpy as np
 from stickslip.support.checks import fault, nearest
 
 DEGREE = np.pi / 180.0
+INCH, FOOT, POUND, GRAVITY = 0.0254, 0.3048, 4.4482216152605, 9.80665
+"""In m, N and m/s², exactly, by the international yard and pound of 1959 and the standard gravity of 1901."""
+
+LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "cm": 1e-2}
+LENGTHS |= {"in": INCH, "inch": INCH, "ft": FOOT, "mil": 1e-3 * INCH}
+FORCES = {"n": 1.0, "kn": 1e3, "mN": 1e-3, "MN": 1e6, "dan": 10.0, "lbf": POUND, "kgf": GRAVITY}
 UNITS: dict[str, dict[str, float]] = {
     "frequency": {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / np.pi},
-    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9},
-    "velocity": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "µm/s": 1e-6, "μm/s": 1e-6},
-    "acceleration": {"m/s2": 1.0, "m/s²": 1.0, "m/s^2": 1.0, "mm/s2": 1e-3, "mm/s²": 1e-3, "mm/s^2": 1e-3, "g": 9.80665},
-    "force": {"n": 1.0, "kn": 1e3, "mN": 1e-3, "MN": 1e6, "1": 1.0},
+    "displacement": LENGTHS,
+    "velocity": {f"{length}/s": factor for length, factor in LENGTHS.items()} | {"ips": INCH},
+    "acceleration": {
+        **{f"{length}/s{two}": factor for length, factor in LENGTHS.items() for two in ("2", "²", "^2")},
+        "g": GRAVITY,
+        "gn": GRAVITY,
+    },
+    "force": {**FORCES, "1": 1.0},
     "phase": {"rad": 1.0, "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "°": DEGREE},
 }
 """Units of a column in Hz, m, m/s, m/s², N or rad."""
@@ -25,9 +35,10 @@ MOTIONS = ("displacement", "velocity", "acceleration")
 BY_MASS = {"s2/kg": "displacement", "s^2/kg": "displacement", "s²/kg": "displacement", "s/kg": "velocity", "1/kg": "acceleration"}
 """The same per force in base units: 1 N is 1 kg m/s²."""
 
-_PER_FORCE = re.compile(r"(.+)/\(?(k?n|mN|MN)\)?", re.IGNORECASE)
-_BY_FORCE = re.compile(r"\(1/(k?n|mN|MN)\)(.+)", re.IGNORECASE)
-_PER_PRODUCT = re.compile(r"(.+)/\((?:(k?n)(s(?:2|²|\^2)?)|(s(?:2|²|\^2)?)(k?n))\)", re.IGNORECASE)
+_FORCE = "|".join(FORCES)
+_PER_FORCE = re.compile(rf"(.+)/\(?({_FORCE})\)?", re.IGNORECASE)
+_BY_FORCE = re.compile(rf"\(1/({_FORCE})\)(.+)", re.IGNORECASE)
+_PER_PRODUCT = re.compile(rf"(.+)/\((?:({_FORCE})(s(?:2|²|\^2)?)|(s(?:2|²|\^2)?)({_FORCE}))\)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -51,6 +62,7 @@ class FileUnit:
 def response_unit(text: str) -> ResponseUnit | None:
     """The unit that a text names, or None."""
     unit = re.sub(r"[\s·*]", "", text).replace("_", "/")  # m_s2, rad_s
+    unit = re.sub(r"(?<![A-Za-z])sec(?![A-Za-z])", "s", unit)  # in/sec^2
     if match := _BY_FORCE.fullmatch(unit):  # (1/N)*(m/s2)
         unit = f"{match.group(2)}/{match.group(1)}"
     if found := _single(unit):

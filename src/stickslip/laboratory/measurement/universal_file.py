@@ -43,6 +43,8 @@ LINES_OF_UNITS = 3
 LITTLE_ENDIAN, BIG_ENDIAN, IEEE = 1, 2, 2
 NORMAL_MODE, COMPLEX_MODES = 2, (3, 7)
 """Types of analysis of a data set 55."""
+AGREE = 1e-2
+"""Relative difference up to which modal A and B belong to an eigenvalue."""
 LISTED = 6
 """Modes that a note lists."""
 DAMAGED = "The file is damaged."
@@ -175,7 +177,7 @@ def read_universal(path: Path) -> UniversalFile:
         elif one.number in READ:
             try:
                 if one.number == 55:
-                    modes += _mode(path.name, one)
+                    modes += _mode(path.name, one, notes)
                 else:
                     nodes |= _nodes(path.name, one)
             except InputError as error:
@@ -187,7 +189,7 @@ def read_universal(path: Path) -> UniversalFile:
     if modes:
         shown = first_of([f"{frequency:.6g} Hz ({100.0 * ratio:.3g} %)" for frequency, ratio in modes], LISTED)
         notes.append(f"Natural frequencies and damping ratios in {path.name}: {shown}.")
-    return UniversalFile(path.name, tuple(functions), nodes, tuple(modes), tuple(notes))
+    return UniversalFile(path.name, tuple(functions), nodes, tuple(modes), tuple(dict.fromkeys(notes)))
 
 
 def _data_sets(name: str, data: bytes) -> Iterator[_DataSet]:
@@ -309,7 +311,9 @@ def _function(name: str, one: _DataSet, number: int, units: FileUnits | None) ->
     else:
         x = np.array(rows[:, 0])
     y = np.ascontiguousarray(rows[:, -2:]).view(complex)[:, 0] if layout.complex_ else rows[:, -1].copy()
-    abscissa, ordinate, denominator = (_axis(what, line) for line in header[7:10])
+    axes = [line.rstrip("\r\n") for line in header[7:11]]
+    padded = [len(line) for line in axes] if sum(line != line.rstrip() for line in axes) >= len(axes) - 1 else [0]
+    abscissa, ordinate, denominator = (_axis(what, line, padded) for line in axes[:3])
     ids = tuple(text for line in header[:5] if (text := line[:80].strip()) and text != "NONE")
     return UniversalFunction(
         number, _integer(f"{what}, type,", kind), ids, response, reference, abscissa, ordinate, denominator, x, y, units
@@ -336,8 +340,14 @@ def _freedom(what: str, entity: str, node: str, direction: str) -> Freedom:
     return Freedom("" if entity.upper() == "NONE" else entity, _integer(f"{what}, node,", node), toward)
 
 
-def _axis(what: str, line: str) -> Axis:
+def _axis(what: str, line: str, widths: Sequence[int]) -> Axis:
+    """An axis by its line. Its columns have shifted where a blank column holds a letter, the unit has come into the label, or a
+    line is of another length than most, which are padded with blanks."""
     kind, _, _, _, label, unit = _cells(line, (10, 5, 5, 5, 21, 21))
+    usual = max(widths, key=widths.count)
+    shifted = line[25:26].strip() or line[46:47].strip() or (not unit and re.search(r"\S {2,}\S", line[26:46]))
+    if shifted or (len(widths) > 1 and len(line) != usual and widths.count(usual) == len(widths) - 1):
+        raise fault(f"{what}, line of an axis,", "must have its label and its unit in their columns", line.strip(), DAMAGED)
     return Axis(_integer(f"{what}, type of data,", kind), *("" if text.upper() == "NONE" else text for text in (label, unit)))
 
 
@@ -371,14 +381,49 @@ def _numbers(name: str, one: _DataSet, widths: Sequence[int]) -> Array:
 
 
 def _unpacked(what: str, one: _DataSet, layout: _Layout) -> Array:
-    """The values of a 58b, point by point."""
-    data, order = one.values or b"", "<" if _cells(one.first[7:], (6,))[0] == str(LITTLE_ENDIAN) else ">"
-    for row in layout.rows(order):
+    """The values of a 58b, point by point; refused where they make sense in the other order of bytes alone."""
+    data, little = one.values or b"", _cells(one.first[7:], (6,))[0] == str(LITTLE_ENDIAN)
+    stated, other_order = (LITTLE_ENDIAN, BIG_ENDIAN) if little else (BIG_ENDIAN, LITTLE_ENDIAN)
+    for row, other in zip(layout.rows("<" if little else ">"), layout.rows(">" if little else "<"), strict=True):
         if layout.points * row.itemsize == len(data):
-            stored = np.frombuffer(data, row)
-            with np.errstate(invalid="ignore"):  # NaN of any bits
-                return np.stack([stored[key].astype(float) for key in stored.dtype.names or ()], axis=1).ravel()
+            values, swapped = (_stored(data, each) for each in (row, other))
+            ordinates = 2 if layout.complex_ else 1
+            if _is_nonsense(values[:, -ordinates:]) and _makes_sense(swapped[:, -ordinates:]):
+                shown = f"{stated}, while they make sense in the other order alone"
+                remedy = f"Write {other_order} into column 13 of the first line, or export it as ASCII (58)."
+                raise InputError(f"{what}, order of bytes, must be that of its values, but is {shown}. {remedy}")
+            return values.ravel()
     raise fault(f"{what}, number of values,", f"must go with the {len(data)} bytes that it holds", layout.points, DAMAGED)
+
+
+def _stored(data: bytes, row: np.dtype[np.void]) -> Array:
+    stored = np.frombuffer(data, row)
+    with np.errstate(invalid="ignore"):  # NaN of any bits
+        return np.stack([stored[key].astype(float) for key in stored.dtype.names or ()], axis=1)
+
+
+def _decades(values: Array) -> tuple[float, float]:
+    """The median of the powers of ten of numbers that are not zero, and of their steps from point to point."""
+    sizes = [np.log10(np.abs(column[column != 0.0])) for column in values.T]
+    steps = np.concatenate([np.abs(np.diff(column)) for column in sizes])
+    powers = np.concatenate(sizes)
+    return (float(np.median(powers)) if powers.size else 0.0, float(np.median(steps)) if steps.size else 0.0)
+
+
+def _makes_sense(values: Array) -> bool:
+    """Whether numbers are of a size that is measured, and go on from point to point."""
+    if not np.all(np.isfinite(values)):
+        return False
+    power, step = _decades(values)
+    return abs(power) < 15.0 and step < 2.0
+
+
+def _is_nonsense(values: Array) -> bool:
+    """Whether numbers are as those of swapped bytes: their powers of ten are drawn by the last digits, or beyond all reason."""
+    if not np.all(np.isfinite(values)):
+        return True
+    power, step = _decades(values)
+    return abs(power) > 30.0 or step > 4.0
 
 
 def _units(name: str, one: _DataSet) -> FileUnits:
@@ -413,8 +458,8 @@ def _nodes(name: str, one: _DataSet) -> dict[int, tuple[float, ...]]:
     return found
 
 
-def _mode(name: str, one: _DataSet) -> list[tuple[float, float]]:
-    """Natural frequency [Hz] and damping ratio of a data set 55 that holds a mode."""
+def _mode(name: str, one: _DataSet, assumed: list[str]) -> list[tuple[float, float]]:
+    """Natural frequency [Hz] and damping ratio of a data set 55 that holds a mode; a sentence if its unit is not shown."""
     what, lines = f"Data set 55 of {name}", [_text(line) for line in one.lines[:8]]
     if len(lines) < 8:
         raise fault(what, "must have eight lines or more", len(lines), DAMAGED)
@@ -422,6 +467,25 @@ def _mode(name: str, one: _DataSet) -> list[tuple[float, float]]:
     first, second, third = (_float(what, cell or "0") for cell in _cells(lines[7], (SINGLE,) * 3))
     if analysis == NORMAL_MODE:
         return [(first, third)]
-    if analysis in COMPLEX_MODES and (size := float(np.hypot(first, second))) > 0.0:
-        return [(size / (2.0 * np.pi), -first / size)]
+    size = float(np.hypot(first, second))
+    if analysis in COMPLEX_MODES and size > 0.0:
+        hertz = _hertz(first, second, lines[7])
+        if hertz is None:
+            assumed.append(
+                f"Data set 55 of {name} does not show whether its eigenvalue is in rad/s, as the format says, or in Hz."
+            )
+        return [((hertz or 0.5 / np.pi) * size, -first / size)]
     return []
+
+
+def _hertz(first: float, second: float, line: str) -> float | None:
+    """What turns a complex eigenvalue λ into Hz: 1/2π by the format, 1 where modal A or B show that it is in Hz; None where they
+    show nothing. By the format B = −λA, and A = 2iω of an undamped mode of unit modal mass."""
+    parts = [_float("Modal A and B", cell or "0") for cell in _cells(line, (SINGLE,) * 6)[2:]]
+    of_a, of_b = float(np.hypot(*parts[:2])), float(np.hypot(*parts[2:]))
+    rate = of_b / of_a if of_a and of_b else 0.5 * of_a
+    size = np.hypot(first, second) if of_b else abs(second)
+    for unit, factor in ((0.5 / np.pi, 1.0), (1.0, 2.0 * np.pi)):
+        if np.isclose(rate, factor * size, rtol=AGREE):
+            return unit
+    return None
