@@ -218,3 +218,29 @@ def test_what_is_no_decay_is_refused(tmp_path):
         ss.read_decay(3)
     with pytest.raises(InputError, match="columns must be one of"):
         ss.read_decay(tmp_path / "two.csv", columns={"x": 1})
+
+
+PRINTED = {
+    "seven digits": lambda t: np.array([float(f"{x:.7g}") for x in t]),
+    "six decimals": lambda t: np.round(t, 6),
+    "five decimals": lambda t: np.round(t, 5),
+    "single precision": lambda t: t.astype(np.float32).astype(float),
+    "milliseconds, four decimals": lambda t: 1e-3 * np.round(1e3 * t, 4),
+}
+
+
+@pytest.mark.parametrize("printed", PRINTED)
+def test_steps_are_even_up_to_the_last_digit_of_the_times(printed):
+    """As loggers print 1.000195, 1.000391, ... of 5120 Hz; one mode of 120 Hz and 0.1 %."""
+    t = 1.0 + np.arange(15000) / 5120.0
+    x = np.exp(-0.001 * 2.0 * np.pi * 120.0 * (t - 1.0)) * np.cos(2.0 * np.pi * 120.0 * (t - 1.0))
+    data = ss.measured_decay(PRINTED[printed](t), x, "velocity").dataset
+    np.testing.assert_allclose(data["frequency"], 120.0, rtol=1e-4)
+    np.testing.assert_allclose(np.median(data["damping_ratio"]), 1e-3, rtol=1e-2)
+
+
+def test_times_that_are_not_even_within_their_last_digit_are_refused():
+    t, generator = np.arange(4000) / 5120.0, np.random.default_rng(0)
+    for uneven in (t + 2e-6 * generator.normal(size=t.size), t + 1e-5 * np.sin(9.0 * t), np.delete(t, 700), t * (1.0 + 1e-3 * t)):
+        with pytest.raises(InputError, match="must be even and positive"):
+            ss.measured_decay(np.round(uneven, 6), np.cos(700.0 * uneven), "velocity")

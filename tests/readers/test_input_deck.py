@@ -51,8 +51,42 @@ def test_sets_of_nfill_are_ascending_unless_unsorted(tmp_path):
 def test_members_of_sets_are_limited_in_all(tmp_path):
     card = "*NSET, NSET=A{}, GENERATE\n1, 600000\n"
     assert len(deck(tmp_path, card.format(1)).sets["A1"]) == 600_000
+    listed = "*NSET, NSET=B{}\n" + "A1\n"
     with pytest.raises(InputError, match="Members of the sets of the deck must be at most 1000000 and one for each byte"):
-        deck(tmp_path, card.format(1) + card.format(2))
+        deck(tmp_path, card.format(1) + listed.format(1) + listed.format(2))
+
+
+@pytest.mark.parametrize("last", [2241775, 10**17])
+def test_a_range_beyond_what_a_cut_deck_holds(tmp_path, last):
+    """As a pre-processor writes sets of all elements, of which a deck that was cut to its nodes holds none."""
+    sets = f"*ELSET, ELSET=ALL, GENERATE\n1, {last}, 1\n*NSET, NSET=PAD\n1, 4\n*NSET, NSET=EVERY, GENERATE\n2, {last}\n"
+    found = deck(tmp_path, NODES + sets)
+    assert found.sets == {"PAD": ("1", "4"), "EVERY": ("2", "3", "4")}
+    assert [note for note in found.notes if "in a range" in note] == [
+        f"*ELSET ALL (a.inp, line 6) names {last} elements in a range, of which the deck holds 0 up to there: the others are "
+        "left out.",
+        f"*NSET EVERY (a.inp, line 10) names {last - 1} nodes in a range, of which the deck holds 3 up to there: the others are "
+        "left out.",
+    ]
+
+
+def test_few_bytes_cannot_include_many(tmp_path):
+    """999 includes of one file took minutes."""
+    (tmp_path / "big.inp").write_text("*NODE\n" + "".join(f"{k},0,0,0\n" for k in range(1, 20000)))
+    with pytest.raises(InputError, match=r"must have at most \d+ bytes with the files that it includes again"):
+        deck(tmp_path, "*INCLUDE, INPUT=big.inp\n" * 999)
+
+
+def test_the_processor_time_of_a_deck_is_limited(tmp_path, monkeypatch):
+    monkeypatch.setattr("stickslip.model.readers.included_files.SECONDS", -1.0)
+    with pytest.raises(InputError, match=r"must be read within .* s of processor time, but is 'at a\.inp, line 1 by then'"):
+        deck(tmp_path, NODES)
+
+
+@pytest.mark.parametrize("place", ["*NODE\n{},0,0,0\n", NODES + "*NSET, NSET=A\n{}\n", NODES + "*NGEN, NSET=A\n1, {}\n"])
+def test_a_number_of_thousands_of_digits(tmp_path, place):
+    with pytest.raises(InputError, match=r"a\.inp, line \d, \*(NODE|NSET|NGEN)"):
+        deck(tmp_path, place.format("9" * 5000))
 
 
 def test_a_byte_order_mark_is_no_part_of_the_first_card(tmp_path):

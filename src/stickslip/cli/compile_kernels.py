@@ -33,7 +33,10 @@ def compile_kernels(ctx: typer.Context) -> None:
 
 
 def compile_all(workers: int = 2) -> None:
-    """Run the smallest cases of each analysis, in two processes: more of them would compile the same kernels."""
+    """Run the smallest cases of each analysis, in two processes: more of them would compile the same kernels.
+
+    Both are others than this one, which thus answers Ctrl-C and SIGTERM at once instead of when a kernel is compiled.
+    """
     from stickslip.runs.processes import Processes
 
     work, logged, done = Compilation(), not progress_is_seen(), list[int]()
@@ -44,7 +47,7 @@ def compile_all(workers: int = 2) -> None:
             if logged:
                 say(f"Compiled {len(done)} of {len(work.names)}: {work.names[case]}.")
 
-        Processes(workers).compute(work, range(len(work.names)), keep, report)
+        Processes(workers, apart=True).compute(work, range(len(work.names)), keep, report)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from stickslip.model.dampers.shape import Shape
 from stickslip.model.disks.tuned import TunedDisk, check_engine_order
 from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem
+from stickslip.model.readers.deck import LONGEST
 from stickslip.model.readers.spin_softening import SAME_SPEED
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
@@ -210,8 +211,8 @@ def excited(problem: Problem, table: ExcitationTable) -> TunedDisk:
 def _factors(table: ExcitationTable) -> dict[int, complex]:
     """{EO: factor on the forces} of several engine orders."""
     for order in table.orders or {}:
-        if not order.isdecimal():
-            raise fault("orders, an engine order", "must be a whole number", order)
+        if not order.isdecimal() or len(order) > LONGEST:
+            raise fault("orders, an engine order", f"must be a whole number of at most {LONGEST} digits", order[:20])
     return {int(order): complex_amplitude(factor) for order, factor in (table.orders or {}).items()}
 
 

@@ -300,6 +300,10 @@ def toml(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"The study file must be valid TOML, but is not: {error}.") from None
+    except ValueError:  # of int, which takes 4300 digits
+        raise InputError(
+            "The study file must hold numbers of a usual size, but has a whole number of thousands of digits."
+        ) from None
     except RecursionError:
         raise InputError("The study file must be valid TOML, but nests its values too deeply.") from None
 

@@ -261,10 +261,29 @@ def _step(t: Array) -> float:
         raise fault("time", f"must hold {4 * FEWEST} samples at least", t.size)
     steps = np.diff(t)
     step = float(t[-1] - t[0]) / (t.size - 1)
-    if not step > 0.0 or np.abs(steps - step).max() > 0.5 * step or np.std(steps) > EVEN * step:
+    last = _last_digits(t)
+    rounded = np.abs(t - t[0] - step * np.arange(t.size)) <= 0.5 * (last + last[0] + last[-1])
+    uneven = np.std(steps) > EVEN * step and not np.all(rounded)
+    if not step > 0.0 or np.abs(steps - step).max() > 0.5 * step or uneven:
         worst = float(steps[np.argmax(np.abs(steps - step))])
         raise fault("The steps of time", "must be even and positive", worst, "Resample the record.")
     return step
+
+
+def _last_digits(t: Array) -> Array:
+    """The units (n,) of the last digits of times as they were printed, with some significant digits or some decimals, or stored
+    in single precision; 0 where they are none of these."""
+    powers = np.floor(np.log10(np.abs(t), where=t != 0.0, out=np.zeros_like(t))) + 1.0
+    units = np.zeros_like(t)
+    for exponents in ((powers - digits for digits in range(3, 13)), (np.full_like(t, -digits) for digits in range(1, 10))):
+        for exponent in exponents:
+            unit = 10.0**exponent
+            if np.all(np.abs(t - unit * np.round(t / unit)) <= 1e-3 * unit + 4.0 * np.spacing(np.abs(t))):
+                units = np.maximum(units, unit)
+                break
+    with np.errstate(over="ignore"):
+        single = t.astype(np.float32)
+    return np.maximum(units, np.abs(np.spacing(single))) if np.all(single == t) else units
 
 
 def _dominant(x: Array, step: float, band: tuple[float, float]) -> float:

@@ -42,6 +42,8 @@ UNITS: dict[str, tuple[str, float]] = {
 SEPARATORS = ("\t", ";", ",", None)
 """None stands for blanks. The comma comes last but one: before it, it may be a decimal comma."""
 
+LONGEST = 18
+"""Digits of a number that a machine's integer holds."""
 COMMENT = "#%!"
 STAMP = re.compile(
     r"(?:\d{1,4}([-/.])\d{1,2}\1\d{1,4}(?:[ T]|$))?(?:\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?(?: ?[AP]M|Z)?)?(?<=.)", re.ASCII
@@ -250,11 +252,19 @@ def named_column(table: NumberTable, name: str, which: str | int) -> int:
         whole = [k for k, unit in enumerate(table.units) if titles and (titles[k], unit) == (bare(which), stated_unit(which))]
         if len(whole) == 1:
             return whole[0]
-    if isinstance(which, int) or which.isdigit():
-        if not 1 <= int(which) <= count:
+    if (number := place_of(which)) is not None:
+        if not 1 <= number <= count:
             raise fault(f"The column of {name} in {table.name}", f"must be a number from 1 to {count}", which)
-        return int(which) - 1
+        return number - 1
     raise fault(f"The column of {name} in {table.name}", "must be one of its titles", which, nearest(which, titles))
+
+
+def place_of(which: str | int) -> int | None:
+    """The number that names a column or a function, beyond any count where it has more digits than one; None for a name."""
+    if isinstance(which, int):
+        return which
+    text = which.strip()
+    return None if not text.isdecimal() else int(text) if len(text) < LONGEST else 10**LONGEST
 
 
 def matlab_tables(paths: Sequence[Path]) -> list[NumberTable]:

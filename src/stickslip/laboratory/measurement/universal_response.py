@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.laboratory.measurement.number_table import NumberTable
+from stickslip.laboratory.measurement.number_table import NumberTable, place_of
 from stickslip.laboratory.measurement.response_units import MOTIONS, contradicted, known_unit, per_force_unit, response_unit
 from stickslip.laboratory.measurement.universal_file import (
     DIRECTIONS,
@@ -167,10 +167,10 @@ def _fitting(file: UniversalFile, wanted: Wanted) -> list[UniversalFunction]:
 
 def _named(file: UniversalFile, what: str, which: str | int) -> list[UniversalFunction]:
     """The functions of a name, whole, without its entities or of its response alone, or that of a number from 1."""
-    if isinstance(which, int) or which.strip().isdigit():
-        if not 1 <= int(which) <= len(file.functions):
+    if (number := place_of(which)) is not None:
+        if not 1 <= number <= len(file.functions):
             raise fault(f"The function of {what} in {file.name}", f"must be a number from 1 to {len(file.functions)}", which)
-        return [file.functions[int(which) - 1]]
+        return [file.functions[number - 1]]
     for spelled in (_whole, _without_entities, _response_alone):
         if found := [one for one in file.functions if _plain(spelled(one)) == _plain(which)]:
             return found

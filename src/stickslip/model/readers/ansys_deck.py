@@ -130,7 +130,9 @@ class _Archive:
     def take(self, command: str, words: list[str], lines: Iterator[str]) -> None:
         """A command with its arguments; `lines` are those after it."""
         if command == "NBLO":
-            for node, point, angles in _nodes(lines):
+            listed = list(_nodes(lines))
+            _refuse_other_count("The nodes of NBLOCK", words, len(listed))
+            for node, point, angles in listed:
                 self._add(node, point, angles)
         elif command == "N":
             self._node(words)
@@ -139,7 +141,7 @@ class _Archive:
         elif command == "ETBL":
             self.types |= {number: ELEMENTS.get(kind, "") for number, kind in _types(lines)}
         elif command == "EBLO" and words[2:3] == ["SOLID"]:
-            _elements(lines, self.types, self.cells)
+            _refuse_other_count("The elements of EBLOCK", words, _elements(lines, self.types, self.cells))
         elif command == "CMBL" and len(words) > 3 and words[2].startswith("NODE"):
             self.sets[words[1]] = tuple(map(str, _members(lines, integer(words[3]))))
         elif command in ("CSYS", *SYSTEMS):
@@ -207,13 +209,22 @@ def _types(lines: Iterator[str]) -> Iterator[tuple[str, str]]:
         yield numbers[0], numbers[1]
 
 
-def _elements(lines: Iterator[str], types: Mapping[str, str], cells: FoundCells) -> None:
-    """Elements up to the end of a block: -1. What has no faces is passed over."""
+def _refuse_other_count(what: str, words: Sequence[str], found: int) -> None:
+    """Refuse a block that does not hold as many lines as its command says, NBLOCK,6,SOLID,largest number,count."""
+    count = integer(words[4]) if len(words) > 4 and words[4] else 0
+    if count > 0 and count != found:
+        raise fault(what, f"must be {count}, as the command says", found, "The file is damaged, or cut short. Copy it again.")
+
+
+def _elements(lines: Iterator[str], types: Mapping[str, str], cells: FoundCells) -> int:
+    """Elements up to the end of a block: -1; returns how many. What has no faces is passed over."""
     widths, _ = _columns(next(lines, ""))
+    found = 0
     for line in lines:
         numbers = _cut(line, len(widths), widths[0])
         if numbers[:1] == ["-1"] or not numbers:
-            return
+            break
+        found += 1
         count = integer(numbers[8]) if len(numbers) > FIRST_NODE else 0
         nodes = numbers[FIRST_NODE:]
         while len(nodes) < count:
@@ -223,6 +234,7 @@ def _elements(lines: Iterator[str], types: Mapping[str, str], cells: FoundCells)
             nodes += more
         if types.get(numbers[1] if len(numbers) > 1 else ""):
             cells.add(types[numbers[1]], nodes)
+    return found
 
 
 def _members(lines: Iterator[str], count: int) -> Iterator[int]:

@@ -6,13 +6,20 @@ An included file must lie in the folder of the deck or below it: a deck of other
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from time import process_time
 from typing import NamedTuple
 
 from stickslip.model.readers.limits import refuse_utf_16, within_memory
 from stickslip.support.checks import fault, similar_file
 
+REPEATED_BYTES = 4 << 20
+"""Bytes of files that a deck includes once more, beyond as many as its files have: seconds of reading."""
+SECONDS, BYTES_PER_SECOND = 60.0, 1e5
+"""Processor time for a deck, and for each of its bytes; the slowest reader takes a seventh of it."""
+EACH_LINES = 4096
+"""Lines between two looks at the time."""
 MOST_FILES = 1000
 DEEPEST = 20
 """Included files, and includes within each other: more is a file that includes itself."""
@@ -43,10 +50,18 @@ class Lines:
     memory: int
     size: int = 0
     files: int = 0
+    sizes: dict[Path, int] = field(default_factory=dict)
 
     def read(self) -> Iterator[Line]:
         """Every line of the deck, that of an included file in the place of the card that names it."""
-        return self._lines(self.deck, 0)
+        begun = process_time()
+        for number, line in enumerate(self._lines(self.deck, 0)):
+            yield line
+            if number % EACH_LINES == 0:
+                limit = SECONDS + self.size / BYTES_PER_SECOND
+                if process_time() - begun > limit:
+                    rule = f"must be read within {limit:.0f} s of processor time"
+                    raise fault(self.deck.name, rule, f"at {line.place} by then", "Is something in it made over and over again?")
 
     def of_file(self, name: str, card: Line) -> Iterator[Line]:
         """The lines of a file of data that a card names."""
@@ -54,7 +69,12 @@ class Lines:
 
     def _lines(self, path: Path, depth: int) -> Iterator[Line]:
         self.files += 1
-        self.size += path.stat().st_size
+        self.sizes[path] = path.stat().st_size
+        self.size += self.sizes[path]
+        own = sum(self.sizes.values())
+        if self.size > 2 * own + REPEATED_BYTES:
+            limit = f"must have at most {2 * own + REPEATED_BYTES} bytes with the files that it includes again"
+            raise fault(self.deck.name, limit, f"more with {path.name}", "Include each file once.")
         if self.files > MOST_FILES or depth > DEEPEST:
             limit = f"must include at most {MOST_FILES} files, {DEEPEST} deep"
             raise fault(self.deck.name, limit, f"more with {path.name}", "Does a file include itself?")

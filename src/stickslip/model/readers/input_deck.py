@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -84,7 +84,7 @@ def read_deck(path: Path) -> Deck:
     if met.missing:  # elements that are not read share the stress at a node
         deck.solids = None
     none = () if deck.nodes else (f"{path.name} holds no nodes.",)
-    deck.notes = (*none, *given_twice(reader.repeated, path.name), *deck.notes, *met.notes(path.name))
+    deck.notes = (*none, *reader.cut, *given_twice(reader.repeated, path.name), *deck.notes, *met.notes(path.name))
     return deck
 
 
@@ -97,6 +97,7 @@ class _Reader:
         self.parts: dict[str, Mesh] = {}
         self.instances: dict[str, Mesh] = {}
         self.made = self.listed = self.repeated = 0
+        self.cut: list[str] = []
         self.material = ""
         self.materials: dict[str, list[Card]] = {}
 
@@ -289,10 +290,23 @@ class _Reader:
         if number < 0 or self.made > MOST_MADE:
             raise fault("Nodes that cards of the deck make", f"must be at most {MOST_MADE}", self.made)
 
+    @property
+    def _most_listed(self) -> int:
+        return MOST_GENERATED + self.lines.size
+
+    def _present(self, card: Card, span: range, known: Iterable[str]) -> list[int]:
+        """Those of a long range that the deck holds; Abaqus leaves out the others, too."""
+        found = sorted(number for name in known if name.isdecimal() and (number := int(name)) in span)
+        what = "nodes" if card.keyword == "NSET" else "elements"
+        name = card.name("NSET") or card.name("ELSET")
+        held = f"names {len(span)} {what} in a range, of which the deck holds {len(found)} up to there"
+        self.cut.append(f"*{card.keyword} {name} ({card.line.place}) {held}: the others are left out.")
+        return found
+
     def _list(self, number: int) -> None:
         """Count members of sets: few bytes may name many."""
         self.listed += number
-        if self.listed > MOST_GENERATED + self.lines.size:
+        if self.listed > self._most_listed:
             limit = f"must be at most {MOST_GENERATED} and one for each byte of the deck"
             raise fault("Members of the sets of the deck", limit, self.listed)
 
@@ -306,7 +320,7 @@ class _Reader:
             self.mesh.sets.setdefault(name, {}).update(dict.fromkeys(members))
 
     def _known(self, word: str) -> str:
-        node = str(int(word)) if word.isdecimal() else word
+        node = str(integer(word)) if word.isdecimal() else word
         if node not in self.mesh.nodes:
             raise fault("A node from which others are made", "must be defined before them", word)
         return node
@@ -334,9 +348,9 @@ class _Reader:
         """The nodes or elements that a word of a data line means: one or those of a set."""
         instance, _, number = word.rpartition(".")
         if word.isdecimal():
-            yield f"{prefix}{int(word)}"
+            yield f"{prefix}{integer(word)}"
         elif instance in self.instances and number.isdecimal():
-            yield f"{instance}.{int(number)}"
+            yield f"{instance}.{integer(number)}"
         else:
             name, mesh, prefix = self._dotted(word, mesh, prefix, kind)
             yield from (f"{prefix}{member}" for member in getattr(mesh, kind)[name])
@@ -356,8 +370,11 @@ class _Reader:
                     span = range(first, last + 1, step)
                 except (InputError, ValueError):
                     raise fault("A line of *NSET, GENERATE", "must hold first, last and step", line[:60]) from None
-                self._list(len(span))
-                yield from (f"{prefix}{number}" for number in span)
+                numbers: Sequence[int] = span
+                if len(span) > self._most_listed - self.listed:
+                    numbers = self._present(card, span, mesh.nodes if kind == "sets" else mesh.elements)
+                self._list(len(numbers))
+                yield from (f"{prefix}{number}" for number in numbers)
             else:
                 for word in words:
                     members = list(self._meant(word, mesh, prefix, kind))

@@ -170,7 +170,7 @@ def _direction(text: str) -> str:
     """The name of a direction, given by itself or by its number."""
     if text in DIRECTIONS.values():
         return text
-    if text.isdecimal() and int(text) in DIRECTIONS:
+    if text in map(str, DIRECTIONS):
         return DIRECTIONS[int(text)]
     if text == "0":
         return SCALAR

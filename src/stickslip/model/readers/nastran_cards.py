@@ -34,6 +34,15 @@ class Entry(NamedTuple):
     line: Line
 
 
+WITH_TEXT = {"DEQATN", "DRESP3", "GROUP", "MONCARL", "MONDSP1", "MONGRP", "MONSUM", "MONSUM1", "MONSUMT", "UDNAME"}
+WITH_TEXT |= {"MONPNT1", "MONPNT2", "MONPNT3"}
+"""Entries with an equation, a label or a name of a file, in which commas part no fields."""
+FREE_FORMAT = re.compile(
+    r"\s*(BEGIN|CHEXA|CORD[12][CRS]|CPENTA|CPYRAM?|CQUAD[48R]|CTETRA|CTRIA[36R]|DMIG|EXTRN|GRDSET|GRID)\s*,", re.IGNORECASE
+)
+"""A line of such an entry that counts, behind blanks."""
+
+
 def included(text: str, more: Iterator[str]) -> str | None:
     """The file of INCLUDE 'FILE', whose name in quotation marks may go on over several lines."""
     match = re.match(r"\s*INCLUDE\b\s*=?\s*(.*)", text, re.IGNORECASE)
@@ -76,6 +85,14 @@ def entries(lines: Iterable[Line]) -> Iterator[Entry]:
         if re.match(r"\s*ENDDATA\b", text, re.IGNORECASE):
             break
         section = SECTION.match(text)
+        name = re.match(r"\s*([A-Z][A-Z0-9]*)", text, re.IGNORECASE)
+        if not section and name and name[1].upper() in WITH_TEXT:
+            if entry is not None:
+                yield entry
+            entry, mark = Entry([name[1].upper()], line), ""
+            continue
+        if entry is not None and entry.fields[0] in WITH_TEXT and re.match(r" {8}|[+*]", text) and not FREE_FORMAT.match(text):
+            continue
         first, *rest = [BEGIN, section[1].upper()] if section else _fields(text, line)
         if first.startswith("=") and entry is not None:
             yield entry
