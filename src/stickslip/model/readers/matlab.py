@@ -10,7 +10,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from stickslip.model.readers.content import Content
+from stickslip.model.readers.matlab_5 import OBJECT_NAMES
 from stickslip.model.readers.named_rows import from_tables
 from stickslip.model.readers.process import arrays_of
 from stickslip.support.checks import InputError, fault
@@ -31,6 +34,11 @@ def read(path: Path) -> Content:
     """The numeric arrays of a MATLAB file, of whatever version; `dofs` and `nodes` may stand in its only struct that has them."""
     module = _version_module(path)
     tables = arrays_of(path, module)
+    objects = [str(name) for name in tables.pop(OBJECT_NAMES, ())]
+    square = [value for value in tables.values() if np.ndim(value) == 2 and value.shape[0] == value.shape[1]]
+    if objects and len(square) < len("MK"):
+        remedy = "Save M and K as arrays: M = ...; K = ...; save('model.mat', 'M', 'K')."
+        raise fault("A MATLAB file", "must hold arrays; objects are not read", ", ".join(objects), remedy)
     for name in ("dofs", "nodes"):
         inner = [key for key in tables if key.endswith(f".{name}")]
         if name not in tables and len(inner) == 1:
@@ -51,6 +59,9 @@ def arrays(path: Path) -> dict[str, Any]:
             raise InputError(f"{Path(name).name}: {error}") from None
         except Exception as error:  # the libraries raise whatever a damaged file leads them to
             raise fault(Path(name).name, "must be a sound MATLAB file", str(error)[:200] or type(error).__name__) from None
+        if (objects := own.pop(OBJECT_NAMES, ())) and not own:
+            remedy = "Save its numbers as arrays: save('test.mat', 'f', 'H')."
+            raise fault(Path(name).name, "must hold arrays; objects are not read", ", ".join(objects), remedy)
         numbered |= {f"{number}:{key}": value for key, value in own.items()}
     return numbered
 

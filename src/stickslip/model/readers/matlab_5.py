@@ -15,6 +15,10 @@ from scipy import io
 
 from stickslip.support.checks import fault
 
+OBJECTS, WORKSPACE = ("object", "opaque", "function"), "__function_workspace__"
+"""Classes of what is no array, and the variable in which MATLAB keeps their content."""
+OBJECT_NAMES = "__objects__"
+"""Among the arrays, the names of the objects, which are not read."""
 DEEPEST = 4
 """Structs in structs."""
 NUMBERS = ("double", "single", "logical", "sparse", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)))
@@ -32,13 +36,17 @@ def arrays(path: Path) -> dict[str, Any]:
         if kind == "unknown" or not name.isidentifier() or (kind in NUMBERS and len(shape) < 2):
             rule = "must have a name, a known class and two dimensions or more"
             raise fault("A variable of a MATLAB file", rule, [name, kind, shape], "The file is damaged.")
+    objects = [name for name, _, kind in stored if kind in OBJECTS]
+    of_matrices = (*NUMBERS, "struct")
     wanted = [
         name
         for name, shape, kind in stored
-        if kind == "char" or (len(shape) == 2 and (kind in (*NUMBERS, "struct") or (kind == "cell" and name == "dofs")))
+        if kind == "char" or (len(shape) == 2 and (kind in of_matrices or (kind == "cell" and name == "dofs")))
     ]
+    wanted = [name for name in wanted if name != WORKSPACE]
     loaded = io.loadmat(path, variable_names=wanted, spmatrix=False) if wanted else {}
-    return {name: value for each in wanted if each in loaded for name, value in _values(each, loaded[each], DEEPEST)}
+    found = {name: value for each in wanted if each in loaded for name, value in _values(each, loaded[each], DEEPEST)}
+    return found | ({OBJECT_NAMES: objects} if objects else {})
 
 
 def _values(name: str, value: Any, depth: int) -> Iterator[tuple[str, Any]]:

@@ -10,9 +10,12 @@ import numpy as np
 
 from stickslip.model.readers.hdf5 import refuse_data_elsewhere, refuse_odd_numbers, refuse_other_files, refuse_too_much
 from stickslip.model.readers.limits import rows_with_entries
+from stickslip.model.readers.matlab_5 import OBJECT_NAMES
 from stickslip.model.readers.numbers import compressed_columns
 from stickslip.support.checks import fault
 
+OBJECT = "MATLAB_object_decode"
+"""Attribute of an object, whose numbers lie elsewhere."""
 DEEPEST = 4
 """Structs in structs."""
 
@@ -23,7 +26,10 @@ def arrays(path: Path) -> dict[str, Any]:
 
     with h5py.File(path, "r") as file:
         refuse_other_files(file)
-        return {name: value for top in file if not top.startswith("#") for name, value in _items(file, top, file[top], DEEPEST)}
+        tops = [top for top in file if not top.startswith("#")]
+        objects = [top for top in tops if OBJECT in file[top].attrs]
+        named = (item for top in tops if top not in objects for item in _items(file, top, file[top], DEEPEST))
+        return dict(named) | ({OBJECT_NAMES: objects} if objects else {})
 
 
 def _items(file: Any, name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:

@@ -68,6 +68,24 @@ FORMATS = (
     Format("CalculiX run", (".sti", ".mas", ".dof", ".inp"), calculix.read),
 )
 
+OUTPUT4 = "Write the matrices with OUTPUT4, or as DMIG with EXTSEOUT, and give the .op4 or the .pch file."
+DECK_ALONE = "It is a deck without matrices: give their file, and this one as `names` if it has the nodes."
+INSTEAD = {
+    ".op2": f"It holds results. {OUTPUT4}",
+    ".h5": f"Of Nastran it holds results. {OUTPUT4}",
+    ".f06": f"It is a print-out. {OUTPUT4}",
+    ".dat": DECK_ALONE,
+    ".nas": DECK_ALONE,
+    ".cdb": DECK_ALONE,
+    ".sub": "Ansys writes the matrices of a superelement from its .sub file by `*SMAT` and `*EXPORT`: give the .mtx or .hb.",
+    ".rst": "It holds results. Give the .full file, or matrices that `*EXPORT` writes (.mtx or .hb).",
+    ".emat": "It holds matrices of elements. Give the .full file, or matrices that `*EXPORT` writes (.mtx or .hb).",
+    ".odb": "It holds results. Write the matrices with `*MATRIX GENERATE` and `*MATRIX OUTPUT`, and give the .mtx files.",
+    ".sim": "Write the matrices with `*MATRIX OUTPUT, FORMAT=COORDINATE`, and give the .mtx files.",
+    ".frd": "It holds results. Give the .sti and .mas files of `*FREQUENCY, SOLVER=MATRIXSTORAGE`.",
+}
+"""What to give instead of a file that other programs write beside that of the matrices."""
+
 COUNTERPARTS = (("STIFFNESS", "MASS", "DAMPING"), ("STIF", "MASS", "DMPV"), ("K", "M", "C"))
 """Ends of the names of files that hold stiffness, mass and damping of one model, in capitals or small letters."""
 NAME_BOTH = 'Name the files of both: model = { M = "mass.mtx", K = "stiffness.mtx" } in a study, {"M": ..., "K": ...} in Python.'
@@ -199,7 +217,8 @@ def format_of(path: Path) -> Format:
         raise fault("A model", "must be a file that exists", str(path), similar_file(path))
     refuse_packed("A model", path)
     if not fitting:
-        raise fault("A model", f"must be a file ending in {', '.join(endings[:-1])} or {endings[-1]}", path.name)
+        rule = f"must be a file ending in {', '.join(endings[:-1])} or {endings[-1]}"
+        raise fault("A model", rule, path.name, INSTEAD.get(path.suffix.lower(), ""))
     with path.open("rb") as file:
         start = file.read(64)
     return next((form for form in fitting if form.start and start.startswith(form.start)), fitting[0])
