@@ -56,7 +56,9 @@ def of_model(found: Description) -> dict[str, Any]:
         "rigid_motions": None if modes is None else modes.rigid,
         "negative_motions": None if modes is None else modes.negative,
         "frequencies": None if modes is None else modes.frequencies,
-        "units": {"box": "m", "mass": "kg", "frequencies": "Hz"},
+        "modes_there": None if modes is None else modes.count.there,
+        "there_below": None if modes is None else modes.count.hertz,
+        "units": {"box": "m", "mass": "kg", "frequencies": "Hz", "there_below": "Hz"},
         "warnings": found.odd,
     }
 

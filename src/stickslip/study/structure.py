@@ -72,9 +72,9 @@ def structure(
     rotation = None if table.speed is None else (table.speed, _axis(table.axis or AxisTable(), own))
     if rotation is None and table.axis is not None:
         raise fault("axis", "must go with speed", "without one")
-    made = structure_of(model, places, table.modes, damping, progress, stress, rotation)
+    made, found = structure_of(model, places, table.modes, damping, progress, stress, rotation)
     made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
-    return Built(made, notes, {}, tuple(model.sets))
+    return Built(made, (*notes, *found), {}, tuple(model.sets))
 
 
 def _axis(table: AxisTable, units: Units) -> RotationAxis:

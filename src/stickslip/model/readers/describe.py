@@ -9,8 +9,9 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.model.readers.model import Model
+from stickslip.model.structure.complete_modes import DENSE_SIZE
 from stickslip.model.structure.factor import Factor, Singular
-from stickslip.model.structure.lowest_modes import DENSE_SIZE, LowestModes, lowest_modes
+from stickslip.model.structure.lowest_modes import LowestModes, lowest_modes
 from stickslip.model.structure.rigid_motions import rigid_motions
 from stickslip.model.structure.sparse import Sparse
 from stickslip.support.checks import SMALLEST, Array, counted
@@ -190,5 +191,6 @@ def lines(description: Description) -> Iterator[str]:
         yield f"rigid motions     {description.modes.rigid}"
         yield f"K                 {definite}"
         yield f"first modes       {', '.join(f'{value:.7g}' for value in description.modes.frequencies)} Hz"
+        yield f"modes             {description.modes.count}"
     for sentence in description.odd:
         yield f"odd               {sentence}"

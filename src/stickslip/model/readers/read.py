@@ -128,7 +128,10 @@ def read_structure(
     for note in recovered.notes if recovered else ():
         progress(0.0, note)
     rotation = None if speed is None else (finite("speed", speed), RotationAxis.of(axis).scaled(system.metres))
-    return structure_of(model, places, modes, damping, progress, recovered, rotation)
+    made, notes = structure_of(model, places, modes, damping, progress, recovered, rotation)
+    for note in notes:
+        progress(1.0, note)
+    return made
 
 
 def read_model(

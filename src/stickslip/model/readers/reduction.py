@@ -23,6 +23,7 @@ from stickslip.model.readers.places import Place
 from stickslip.model.readers.rotation_stress import rotation_note, rotation_stress_of_body
 from stickslip.model.readers.spin_softening import prestress_note
 from stickslip.model.readers.stress_places import StressRows
+from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.craig_bampton import craig_bampton, mode_names
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.matrices import Point, Structure
@@ -67,8 +68,9 @@ def reduced(
     damping: Damping | None = None,
     progress: Progress = quiet,
     stress: StressRows | None = None,
-) -> Structure:
-    """The model by its places and `modes` fixed-interface modes (30, or all of a smaller model); C is projected too."""
+) -> tuple[Structure, str]:
+    """The model by its places and `modes` fixed-interface modes (30, or all of a smaller model) with those equal to the last, and
+    how many there are; C is projected too."""
     kept = {name: row for place in places for name, row in place.dofs.items()}
     inside = model.size - len(kept)
     if modes is not None and modes not in range(inside + 1):
@@ -79,7 +81,7 @@ def reduced(
     reduction = sorted(kept.values()), list(kept.values()), number, drawn, located.tobytes(), stress and stress.bytes
     key = repr((stickslip.__version__, model.fingerprint, *reduction))
     file = cache_folder() / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
-    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress"))
+    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress", "count"))
     if matrices is None:
         matrices = _reduce(model, kept, number, progress, stress)
         to_cache(file, matrices)
@@ -91,7 +93,12 @@ def reduced(
     surfaces = () if surface is None else (MeshSurface(*surface[:2], matrices["recovery"], dofs),)
     stresses = () if stress is None else (stress.recovery(matrices["stress"], dofs),)
     made = Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=located)
-    return replace(made, surfaces=surfaces, stresses=stresses)
+    return replace(made, surfaces=surfaces, stresses=stresses), _count_note(ModeCount.of(matrices["count"]), number)
+
+
+def _count_note(count: ModeCount, asked: int) -> str:
+    more = f" ({asked} were asked for, and the others equal the last of these)" if count.found > asked else ""
+    return f"{'Warning: modes' if count.there is None else 'Modes'} of the body with what is kept held: {count}{more}"
 
 
 def kept_nodes(model: Model, kept: dict[str, int]) -> dict[str, Point]:
@@ -126,7 +133,8 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, 
         motions[: len(kept)] = rigid[list(kept.values())]
         K = without_resistance(K, motions)
     stresses = np.zeros((0, T.shape[1])) if stress is None else np.asarray(stress.rows @ T)
-    return {"M": reduction.structure.M, "K": K, "C": C, "recovery": recovery_rows(T, numbers), "stress": stresses}
+    rest = {"recovery": recovery_rows(T, numbers), "stress": stresses, "count": reduction.count.numbers}
+    return {"M": reduction.structure.M, "K": K, "C": C} | rest
 
 
 def cache_folder() -> Path:
@@ -160,23 +168,27 @@ def structure_of(
     progress: Progress = quiet,
     stress: StressRows | None = None,
     rotation: tuple[float, RotationAxis] | None = None,
-) -> Structure:
-    """The model whole, or by its places; with the stress where it is asked for, and the part of it due to rotation at a speed in
-    rev/min about an axis."""
+) -> tuple[Structure, tuple[str, ...]]:
+    """The model whole, or by its places, and what was found; with the stress where it is asked for, and the part of it due to
+    rotation at a speed in rev/min about an axis."""
     if damping is not None and model.C is not None:
         where = f"{model.file} has" if model.file else "the structure has"
         remedy = "Leave [damping] out (in Python: damping), or write own_damping = false, so that C counts for nothing."
         raise InputError(f"Damping must be given once, but {where} a matrix C beside the damping rule. {remedy}")
     if places is None and modes is not None:
         raise InputError("modes must go with keep or a contact surface, the places that are not reduced, but stands alone.")
-    made = whole(model, damping, stress) if places is None else reduced(model, places, modes, damping, progress, stress)
+    notes: tuple[str, ...] = ()
+    if places is None:
+        made = whole(model, damping, stress)
+    else:
+        made, counted = reduced(model, places, modes, damping, progress, stress)
+        notes = (counted,)
     if rotation is None:
-        return made
+        return made, notes
     if stress is None:
         raise InputError("The speed of a model must go with places of stress, whose mean it changes, but there are none.")
     speed, axis = rotation
     mean = rotation_stress_of_body(model, stress.rows, axis, speed)
-    for note in filter(None, (rotation_note(stress, mean, speed), prestress_note(model, axis, speed))):
-        progress(1.0, note)
+    notes += tuple(filter(None, (rotation_note(stress, mean, speed), prestress_note(model, axis, speed))))
     (recovery,) = made.stresses
-    return replace(made, stresses=(replace(recovery, rotation=mean.reshape(len(recovery.places), -1)),))
+    return replace(made, stresses=(replace(recovery, rotation=mean.reshape(len(recovery.places), -1)),)), notes

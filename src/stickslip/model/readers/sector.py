@@ -26,6 +26,7 @@ from stickslip.model.readers.rotation_stress import refuse_own_axes, rotation_no
 from stickslip.model.readers.sector_faces import interpolation_error, paired
 from stickslip.model.readers.spin_softening import prestress_note
 from stickslip.model.readers.stress_places import StrainGauge, StressRows, stress_rows_of
+from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.craig_bampton import mode_names
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian
@@ -204,6 +205,8 @@ def disks_of(
     if stress is not None and mean is not None:
         notes.append(rotation_note(stress, mean, speed))
     notes += read.notes
+    counts = [ModeCount.of(numbers) for numbers in arrays["counts"]]
+    notes += _count_notes(dict(zip(diameters.held, counts, strict=True)), number)
     if faces.interpolated:
         error = 100.0 * float(arrays["error"])
         notes.append(f"The lowest frequencies change by up to {error:.1g} % if the other face follows instead")
@@ -244,7 +247,7 @@ def _reduced(
     files = {part: cache_folder() / f"{sha256(f'{key} {part}'.encode()).hexdigest()[:32]}.npz" for part in ("", *diameters.held)}
     sector = read.sector
     rows = None if stress is None else stress.rows[:, np.flatnonzero(read.rows >= 0)]
-    waves = {n: found for n in diameters.held if (found := from_cache(files[n], ("M", "K", "stress"))) is not None}
+    waves = {n: found for n in diameters.held if (found := from_cache(files[n], ("M", "K", "stress", "count"))) is not None}
     wanted = [n for n in diameters.held if n not in waves]
     if not wanted:
         progress(1.0, f"reduction found in {files[0]}")
@@ -256,6 +259,7 @@ def _reduced(
             "M": wave.M,
             "K": np.array([wave.K] if len(stiffnesses) == 1 else [hermitian(T.conj().T @ (K @ T)) for K in stiffnesses]),
             "stress": np.zeros((0, len(wave.M))) if rows is None else rows @ T,
+            "count": wave.counted.numbers,
         }
         to_cache(files[n], waves[n])
     rest = from_cache(files[""], ("error", "rotation"))
@@ -266,7 +270,25 @@ def _reduced(
         }
         to_cache(files[""], rest)
     M, K, recovery = (np.array([waves[n][part] for n in diameters.held], dtype=complex) for part in ("M", "K", "stress"))
-    return {"M": M, "K": K.swapaxes(0, 1), "stress": recovery, **rest}
+    counts = np.array([waves[n]["count"] for n in diameters.held])
+    return {"M": M, "K": K.swapaxes(0, 1), "stress": recovery, "counts": counts, **rest}
+
+
+def _count_notes(counts: Mapping[int, ModeCount], modes: int) -> Iterator[str]:
+    """How many modes there are of those that each nodal diameter keeps, and where the last of them has equals beyond."""
+    what = "Modes of the sector with what is kept held, at each nodal diameter"
+    whole = [count.hertz for count in counts.values() if count.there == count.found == modes]
+    if len(whole) == len(counts):
+        ends = list(dict.fromkeys(f"{hertz:.5g}" for hertz in (min(whole), max(whole))))
+        yield f"{what}: {modes} of {modes} below {' to '.join(ends)} Hz" if np.isfinite(max(whole)) else f"{what}: all {modes}"
+    for n, count in counts.items():
+        if count.there is None:
+            yield f"Warning: at nodal diameter {n}, modes of the sector with what is kept held: {count}"
+        elif count.found > modes:
+            yield (
+                f"Warning: at nodal diameter {n} the last of {modes} modes has equals, with which there are {count.found} below "
+                f"{count.hertz:.5g} Hz: keep all of them, or none"
+            )
 
 
 def _stiffness(model: Model, other: Model, read: ReadSector) -> Sparse:

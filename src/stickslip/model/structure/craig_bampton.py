@@ -12,16 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, sparse
 
-from stickslip.model.structure.block_lanczos import eigenpairs_above
-from stickslip.model.structure.factor import Factor, Singular, solver
+from stickslip.model.structure.complete_modes import ModeCount, held_modes
+from stickslip.model.structure.factor import Pencil, Singular, solver
 from stickslip.model.structure.matrices import Structure
-from stickslip.model.structure.sparse import Report, symmetric_sparse
+from stickslip.model.structure.sparse import symmetric_sparse
 from stickslip.support.checks import Array, InputError, fault
 
 Progress = Callable[[float, str], None]
-
-DENSE_SIZE = 400
-"""Interior problems up to this size, or with more than half of their modes wanted, are solved densely."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,12 +26,13 @@ class Reduction:
     """q_full = transformation @ q, with q the degrees of freedom of `structure`: kept ones first, then "mode/1.q", ...
 
     transformation: (full size, reduced size), for the recovery of motion and stress inside; frequencies: of the
-    fixed-interface modes kept, Hz.
+    fixed-interface modes kept, Hz; count: how many of those there are these are.
     """
 
     structure: Structure
     transformation: Array
     frequencies: Array
+    count: ModeCount
 
 
 def craig_bampton(
@@ -47,7 +45,8 @@ def craig_bampton(
     """The reduction of M, K (n, n; sparse or dense) with mass-normalised fixed-interface modes.
 
     kept: {"NODE.DIRECTION": row in M and K}; they must hold the body (interior stiffness positive definite).
-    modes: number of fixed-interface modes, lowest first; None: all (dense; massless interior motions have none).
+    modes: number of fixed-interface modes, lowest first, with those equal to the last of them; None: all (dense; massless
+    interior motions have none).
     progress(share, text) is called with what is being done and the memory that the factor takes.
     """
     stiffness, mass = symmetric_sparse("K", K), symmetric_sparse("M", M)
@@ -64,12 +63,16 @@ def craig_bampton(
     if modes is not None and not 0 <= modes <= interior.size:
         raise fault("modes", f"must lie between 0 and {interior.size}, the interior degrees of freedom", modes)
     progress(0.05, f"ordering the stiffness of {interior.size} rows for {solver(interior.size).name}")
-    own = stiffness[interior][:, interior], mass[interior][:, interior]
-    solve = _Interior(own[0], own[1], lambda text: progress(0.1, text))
-    progress(0.3, f"static modes; the factor takes {solve.megabytes:.0f} MiB")
-    static = -solve(stiffness[interior][:, boundary].toarray())
-    progress(0.5, f"fixed-interface modes; the factor takes {solve.megabytes:.0f} MiB")
-    squares, shapes = solve.modes(modes)
+    body = Pencil(stiffness[interior][:, interior], mass[interior][:, interior], lambda text: progress(0.1, text))
+    static = -stiffness[interior][:, boundary].toarray()
+    if interior.size:
+        _hold(body)
+        memory = f"the factor takes {body.megabytes:.0f} MiB"
+        progress(0.3, f"static modes; {memory}")
+        static = body.solve(static)
+        progress(0.5, f"fixed-interface modes; {memory}")
+    found = held_modes(body, modes)
+    squares, shapes = found.squares, found.shapes
     progress(0.9, "projecting the matrices")
     T = np.zeros((size, boundary.size + squares.size))
     T[boundary, np.arange(boundary.size)] = 1.0
@@ -77,7 +80,7 @@ def craig_bampton(
     # K of kept and modal coordinates has blocks that vanish or are diagonal by construction: they are written exactly.
     reduced = linalg.block_diag(_projected(stiffness, T[:, : boundary.size]), np.diag(squares))
     structure = Structure(_projected(mass, T), reduced, (*names, *mode_names(squares.size)))
-    return Reduction(structure, T, np.sqrt(squares) / (2.0 * np.pi))
+    return Reduction(structure, T, np.sqrt(squares) / (2.0 * np.pi), found.count)
 
 
 def mode_names(modes: int) -> tuple[str, ...]:
@@ -91,53 +94,16 @@ def _projected(matrix: sparse.csc_array, T: Array) -> Array:
     return np.asarray(0.5 * (reduced + reduced.T))
 
 
-class _Interior:
-    """The body with its kept degrees of freedom held: solves K_ii x = b and finds its modes with one factorisation."""
-
-    def __init__(self, K: sparse.csc_array, M: sparse.csc_array, report: Report) -> None:
-        self.K, self.M = K, M
-        if np.any(K.diagonal() <= 0.0):
-            raise _not_held()
-        if K.shape[0] == 0:
-            return
-        try:
-            self.factor = Factor(K, report)
-        except Singular:
-            raise _not_held() from None
-        if self.factor.negative or self.factor.weak:
-            raise _not_held()
-
-    @property
-    def megabytes(self) -> float:
-        """The memory of the factor, MiB."""
-        return self.factor.megabytes if self.K.shape[0] else 0.0
-
-    def __call__(self, loads: Array) -> Array:
-        """K_ii⁻¹ loads, for loads (interior,) or (interior, loads)."""
-        return self.factor.solve(loads) if self.K.shape[0] else loads
-
-    def modes(self, number: int | None) -> tuple[Array, Array]:
-        """ω² [1/s²], ascending, and mass-normalised shapes (interior, modes)."""
-        size = self.K.shape[0]
-        if size == 0 or number == 0:
-            return np.zeros(0), np.zeros((size, 0))
-        if number is None or size <= DENSE_SIZE or 2 * number > size:
-            return self._dense_modes(number)
-        squares, shapes = eigenpairs_above(self, self.M, number)
-        return squares, _fixed_sign(shapes)
-
-    def _dense_modes(self, number: int | None) -> tuple[Array, Array]:
-        """From M φ = θ K φ with θ = 1/ω², so that massless motions (θ = 0) do no harm: they are left out."""
-        inverse_squares, shapes = linalg.eigh(self.M.toarray(), self.K.toarray())
-        with_mass = np.flatnonzero(inverse_squares > 1e-13 * inverse_squares[-1])[::-1][:number]
-        inverse_squares = inverse_squares[with_mass]
-        return 1.0 / inverse_squares, _fixed_sign(shapes[:, with_mass] / np.sqrt(inverse_squares))
-
-
-def _fixed_sign(shapes: Array) -> Array:
-    """Shapes whose largest entry is positive: the same on every machine."""
-    largest = np.abs(shapes).argmax(axis=0)
-    return np.asarray(shapes * np.sign(shapes[largest, np.arange(shapes.shape[1])]))
+def _hold(body: Pencil) -> None:
+    """The factor of the body with its kept degrees of freedom held, which must be positive definite."""
+    if np.any(body.K.diagonal() <= 0.0):
+        raise _not_held()
+    try:
+        body.at(0.0)
+    except Singular:
+        raise _not_held() from None
+    if body.negative or body.weak:
+        raise _not_held()
 
 
 def _not_held() -> InputError:

@@ -35,19 +35,29 @@ class Factor:
 
     negative: how many eigenvalues of A are below zero; weak: how many pivots of F are indistinguishable from zero, so that A
     is singular; megabytes: the memory of the factor, MiB. report(text) is called with what is being done, for large matrices.
+    diagonal (n,): what D scales instead, where that of A has small entries. earlier: the factor of a matrix with entries at the
+    same places, whose order is taken over and which is lost.
     """
 
-    def __init__(self, matrix: Sparse, report: Report = lambda text: None) -> None:
-        diagonal = np.abs(matrix.diagonal())
+    def __init__(
+        self,
+        matrix: Sparse,
+        report: Report = lambda text: None,
+        diagonal: Array | None = None,
+        earlier: Factor | None = None,
+    ) -> None:
+        diagonal = np.abs(matrix.diagonal()) if diagonal is None else diagonal
         if np.any(diagonal == 0.0):
             raise Singular("a row without a diagonal entry")
         self.scale = 1.0 / np.sqrt(diagonal)
-        scaling = sparse.diags_array(self.scale)
+        entries = matrix.data * self.scale[matrix.indices] * np.repeat(self.scale, np.diff(matrix.indptr))
+        scaled = sparse.csc_array((entries, matrix.indices, matrix.indptr), shape=matrix.shape)
         try:
-            self._factor = solver(matrix.shape[0])(sparse.csc_array(scaling @ matrix @ scaling), report)
+            made = solver(matrix.shape[0])(scaled, report) if earlier is None else earlier._factor.again(scaled)
         except ArithmeticError as error:
             raise Singular(str(error)) from None
-        self.negative, self.weak, self.megabytes = self._factor.negative, self._factor.weak, self._factor.mebibytes
+        self._factor: SuperLU | Pardiso = made
+        self.negative, self.weak, self.megabytes = made.negative, made.weak, made.mebibytes
 
     def solve(self, loads: Array) -> Array:
         """A⁻¹ loads, for loads (n,) or (n, loads)."""
@@ -55,25 +65,48 @@ class Factor:
         return np.asarray(scale * self._factor.solve(scale * loads))
 
 
-class HermitianFactor:
-    """The factor of a Hermitian A = S + iW (n, n), real or complex; a complex one as the real symmetric [[S, −W], [W, S]].
+class Pencil:
+    """K − σM of Hermitian K and M (n, n), real or complex, with the factor at one shift σ after another, in one order of rows.
 
-    negative, weak: as those of `Factor`, twice as many for a complex matrix; megabytes: the memory of the factor, MiB.
+    Complex S + iW is factorised as the real symmetric [[S, −W], [W, S]], which has every eigenvalue twice. negative, weak,
+    megabytes: those of `Factor` at the last shift, of the complex matrix itself.
     """
 
-    def __init__(self, matrix: Any, report: Report = lambda text: None) -> None:
-        self.size, self.complex = matrix.shape[0], np.iscomplexobj(matrix)
-        real = (
-            sparse.csc_array(sparse.block_array(((matrix.real, -matrix.imag), (matrix.imag, matrix.real))))
-            if self.complex
-            else matrix
-        )
-        self._factor = Factor(real, report)
-        self.negative, self.weak, self.megabytes = self._factor.negative, self._factor.weak, self._factor.megabytes
+    def __init__(self, K: Any, M: Any, report: Report = lambda text: None) -> None:
+        self.K, self.M, self.report = K, M, report
+        self.complex = np.iscomplexobj(K) or np.iscomplexobj(M)
+        # The sum has an entry where either of the two has one.
+        both = sparse.csc_array(_real(K, self.complex) + 1j * _real(M, self.complex))
+        both.sort_indices()
+        self._places = both.indices, both.indptr
+        self._stiffness, self._mass = both.data.real.copy(), both.data.imag.copy()
+        self._diagonals = np.abs(both.diagonal().real), np.abs(both.diagonal().imag)
+        self._factor: Factor | None = None
+        self.negative, self.weak, self.megabytes = 0, 0, 0.0
+
+    def at(self, shift: float) -> Pencil:
+        """Itself with the factor of K − σM; `Singular` where there is none."""
+        own, mass = self._diagonals
+        entries = self._stiffness - shift * self._mass
+        shifted = sparse.csc_array((entries, *self._places), shape=(own.size, own.size))
+        self._factor = Factor(shifted, self.report, own + abs(shift) * mass, self._factor)
+        self.megabytes = self._factor.megabytes
+        self.negative, odd = divmod(self._factor.negative, 2) if self.complex else (self._factor.negative, 0)
+        self.weak = self._factor.weak + odd  # rounding alone gives one of two equal eigenvalues another sign
+        return self
 
     def solve(self, loads: NDArray[Any]) -> NDArray[Any]:
-        """A⁻¹ loads, for loads (n,) or (n, loads)."""
+        """(K − σM)⁻¹ loads, for loads (n,) or (n, loads)."""
+        assert self._factor is not None
         if not self.complex:
             return self._factor.solve(loads)
         both = self._factor.solve(np.concatenate([loads.real, loads.imag]))
-        return np.asarray(both[: self.size] + 1j * both[self.size :])
+        size = self.K.shape[0]
+        return np.asarray(both[:size] + 1j * both[size:])
+
+
+def _real(matrix: Any, double: bool) -> Sparse:
+    """A Hermitian S + iW as the real symmetric [[S, −W], [W, S]]; unless it is to be double, a real one as it is."""
+    if not double:
+        return sparse.csc_array(matrix)
+    return sparse.csc_array(sparse.block_array(((matrix.real, -matrix.imag), (matrix.imag, matrix.real))))

@@ -86,22 +86,34 @@ class Pardiso:
 
     def __init__(self, matrix: Sparse, report: Report = lambda text: None) -> None:
         package = import_module(f"{PACKAGE}.pardiso_wrapper")
-        self._upper = sparse.csr_array(sparse.triu(matrix))
-        self._upper.sort_indices()
+        self._refusal = package.PyPardisoError
+        self._upper = _upper(matrix)
         self._solver = package.PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
         for number, value in SETTINGS.items():
             self._solver.set_iparm(number, value)
         weakref.finalize(self, self._solver.free_memory, everything=True).atexit = False
-        nothing = np.zeros((matrix.shape[0], 1))
+        self._prepare(ANALYSIS)
+        self._within_memory(report)
+        self._factorise()
+
+    def again(self, matrix: Sparse) -> Pardiso:
+        """Itself with the factor of another matrix with entries at the same places, in the same order and memory."""
+        self._upper = _upper(matrix)
+        self._factorise()
+        return self
+
+    def _factorise(self) -> None:
+        self._prepare(FACTORISATION)
+        self.negative, self.weak = (int(self._solver.get_iparm(number)) for number in (NEGATIVE, RAISED))
+
+    def _prepare(self, phase: int) -> None:
+        """A phase that takes no loads."""
         try:
-            self._call(ANALYSIS, nothing)
-            self._within_memory(report)
-            self._call(FACTORISATION, nothing)
-        except package.PyPardisoError as error:
+            self._call(phase, np.zeros((self._upper.shape[0], 1)))
+        except self._refusal as error:
             if error.value == OUT_OF_MEMORY:
                 raise MemoryError(str(error)) from None
             raise ArithmeticError(str(error)) from None
-        self.negative, self.weak = (int(self._solver.get_iparm(number)) for number in (NEGATIVE, RAISED))
 
     @property
     def mebibytes(self) -> float:
@@ -124,3 +136,10 @@ class Pardiso:
         """One phase. The package's own `solve` compares the whole matrix with a copy of it each time."""
         self._solver.set_phase(phase)
         return np.asarray(self._solver._call_pardiso(self._upper, loads))
+
+
+def _upper(matrix: Sparse) -> sparse.csr_array:
+    """The upper triangle by rows, as the library takes it."""
+    upper = sparse.csr_array(sparse.triu(matrix))
+    upper.sort_indices()
+    return upper

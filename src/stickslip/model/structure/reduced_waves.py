@@ -7,26 +7,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, sparse
+from scipy import sparse
 
-from stickslip.model.structure.block_lanczos import eigenpairs_above
-from stickslip.model.structure.craig_bampton import DENSE_SIZE
+from stickslip.model.structure.complete_modes import ModeCount, held_modes
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian, refuse_on_faces
-from stickslip.model.structure.factor import HermitianFactor, Singular
+from stickslip.model.structure.factor import Pencil, Singular
 from stickslip.support.checks import Array, Index, InputError, fault
 
 Progress = Callable[[float, str], None]
 
 
 class ReducedWave(NamedTuple):
-    """One nodal diameter on its kept and modal coordinates: M, K (m, m), motion of the whole sector from them (n, m), and ω² of
-    the fixed-interface modes [1/s²], (modes,).
+    """One nodal diameter on its kept and modal coordinates: M, K (m, m), motion of the whole sector from them (n, m), ω² of the
+    fixed-interface modes [1/s²], (modes,), and how many of those there are up to the last these are, with its equals.
     """
 
     M: NDArray[Any]
     K: NDArray[Any]
     transformation: NDArray[Any]
     squares: Array
+    counted: ModeCount
 
 
 def reduced_waves(
@@ -54,37 +54,29 @@ def _reduced_wave(sector: Sector, kept: Index, modes: int, nodal_diameter: int) 
     independent = np.setdiff1d(np.arange(sector.solid.size), sector.dependent)
     boundary = np.searchsorted(independent, kept)
     interior = np.setdiff1d(np.arange(independent.size), boundary)
-    own, mass = K[interior][:, interior], M[interior][:, interior]
+    body = Pencil(K[interior][:, interior], M[interior][:, interior])
     try:
-        factor = HermitianFactor(own)
+        held = not (body.at(0.0).negative or body.weak)
     except Singular:
-        factor = None
-    if factor is None or factor.negative or factor.weak:
+        held = False
+    if not held:
         raise InputError(
             f"The sector must be held by its supports and the kept nodes, but at nodal diameter {nodal_diameter} some motion "
             "stays free or has negative stiffness. Check the supports, and that K is not prestressed beyond buckling."
         )
     basis = np.zeros((independent.size, kept.size + modes), dtype=K.dtype)
     basis[boundary, np.arange(kept.size)] = 1.0
-    basis[interior, : kept.size] = -factor.solve(K[interior][:, boundary].toarray())
-    squares, basis[interior, kept.size :] = _lowest(own, mass, factor, modes)
+    basis[interior, : kept.size] = -body.solve(K[interior][:, boundary].toarray())
+    found = held_modes(body, modes)
+    if found.squares.size < modes:
+        raise fault("modes", f"must be at most {found.squares.size}, the modes that the sector has with mass", modes)
+    basis[interior, kept.size :] = found.shapes[:, :modes]
     mass_of_basis, stiffness = (hermitian(basis.conj().T @ (A @ basis)) for A in (M, K))
-    return ReducedWave(mass_of_basis, stiffness, T @ basis, squares)
-
-
-def _lowest(K: sparse.csc_array, M: sparse.csc_array, factor: HermitianFactor, number: int) -> tuple[Array, NDArray[Any]]:
-    """The lowest ω² [1/s²], ascending, and mass-normalised shapes whose largest entries are real and positive."""
-    size = K.shape[0]
-    if size <= DENSE_SIZE or 2 * number > size:
-        squares, shapes = linalg.eigh(K.toarray(), M.toarray(), subset_by_index=[0, number - 1])
-    else:
-        squares, shapes = eigenpairs_above(factor.solve, M, number, dtype=K.dtype)
-    largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(number)]
-    return squares, shapes * (np.abs(largest) / largest)
+    return ReducedWave(mass_of_basis, stiffness, T @ basis, found.squares[:modes], found.count)
 
 
 def lowest_frequencies(sector: Sector, nodal_diameter: int, number: int) -> Array:
     """The lowest natural frequencies of a nodal diameter of a sector that its supports hold, Hz, without reduction."""
     M, K = sector.matrices(nodal_diameter)
-    squares, _ = _lowest(K, M, HermitianFactor(K), number)
+    squares = held_modes(Pencil(K, M).at(0.0), number).squares[:number]
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))

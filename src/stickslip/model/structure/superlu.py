@@ -36,6 +36,14 @@ class SuperLU:
         large = matrix.shape[0] >= LARGE
         report(f"factorising the stiffness of {matrix.shape[0]} rows by {self.name}{advice() if large else ''}")
         self._order = nested_dissection(matrix) if large else None
+        self._factorise(matrix)
+
+    def again(self, matrix: Sparse) -> SuperLU:
+        """Itself with the factor of another matrix with entries at the same places, in the same order."""
+        self._factorise(matrix)
+        return self
+
+    def _factorise(self, matrix: Sparse) -> None:
         try:
             if self._order is None:
                 self._lu = _factor(matrix)
@@ -43,6 +51,8 @@ class SuperLU:
                 self._lu = _factor(sparse.csc_array(matrix[self._order][:, self._order]), "NATURAL")
         except RuntimeError as error:
             raise ArithmeticError(str(error)) from None
+        if not np.array_equal(self._lu.perm_r, self._lu.perm_c):
+            raise ArithmeticError("a pivot of zero on the diagonal")  # signs of pivots off it would say nothing
         pivots = self._lu.U.diagonal()
         self.negative = int(np.sum(pivots < 0.0))
         self.weak = int(np.sum(np.abs(pivots) <= SMALLEST_PIVOT))
