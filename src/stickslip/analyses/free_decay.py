@@ -14,7 +14,6 @@ from stickslip.analyses.arguments import OfProblem
 from stickslip.analyses.contact_rows import ContactRows
 from stickslip.analyses.controlled_response import PhaseResonance
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
-from stickslip.analyses.modes.slow_decay import decay_damping
 from stickslip.analyses.settings import Setting, Settings, Whole, takes
 from stickslip.analyses.time_response import time_response
 from stickslip.model.contact.point import DIRECTION_NAMES
@@ -66,8 +65,8 @@ class FreeDecay(Result):
     A_k = (a_{k−1} + a_k)/2, exact for viscous damping and for rigid friction; NaN for the first and the last half cycle, which
     have only one neighbour.
     Of nonlinear modes beside it (`with_modes`): mode_amplitude [m] (mode, mode_point, output), mode_frequency [Hz] and
-    mode_damping_ratio (mode, mode_point), that of a slow decay along the mode, `decay_damping`. Of a phase resonance test
-    (`with_phase_resonance`): resonance_amplitude [m] and resonance_frequency [Hz].
+    mode_damping_ratio (mode, mode_point), that of a free decay along the mode, and mode_message (mode,). Of a phase resonance
+    test (`with_phase_resonance`): resonance_amplitude [m] and resonance_frequency [Hz].
     """
 
     dataset: xr.Dataset
@@ -215,19 +214,20 @@ def free_decay(work: FreeDecayWork) -> FreeDecay:
     return work.gathered(all_cases(work))
 
 
-def beside_modes(dataset: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
-    """The dataset of a decay with the curves of nonlinear modes (case, point), their damping as a decay shows it."""
-    axes, first = ("mode", "mode_point"), modes.isel(output=0)
-    along = [first[key].values for key in ("frequency", "damping_ratio", "energy", "amplitude")]
-    damping, words = np.array([decay_damping(*one) for one in zip(*along, strict=True)]), "damping ratio of a slow decay along it"
+def beside_modes(dataset: xr.Dataset, modes: xr.Dataset, amplitude: str = "swing") -> xr.Dataset:
+    """The dataset of a decay with the curves of nonlinear modes (case, point), their damping as a decay shows it; amplitude: the
+    variable of the modes that is measured as a decay's."""
+    axes = ("mode", "mode_point")
 
     def named(dims: tuple[str, ...], values: Array, words: str, units: str) -> tuple[Any, ...]:
         return dims, values, {"units": units, "long_name": words}
 
+    damping = modes["decay_damping_ratio"].values[..., 0]
     found = {
-        "mode_amplitude": named((*axes, "output"), modes["amplitude"].values, "amplitude of the nonlinear mode", "m"),
+        "mode_amplitude": named((*axes, "output"), modes[amplitude].values, "amplitude of the nonlinear mode", "m"),
         "mode_frequency": named(axes, modes["frequency"].values, "frequency of the nonlinear mode", "Hz"),
-        "mode_damping_ratio": named(axes, damping, words, "1"),
+        "mode_damping_ratio": named(axes, damping, "damping ratio of a free decay along it", "1"),
+        "mode_message": named(("mode",), modes["decay_message"].values, "where a decay is not one of the mode", "1"),
     }
     numbers = named(("mode",), modes["mode_number"].values, "number of the stuck mode", "1")
     return dataset.assign(found).assign_coords(mode=numbers)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.contact_rows import ContactRows
+from stickslip.analyses.modes.slow_decay import SlowDecay, slow_decay
 from stickslip.analyses.performance.work import stacked
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
@@ -32,6 +33,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "mode_number": (("case",), "1", "number of the followed mode of the stuck structure"),
     "case_outcome": (("case",), "1", "outcome of the curve"),
     "case_message": (("case",), "1", "how the curve ended and what it met"),
+    "decay_message": (("case",), "1", "where a free decay is not one of this mode, and why"),
     "stuck_frequency": (("case",), "Hz", "natural frequency of the stuck mode"),
     "stuck_damping": (("case",), "1", "damping ratio of the stuck mode"),
     "modal_amplitude": (_POINT, "m kg^0.5", "coordinate of the followed stuck mode at the first harmonic, per unit modal mass"),
@@ -49,6 +51,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "active_rows": (_POINT, "1", "unknowns of Newton's method"),
     "amplitude": (_OUTPUT, "m", "amplitude of the first harmonic"),
     "max_abs": (_OUTPUT, "m", "largest absolute value over the period"),
+    "swing": (_OUTPUT, "m", "half the distance between the turning points"),
+    "decay_damping_ratio": (_OUTPUT, "1", "damping ratio of a free decay along the mode; NaN where it has none"),
     "response": ((*_OUTPUT, "harmonic", "part"), "m", "harmonics of the outputs"),
     "dissipated": (("case", "point", "contact"), "J", "energy dissipated per cycle"),
     "share_stick": (_ROW, "1", "share of the period in stick"),
@@ -70,14 +74,16 @@ INTERNAL = 0.05
 def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
     """The variables of one curve by name, without the axis `case`."""
     rows, met = ContactRows(balance.problem), dict[tuple[int, int], float]()
-    places = []
-    for point in curve.points:
+    decay, places, shared = slow_decay(balance, curve.points), [], np.zeros(len(curve.points), dtype=bool)
+    for number, point in enumerate(curve.points):
         values, strongest = point_values(balance, rows, point.evaluation)
+        values |= {"swing": decay.swing[number], "decay_damping_ratio": decay.damping_ratio[number]}
         values |= {"iterations": point.iterations, "active_rows": point.active}
         values |= dict(zip(("amplitude_slope", "frequency_slope", "damping_slope"), pace(point), strict=True))
         values["shape_slope"] = _parts(first_harmonic_pace(balance, point))
         places.append(values)
         if strongest is not None:
+            shared[number] = True
             met.setdefault(strongest, balance.amplitude_of(point.point))
     sizes = {"output": len(balance.problem.outputs), "harmonic": balance.highest + 1, "part": 2}
     sizes |= {"contact": len(balance.problem.contacts), "direction": 3, "dof": balance.problem.structure.size}
@@ -90,6 +96,7 @@ def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any
         "mode_number": np.array(float(balance.followed + 1)),
         "case_outcome": np.array(float(curve.outcome)),
         "case_message": np.array(" ".join([curve.message, *(_met(*pair, where) for pair, where in met.items())])),
+        "decay_message": np.array(decay_message(balance.problem.output_names[0], decay, shared)),
         "stuck_frequency": np.array(balance.linear_omega / (2.0 * np.pi)),
         "stuck_damping": np.array(balance.linear_damping),
     }
@@ -100,6 +107,27 @@ def _met(harmonic: int, mode: int, amplitude: float) -> str:
         f"Internal resonance: from the modal amplitude {amplitude:.3g} m kg^0.5 on, harmonic {harmonic} excites mode {mode} of "
         f"the stuck structure with at least {100.0 * INTERNAL:g} % of the energy."
     )
+
+
+def decay_message(output: str, decay: SlowDecay, shared: NDArray[np.bool_]) -> str:
+    """Where along the swing of the first output a decay has no damping ratio, or is not that of one mode; shared (points,): where
+    harmonics excite another mode."""
+    known = np.isfinite(decay.damping_ratio[:, 0]) if decay.swing.size else np.zeros(0, dtype=bool)
+    sentences = []
+    lagging = (
+        "the static forces of the contacts change with the amplitude faster than a decay follows, whose damping is uncertain"
+    )
+    beyond = "a decay has no damping ratio: it leaves the computed amplitudes, or a larger motion stores no more energy"
+    for where, sentence in (
+        (decay.sticks, "friction stops a decay within two half cycles, so that it has no damping ratio"),
+        (decay.lags, lagging),
+        (shared, "another mode takes part, so that a decay is not that of one mode"),
+        (~known & ~decay.sticks, beyond),
+    ):
+        if where.any():
+            size = decay.swing[where, 0]
+            sentences.append(f"Where {output} moves {size.min():.3g} m to {size.max():.3g} m, {sentence}.")
+    return " ".join(sentences)
 
 
 def point_values(

@@ -143,13 +143,17 @@ class ModeBalance(HarmonicBalance):
             coordinates_called(structure, evaluation.state.gains, forces, self.omega_of(point), float(np.exp(point.level)))
         )
 
-    def first_harmonic_slope(self, evaluation: Evaluation, forces: Array, rate: float) -> NDArray[np.complex128]:
-        """Derivative of Q₁ of every degree of freedom along the curve, (n,), for those of the forces of `Point` and of ln a."""
+    def coordinates_slope(self, evaluation: Evaluation, forces: Array, rate: float) -> NDArray[np.complex128]:
+        """Derivative of the `modal_coordinates` along the curve (m, H+1), for those of the forces of `Point` and of ln a."""
         point, structure = evaluation.point, self.mode_system.structure
         amounts = np.array([point.omega * forces[-1, 1], forces[-1, 2], rate])
         state, own = self.modal_coordinates(evaluation), np.ascontiguousarray(forces[:-1])
         place = self.omega_of(point), self.damping_of(point), float(np.exp(point.level))
-        slope = coordinates_slope(structure, evaluation.state.gains, state, own, amounts, *place)
+        return np.asarray(coordinates_slope(structure, evaluation.state.gains, state, own, amounts, *place))
+
+    def first_harmonic_slope(self, evaluation: Evaluation, forces: Array, rate: float) -> NDArray[np.complex128]:
+        """Derivative of Q₁ of every degree of freedom along the curve, (n,)."""
+        slope = self.coordinates_slope(evaluation, forces, rate)
         return np.asarray(self.structures.whole[self.structures.key[1]] @ slope[:, 1])
 
     def whole_motion(self, evaluation: Evaluation) -> Array:

@@ -109,10 +109,16 @@ def pace(point: CurvePoint) -> Array:
     return _slopes(point)[:3]
 
 
+def arc_tangent(point: CurvePoint) -> tuple[Array, Array, float]:
+    """Derivatives of the forces of `Point`, of the motion and of ln a by the arc length."""
+    length = np.linalg.norm(_rates(point))
+    return point.tangent.forces / length, point.tangent.motion / length, float(point.tangent.parameter / length)
+
+
 def first_harmonic_pace(balance: ModeBalance, point: CurvePoint) -> NDArray[np.complex128]:
     """Derivative of Q₁ of every degree of freedom by the arc length, complex (n,), m."""
-    slope = balance.first_harmonic_slope(point.evaluation, point.tangent.forces, point.tangent.parameter)
-    return np.asarray(slope / np.linalg.norm(_rates(point)))
+    forces, _, rate = arc_tangent(point)
+    return balance.first_harmonic_slope(point.evaluation, forces, rate)
 
 
 def directed(balance: ModeBalance, before: CurvePoint, point: CurvePoint) -> CurvePoint:

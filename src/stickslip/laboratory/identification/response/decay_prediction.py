@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from stickslip.analyses.modes.slow_decay import decay_damping
+from stickslip.analyses.modes.slow_decay import slow_decay
 from stickslip.analyses.modes.work import Modes
 from stickslip.analyses.settings import Setting, Whole, takes
 from stickslip.laboratory.identification.response.decay_prediction_result import DecayPrediction
@@ -24,7 +24,6 @@ from stickslip.laboratory.identification.response.prediction_result import FINER
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.mode_energy import mode_energy
 from stickslip.solve.balance.orders import highest, of_attribute
 from stickslip.solve.curves.mode_curve import solve_mode
 from stickslip.support.checks import Array, InputError, fault, positive, vector
@@ -114,25 +113,23 @@ class DecayPredictionWork(DrawnProblems):
         """Frequency and damping ratio of a draw over the amplitude; of the identified parameters their errors too.
 
         The error of harmonics and samples is estimated as for a predicted response: the change of ln f and ln ζ with `FINER`
-        times the harmonics and twice the samples, times 1/(1 − 1/FINER). That of a decay's damping is half of what
-        `decay_damping` adds to that of the mode.
+        times the harmonics and twice the samples, times 1/(1 − 1/FINER).
         """
         started = time.process_time()
         harmonics, samples = of_attribute(self.data.attrs["harmonics"]), int(self.data.attrs["samples"])
         with one_blas_thread():
             along = self._along(case, harmonics, samples, report)
-            arrays: dict[str, Any] = {"found": along[:2]}
+            arrays: dict[str, Any] = {"found": along}
             if case == 0:
                 many = FINER * highest(harmonics)
                 finer = self._along(case, many, max(2 * samples, 4 * many + 2), lambda share: None)
                 with np.errstate(invalid="ignore", divide="ignore"):
-                    arrays["errors"] = np.abs(np.log(finer[:2] / along[:2])) / (1.0 - 1.0 / FINER)
-                    arrays["decay_error"] = 0.5 * np.abs(np.log(along[1] / along[2]))
+                    arrays["errors"] = np.abs(np.log(finer / along)) / (1.0 - 1.0 / FINER)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
     def _along(self, number: int, harmonics: Any, samples: int, report: Report) -> Array:
-        """Frequency, damping ratio of the decay and of the mode of a draw (3, amplitudes) as its measuring chain shows the
-        amplitudes; NaN beyond the curve."""
+        """Frequency and damping ratio of the decay of a draw (2, amplitudes) as its measuring chain shows the amplitudes;
+        NaN where there is none."""
         draw = self.drawn[number]
         problem, gain = self.problem(draw), float(np.exp(draw.gain))
         low, high = self.amplitude
@@ -146,13 +143,11 @@ class DecayPredictionWork(DrawnProblems):
             balance = balance if space is None else space.balance(balance, variables)  # type: ignore[assignment]
         curve = solve_mode(balance, *levels, report)
         if len(curve.points) < 2:
-            return np.full((3, self.grid.size), np.nan)
+            return np.full((2, self.grid.size), np.nan)
         row, solved = balance.rows + self.output, [point.evaluation for point in curve.points]
         size = np.array([float(np.hypot(*one.w[row, 1:3])) for one in solved])
         frequency = np.array([balance.omega_of(one.point) / (2.0 * np.pi) for one in solved])
-        damping = np.array([balance.damping_of(one.point) for one in solved])
-        energy = np.array([mode_energy(balance, one).mechanical for one in solved])
-        rows = frequency, decay_damping(frequency, damping, energy, size), damping
+        rows = frequency, slow_decay(balance, curve.points).damping_ratio[:, self.output]
         order, at = np.argsort(size, kind="stable"), np.log(self.grid / gain)
         return np.array([np.interp(at, np.log(size[order]), values[order], np.nan, np.nan) for values in rows])
 
@@ -169,7 +164,7 @@ def predict_decay(work: DecayPredictionWork) -> DecayPrediction:
     amplitude: (low, high) of the displacement at the measured output, m. mode: number of the stuck mode that decays, 1 the
     lowest; or frequency [Hz], near which it lies; unless given the mode nearest to the largest response in `band` of the test
     with the smallest motion. Frequency and damping are those that a slow decay along the nonlinear mode of each draw shows: the
-    frequency of the mode, and the damping ratio by `decay_damping`, whose error is part of the intervals. draws, seed, settings
+    frequency of the mode, and the damping ratio by `analyses/modes/slow_decay.py`. draws, seed, settings
     and start_states are those of `predict_response`, and so is what else the intervals include: parameters, scatter from test to
     test, of the gain too, start states of the contacts, errors of harmonics and samples.
     """
@@ -184,8 +179,8 @@ def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset
     import xarray as xr
 
     drawn = np.array([np.asarray(one["found"]) for one in results[1:]])  # (draws, 2, amplitudes)
-    errors, of_decay = np.asarray(results[0]["errors"]), np.asarray(results[0]["decay_error"])
-    whole = np.nan_to_num(errors) + np.array([np.zeros(of_decay.size), np.nan_to_num(of_decay)])
+    errors = np.asarray(results[0]["errors"])
+    whole = np.nan_to_num(errors)
     shifted = [_with_errors(draw, values, whole) for draw, values in zip(work.drawn[1:], drawn, strict=True)]
 
     def named(dims: Any, values: Any, words: str, unit: str) -> tuple[Any, ...]:
@@ -204,8 +199,6 @@ def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset
         data[f"{name}_drawn"] = named(("draw", "amplitude"), values, f"{words} of each draw", unit)
         what = f"estimated error of the {words} due to harmonics and samples, relative"
         data[f"{name}_error"] = named("amplitude", errors[k], what, "1")
-    words = "estimated error of the damping ratio that the mode leaves of a decay, relative"
-    data["decay_error"] = named("amplitude", of_decay, words, "1")
     least, most = work.measured
     inside = (work.grid >= least * (1.0 - 1e-6)) & (work.grid <= most * (1.0 + 1e-6))
     data["interpolated"] = named("amplitude", inside.astype(float), "1 within the measured amplitudes, 0 beyond them", "1")
