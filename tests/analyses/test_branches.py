@@ -267,7 +267,13 @@ def test_a_period_doubling_is_found_where_a_contact_opens_ever_later(samples):
 
 def test_a_curve_says_where_its_jacobian_jumps_between_samples(monkeypatch):
     """Friction that changes between stick and slip at samples; at which of them rounding decides, so the places are given."""
-    response = ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), harmonics=3, samples=64)
+    alone = ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 0.6), harmonics=3, samples=64)
+    with pytest.raises(ss.InputError, match="no branch point: friction under constant loads"):
+        alone.branch()
+    structure = ss.Structure(np.eye(2), np.diag([1.0, 4.0]), ("1.x", "1.y"), C=0.1 * np.eye(2))
+    pressed = ss.Contact("c", ss.Macroslip(1.0, 0.5, 1.0, 1.0), ({"1.x": 1.0},), {"1.y": 1.0})
+    problem = ss.Problem(structure, (pressed,), (ss.Force("1.x", 1.0),), ("1.x",))
+    response = ss.forced_response(problem, ss.radians_per_second(0.5, 2.0), harmonics=3, samples=64)
     with pytest.raises(ss.InputError, match="regular all along it"):
         response.branch()
     monkeypatch.setattr(further_curves, "determinant_jumps", lambda balance, points: [1.0, 1.5])

@@ -52,6 +52,7 @@ from stickslip.analyses.truncation import (
 )
 from stickslip.analyses.work_parts import OneBalance
 from stickslip.model.problem import Problem
+from stickslip.model.problem.contraction import contracts
 from stickslip.model.problem.many_periods import over_periods
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.model.problem.warnings import negative_damping
@@ -308,7 +309,8 @@ class ForcedResponse(Result):
         level has several where the force that a mode needs falls with its amplitude; and the curves of the next force levels,
         followed in the level. Of a response over several `periods` they are motions of modes at a fraction of the excitation's
         frequency, in several phases, and the curves are subharmonic. The attribute `isolated_starts` says how many were
-        tried: no start that leads to a new curve is no proof that there is none.
+        tried: no start that leads to a new curve is no proof that there is none. Where friction and damping leave one motion
+        (attribute `one_motion`), none is sought.
         """
         for each in modes:
             if "mode_number" not in getattr(each, "dataset", ()):
@@ -316,6 +318,7 @@ class ForcedResponse(Result):
             if each.problem.fingerprint != self.problem.fingerprint:
                 raise fault("The problem of the modes", "must be that of the response", "another")
         cases = [case for case, kind in enumerate(kinds_in(self.dataset)) if kind == CurveKind.SWEEP]
+        cases = [] if contracts(self.problem) else cases
         found: list[Curve] = []
         tried = 0
         with one_blas_thread():
@@ -594,7 +597,7 @@ class ForcedResponseWork(OneBalance):
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
-            "" if self.settings.listed else other_motion_warning(self.balance, curve, self.measure.over(self.periods)),
+            self._other_motion(curve),
             truncation_warning(self.harmonics, names, by_harmonics),
             work_warning(self.harmonics, names, of_work),
             by_finer,
@@ -608,6 +611,12 @@ class ForcedResponseWork(OneBalance):
         errors = {"truncation_error": by_harmonics, "sampling_error": by_samples, "work_error": of_work}
         return arrays | errors | finer | stability.flags(len(names)) | {"case_message": message}
 
+    def _other_motion(self, curve: Curve) -> str:
+        """What to say of another motion in the band; nothing at listed frequencies, and where there is one motion only."""
+        if self.settings.listed or contracts(self.problem):
+            return ""
+        return other_motion_warning(self.balance, curve, self.measure.over(self.periods))
+
     def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
         """The response of the curves of all force levels; kinds: of the curves, all of sweeps unless given."""
         attrs: dict[str, Any] = {
@@ -616,7 +625,7 @@ class ForcedResponseWork(OneBalance):
             "harmonics": attribute(self.harmonics),
             "samples": self.samples,
         }
-        attrs["harmonics_chosen"] = self.choice
+        attrs |= {"harmonics_chosen": self.choice, "one_motion": int(contracts(self.problem))}
         attrs |= {"listed_frequencies": int(self.settings.listed), "peak_tolerance": self.settings.peak_tolerance}
         attrs["cpu_seconds"] = sum(float(curve.get("cpu_seconds", 0.0)) for curve in curves)
         low, high = min(self.settings.frequencies), max(self.settings.frequencies)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.problem import Problem
+from stickslip.model.problem.contraction import contracts
 from stickslip.results.view import measure_in, periods_of
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.fourier import complex_harmonics
@@ -84,6 +85,8 @@ class SolvedCurve:
         """Where other curves cross, in the order of travel; of motions over more periods those that need them."""
         # A curve may go through a branch point again.
         different: list[BranchPoint] = []
+        if contracts(self.balance.problem):
+            return different
         for point in branch_points(self.balance, self.points):
             here = point.evaluation
             if not any(
@@ -201,6 +204,8 @@ def _no_branch_point(curve: SolvedCurve) -> str:
     """What is said of a curve without branch points."""
     longer, balance = curve.longer, curve.balance
     of = f" to motions that repeat after {longer} of its periods" if longer > 1 else ""
+    if contracts(balance.problem):
+        return f"The curve has no branch point{of}: friction under constant loads and damping leave one motion at each frequency."
     jumps = determinant_jumps(balance, curve.points)
     if not jumps:
         about = f"The curve has no branch point{of}: its Jacobian{' over them' if of else ''} is regular all along it."

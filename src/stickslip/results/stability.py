@@ -17,6 +17,8 @@ UNSTABLE = 2
 
 NOT_JUDGED = "The stability of the highest peaks was not judged; [stability] or `with_stability()` judges all points."
 
+ONE_MOTION = "Friction under constant loads and damping leave one periodic motion at each frequency, and it is stable."
+
 LISTED = 6
 """Changes of stability of a curve that are listed."""
 
@@ -50,6 +52,13 @@ def peak_unjudged(dataset: xr.Dataset, case: int, output: int) -> str:
 def none_is_judged(dataset: xr.Dataset) -> bool:
     """Whether the stability of no highest peak was asked for, as where that takes too long; one sentence then says it for all."""
     return not has_stability(dataset) and "highest_stability" in dataset and not dataset["highest_stability"].values.any()
+
+
+def about_all(dataset: xr.Dataset) -> str:
+    """The sentence on the stability of all highest peaks: that there is one motion only, or that none was judged."""
+    if dataset.attrs.get("one_motion"):
+        return ONE_MOTION
+    return NOT_JUDGED if none_is_judged(dataset) else ""
 
 
 def words(variable: xr.DataArray, flags: np.ndarray) -> list[str]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.results.curve_kind import CurveKind, kinds_in
-from stickslip.results.stability import NOT_JUDGED, none_is_judged, peak_is_unstable, peak_unjudged
+from stickslip.results.stability import about_all, none_is_judged, peak_is_unstable, peak_unjudged
 from stickslip.results.view import (
     Peak,
     converged_points,
@@ -43,8 +43,8 @@ SAME = 5e-4
 
 def headline(dataset: xr.Dataset, output: int = 0) -> str:
     """What the sweeps show over all force levels, and the highest of the other curves."""
-    unjudged = NOT_JUDGED if none_is_judged(dataset) and _peaks(dataset, output) else ""
-    sentences = _of_sweeps(dataset, output), further_curves_sentence(dataset, output), unjudged
+    stability = about_all(dataset) if _peaks(dataset, output) else ""
+    sentences = _of_sweeps(dataset, output), further_curves_sentence(dataset, output), stability
     return unbroken(" ".join(filter(None, sentences)))
 
 

@@ -16,7 +16,7 @@ from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results.stability import (
-    NOT_JUDGED,
+    about_all,
     has_stability,
     none_is_judged,
     peak_is_unstable,
@@ -59,7 +59,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     for cases in (levels[place] for place in shown):
         lines += cloud_lines(dataset, cases) if len(cases) > 1 else [level_line(dataset, cases[0])]
     lines += [f"  {len(shown)} of {len(levels)} force levels; the report shows all"] if len(shown) < len(levels) else []
-    lines += [f"  {NOT_JUDGED}"] if none_is_judged(dataset) else []
+    lines += [f"  {sentence}"] if (sentence := about_all(dataset)) else []
     lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
     lines += isolated_sentences(dataset)
