@@ -1,9 +1,14 @@
 """Samples too few for a law whose force follows the velocity are named, with a number that is enough."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from stability.test_multipliers import lifting
 
 import stickslip as ss
+from stickslip.analyses.sampling import fold_warning
+from stickslip.solve.balance.balance import HarmonicBalance
 
 
 def response(v0: float, samples: int) -> ss.ForcedResponse:
@@ -31,3 +36,17 @@ def test_the_share_of_a_period_is_that_of_a_harmonic_motion():
     tau = np.linspace(0.0, np.pi, 2_000_001)
     share = np.mean(np.abs(velocity * np.cos(tau)) < law.v0) / 2.0
     assert law.passage(velocity) == pytest.approx(share, rel=1e-2)
+
+
+@pytest.mark.parametrize(("problem", "omegas", "said"), [
+    (ss.rigs.single_mass(), (1.0, 1.1, 1.05, 1.2), True),
+    (ss.rigs.single_mass(), (1.0, 1.1, 1.2), False),
+    (lifting(), (1.0, 1.1, 1.05, 1.2), False),
+])  # fmt: skip
+def test_a_curve_that_turns_back_where_there_is_one_motion_has_too_few_samples(problem, omegas, said):
+    """Which curves of few samples turn back is decided by rounding, so the points are given."""
+    points = [SimpleNamespace(point=SimpleNamespace(omega=omega)) for omega in omegas]
+    found = fold_warning(HarmonicBalance(problem, 1, 16), SimpleNamespace(points=points))
+    assert (found == "") != said
+    assert not said or "turns back in frequency near 0.17507 Hz" in found
+    assert not said or "Take 32." in found

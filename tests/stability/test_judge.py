@@ -16,7 +16,7 @@ from stability.test_multipliers import lifting
 import stickslip as ss
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.solve.stability.judge import Judge, _of_orbit
-from stickslip.solve.stability.multipliers import Stability
+from stickslip.solve.stability.multipliers import TIMES_ERROR, PeriodMap, Stability
 from stickslip.solve.stability.orbit import Orbit
 
 
@@ -121,6 +121,30 @@ def test_few_harmonics_of_a_mass_that_lands_are_undecided_and_say_how_far_the_mo
     assert verdict.distance > 0.1
     assert f"differs by {100.0 * verdict.distance:.2g} %" in str(found.dataset["case_message"].values[0])
     assert "differs by" in str(found.with_stability().dataset["stability_reason"].values[0, 0])
+
+
+@pytest.mark.parametrize(("highest", "most", "follows"), [(np.inf, 2048, True), (np.inf, 64, False), (24.0, 2048, False)])
+def test_the_map_of_a_disturbance_says_whether_it_follows_a_stiff_slider(highest, most, follows):
+    """kt/k = 1000: 64 steps are 3.1 radians of the stuck mode; without it, at 24 rad/s, nothing is left that slips."""
+    problem = sliding_mass(1e3)
+    points = SolvedPoints(ss.forced_response(problem, [0.5 / np.pi], harmonics=3, samples=512).dataset, problem)
+    found = PeriodMap(points.balance, highest).multipliers(points.evaluation(0, 0), 16, most)
+    assert found.follows_contacts == follows
+    assert not follows or abs(abs(found.leading) - 0.73007) <= TIMES_ERROR * found.error
+
+
+@pytest.mark.parametrize(("preload", "verdict"), [(5.0, "STABLE"), (0.5, "UNKNOWN")])
+def test_a_disc_is_judged_by_the_map_of_a_disturbance_unless_it_lifts_off(preload, verdict):
+    structure = ss.Structure(np.eye(3), np.diag([1.0, 1.4, 2.0]), ("1.x", "1.y", "1.z"), C=0.04 * np.eye(3))
+    sides = (ss.between("1.x", "ground"), ss.between("1.y", "ground"))
+    contact = ss.Contact("c", ss.FrictionDisc(1.0, 0.5, kn=1.0, preload=preload), sides, ss.between("1.z", "ground"))
+    forces = (ss.Force("1.x", 1.0), ss.Force("1.z", 2.0))
+    problem = ss.Problem(structure, (contact,), forces, ("1.x",))
+    points = SolvedPoints(ss.forced_response(problem, [0.2], harmonics=5, samples=256).dataset, problem)
+    evaluation = points.evaluation(0, 0)
+    found = Judge(points.balance, evaluation.point.omega).verdict(evaluation)
+    assert found.stability == Stability[verdict]
+    assert ("lift off" in found.reason) == (verdict == "UNKNOWN")
 
 
 def test_an_unstable_motion_is_left_within_the_periods_that_are_said():

@@ -29,7 +29,7 @@ from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcit
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.response_motion import response_motion
 from stickslip.analyses.response_settings import OR_AUTO, ForcedResponseSettings
-from stickslip.analyses.sampling import broken_warning, samples_warning, sampling_warning, without_ripples
+from stickslip.analyses.sampling import broken_warning, fold_warning, samples_warning, sampling_warning, without_ripples
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.settings import takes
 from stickslip.analyses.solved_points import SolvedPoints
@@ -604,6 +604,7 @@ class ForcedResponseWork(OneBalance):
             held_mean,
             large_motion_warning(self.problem, self.measure, arrays["max_abs"]),
             sampling_warning(self.balance, curve)
+            or ("" if self.settings.listed else fold_warning(self.balance, curve))
             or samples_warning(self.samples, names, by_samples)
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
         )

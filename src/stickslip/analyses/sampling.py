@@ -9,6 +9,7 @@ import numpy as np
 
 from stickslip.analyses.truncation import ALLOWED, sampling_error
 from stickslip.model.contact.point import Contact
+from stickslip.model.problem.contraction import contracts
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.curves.curve import Curve
@@ -47,6 +48,19 @@ def sampling_warning(balance: HarmonicBalance, curve: Curve) -> str:
     return (
         f"The friction of {name} changes its sign within {fewest:.2g} of a sample: heights of peaks may be wrong, and peaks of "
         f"ripples appear. Take {enough} samples, or a law that changes more slowly."
+    )
+
+
+def fold_warning(balance: HarmonicBalance, curve: Curve) -> str:
+    """What to say of a curve that turns back in frequency although there is one motion at each; else empty."""
+    omegas = np.array([point.point.omega for point in curve.points])
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(omegas))) != 0.0) + 1
+    if not turns.size or not contracts(balance.problem):
+        return ""
+    samples = balance.tables.E.shape[0]
+    return (
+        f"The curve turns back in frequency near {balance.hertz(float(omegas[turns[0]])):.6g} Hz, but friction under constant loads "
+        f"has one motion at each frequency: {samples} samples are too few there. Take {2 * samples}."
     )
 
 
