@@ -57,10 +57,10 @@ def fold_warning(balance: HarmonicBalance, curve: Curve) -> str:
     turns = np.flatnonzero(np.diff(np.sign(np.diff(omegas))) != 0.0) + 1
     if not turns.size or not contracts(balance.problem):
         return ""
-    samples = balance.tables.E.shape[0]
+    samples, hertz = balance.tables.E.shape[0], balance.hertz(float(omegas[turns[0]]))
     return (
-        f"The curve turns back in frequency near {balance.hertz(float(omegas[turns[0]])):.6g} Hz, but friction under constant loads "
-        f"has one motion at each frequency: {samples} samples are too few there. Take {2 * samples}."
+        f"The curve turns back in frequency near {hertz:.6g} Hz, but friction under constant loads has one motion at each "
+        f"frequency: {samples} samples are too few there. Take {2 * samples}."
     )
 
 
