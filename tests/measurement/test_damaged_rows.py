@@ -92,3 +92,53 @@ def test_frequencies_twice_or_out_of_order_are_said(tmp_path, frequencies, said)
     assert (len(notes) > 0) == (said is not None)
     assert said is None or any(said in note for note in notes)
     assert np.asarray(test.frequency).tolist() == frequencies
+
+
+ROW = "330.00,0.003729,-9.507"
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ("330.00,0.0037293729,-9.507", "must have 6 decimals, as all others of its column, but is '0.0037293729'"),
+        ("330.001,0.003729,-9.507", "must have 2 decimals"),
+        ("330.00,0.003729,-9.", "must have 3 decimals"),
+        ("330.00,0.00379,-9.507", "must have 6 decimals"),
+        ("330.00,0.003729,-9#.507", "must be a number"),
+        ("330.00,0.003729,-9.-507", "must be a number"),
+    ],
+)
+def test_a_number_with_other_digits_than_its_column(tmp_path, row, said):
+    rows = [f"{330.0 + k:.2f},{0.003729 + 1e-6 * k * k:.6f},{-9.507 - 0.13 * k:.3f}" for k in range(30)]
+    for place in (3, 29):
+        lines = [*rows]
+        lines[place] = row.replace("330", str(330 + place))
+        with pytest.raises(ss.InputError, match=said):
+            ss.read_measured_response(written(tmp_path, ["Frequency [Hz],Receptance [mm/N],Phase [deg]", *lines]), force=1.0)
+
+
+@pytest.mark.parametrize("form", ["{:g}", "{:.4g}", "{:.3e}", "{!r}", "{:.5f}"])
+def test_numbers_of_any_usual_form_are_read(tmp_path, form):
+    """Significant digits, shortest numbers, exponents: whose decimals vary, or all but one of which may agree by chance."""
+    generator = np.random.default_rng(0)
+    for _ in range(40):
+        size = int(generator.integers(10, 60))
+        values = np.c_[
+            np.arange(1, size + 1), 10.0 ** generator.uniform(-1.2, -0.8, size), generator.uniform(-180.0, 180.0, size)
+        ]
+        lines = [",".join(form.format(float(x)) for x in row) for row in values]
+        assert text_table(written(tmp_path, ["f,a,b", *lines])).numbers.shape == values.shape
+
+
+def test_what_is_left_out_or_cut_off_is_said(tmp_path):
+    rows = [f"{330 + k},{0.1 + 0.01 * k:.2f},-9.{k:03d}" for k in range(6)]
+    for lines, said in (
+        ([*rows[:3], "#333,0.13,-9.003", *rows[4:]], "comments between the numbers are left out, line 5"),
+        (rows, None),
+    ):
+        notes = text_table(written(tmp_path, ["f,a,b", *lines])).notes
+        assert [note.partition(": ")[2].rstrip(".") for note in notes] == ([] if said is None else [said])
+    above = text_table(written(tmp_path, [rows[0], "Operator", "f,a,b", *rows[1:]], "b.csv")).notes
+    assert above == ("b.csv: numbers above the titles are left out, line 1.",)
+    (tmp_path / "c.csv").write_text("\n".join(["f,a,b", *rows])[:-1])
+    assert "Is it cut off?" in text_table(tmp_path / "c.csv").notes[0]

@@ -56,6 +56,8 @@ LOADED_LATE = {
     "scipy.stats",
     "importlib",
     "resource",
+    "grp",
+    "pwd",
     "skfem",
     "xarray",
     "pandas",

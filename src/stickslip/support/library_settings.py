@@ -50,7 +50,7 @@ def _unseen(file: str) -> Iterator[None]:
     """Both libraries ask whether the file is there before they read it."""
     with _IMPORTING:
         exists = os.path.exists
-        os.path.exists = lambda path: path != file and exists(path)  # type: ignore[assignment]
+        os.path.exists = lambda path: path != file and exists(path)
         try:
             yield
         finally:

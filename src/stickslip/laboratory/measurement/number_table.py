@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ import numpy as np
 from stickslip.laboratory.measurement.response_units import GRAVITY, LENGTHS, POUND, response_unit
 from stickslip.model.readers.numbers import number_of
 from stickslip.model.readers.process import arrays_of
-from stickslip.support.checks import Array, counted, fault, nearest
+from stickslip.support.checks import Array, counted, fault, first_of, nearest
 
 UNITS: dict[str, tuple[str, float]] = {
     "s": ("s", 1.0),
@@ -51,8 +52,12 @@ STAMP = re.compile(
 """A date, a time of day, or both."""
 LINE_NAME = re.compile(r".*:$|(?:names?|titles?|units?|channels?|signals?|quantity|quantities)\b", re.IGNORECASE)
 """What a line above the numbers is called, before its first column."""
+BEHIND = re.compile(r"(?<=[\s;,])#.*")
+"""A comment behind the numbers of a row."""
 FAULTY_CELL = re.compile(r"#(?:N/A|REF!|VALUE!|DIV/0!|NUM!|NAME\?|NULL!)")
 """What spreadsheets write into a cell without a value, which is no comment."""
+FEWEST_ALIKE = 10
+"""Rows from which a column of as many decimals is no chance."""
 MISREAD = re.compile(r"(?=.*[\d.])[\d.,+\-eEOolISB]+")
 """A number with letters that were taken for digits."""
 HYSTERESIS = "hyst"
@@ -76,7 +81,8 @@ def text_table(path: Path, knows: Callable[[str], bool] = lambda title: False) -
 
     knows: whether a title is understood; of several lines above the numbers, the one with the most of these holds the titles.
     """
-    lines = [(number, line) for number, line in enumerate(_text(path).splitlines(), start=1) if line.strip()]
+    text = _text(path)
+    lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     for place, (_, line) in enumerate(lines[:-1]):
         for separator in SEPARATORS:
             cells = _cells(line, separator)
@@ -88,10 +94,18 @@ def text_table(path: Path, knows: Callable[[str], bool] = lambda title: False) -
                 ]
                 numbers = _numbers(path.name, body, separator, count)
                 titles, units = _head([text for _, text in lines[:place]], separator, count, knows)
-                notes = (
-                    () if titles is not None or place == 0 else (f"{path.name}: {place} lines above the numbers are no titles.",)
-                )
-                return NumberTable(path.name, numbers, titles, units, notes)
+                _refuse_other_digits(path.name, body, separator, count)
+                notes = [f"{path.name}: {place} lines above the numbers are no titles."] if titles is None and place > 0 else []
+                left = [number for number, _ in lines[place:] if number not in {number for number, _ in body}]
+                between = [str(number) for number in left if number < body[-1][0]]
+                if not text.endswith(("\n", "\r")) and len(body) > 1 and _is_shorter(body[-2][1], body[-1][1], separator):
+                    notes.append(f"{path.name}: the last line has no end, and fewer decimals than the line above. Is it cut off?")
+                rows_above = [str(n) for n, text in lines[:place] if _is_whole_row(text, separator, count)]
+                if rows_above:
+                    notes.append(f"{path.name}: numbers above the titles are left out, line {first_of(rows_above, 3)}.")
+                if between:
+                    notes.append(f"{path.name}: comments between the numbers are left out, line {first_of(between, 3)}.")
+                return NumberTable(path.name, numbers, titles, units, tuple(notes))
     shown = f"{counted(len(lines), 'line')} without two such rows in turn" if lines else "empty"
     raise fault(path.name, "must hold two rows of numbers or more, in two columns or more", shown)
 
@@ -106,6 +120,12 @@ def _first_row(above: Sequence[str], separator: str | None, count: int, knows: C
         place -= 1
         first = place if cells == count else first
     return place if place < first and place > 0 and _titles(above[place - 1], separator, count) else first
+
+
+def _is_whole_row(line: str, separator: str | None, count: int) -> bool:
+    """Whether a line holds nothing but as many numbers as a row."""
+    cells = _cells(line, separator)
+    return len(cells) == count and all(_number(cell, separator) is not None and not STAMP.fullmatch(cell) for cell in cells)
 
 
 def _row_cells(line: str, separator: str | None, count: int, knows: Callable[[str], bool]) -> int:
@@ -161,8 +181,9 @@ def _numbers(name: str, lines: Sequence[tuple[int, str]], separator: str | None,
     """(rows, columns) of lines of text, NaN for empty cells; each comes with its number in the file, for messages."""
     texts = [text if separator == "," else text.replace(",", ".") for _, text in lines]
     try:
-        found = np.loadtxt([text.strip().rstrip(separator) for text in texts], delimiter=separator, ndmin=2)
-        if len(found) == len(lines) and found.shape[1] == count and not np.isinf(found).any():
+        plain = [BEHIND.sub("", text).strip().rstrip(separator) for text in texts]
+        found = np.loadtxt(plain, delimiter=separator, ndmin=2, comments=None)
+        if found.shape[1] == count and not np.isinf(found).any():
             return np.asarray(found)
     except ValueError:
         pass
@@ -178,6 +199,47 @@ def _numbers(name: str, lines: Sequence[tuple[int, str]], separator: str | None,
                 raise fault(f"Line {number}, column {column + 1} of {name}", "must be a number", cell)
             found[row, column] = value
     return found
+
+
+def _refuse_other_digits(name: str, lines: Sequence[tuple[int, str]], separator: str | None, count: int) -> None:
+    """Refuse the only number of a column that has more decimals than all others, or fewer: some were inserted, or lost.
+
+    More may stand for as many significant digits. Fewer are lost where zeros at the end are written elsewhere, where the last row
+    has them, or where nothing follows the decimal point.
+    """
+    if len(lines) < FEWEST_ALIKE:
+        return
+    rows = [_split(text, separator) for _, text in lines]
+    rows = [row if len(row) == count else _cells(text, separator) for row, (_, text) in zip(rows, lines, strict=True)]
+    for column in range(count if all(len(row) == count for row in rows) else 0):
+        cells = [row[column] for row in rows]
+        digits = [_digits(cell) for cell in cells]
+        (usual, alike), *_ = Counter(each and each[0] for each in digits).most_common(1)
+        if alike != len(rows) - 1 or usual is None:
+            continue
+        odd = next(k for k, each in enumerate(digits) if not each or each[0] != usual)
+        other, significant = digits[odd], {each[1] for k, each in enumerate(digits) if each and k != odd}
+        if other is None:
+            continue
+        more = other[0] > usual and (len(significant) > 1 or other[1] not in significant)
+        zeros = any(cell.endswith("0") for k, cell in enumerate(cells) if k != odd)
+        if more or (other[0] < usual and (zeros or odd == len(rows) - 1 or cells[odd].endswith((".", ",")))):
+            rule = f"must have {usual} decimals, as all others of its column"
+            raise fault(f"Line {lines[odd][0]}, column {column + 1} of {name}", rule, cells[odd], "Is the file damaged?")
+
+
+def _is_shorter(before: str, last: str, separator: str | None) -> bool:
+    """Whether the last number of a line has fewer decimals than that of the line before."""
+    one, other = (_digits(_cells(line, separator)[-1]) for line in (before, last))
+    return one is not None and (other is None or other[0] < one[0])
+
+
+def _digits(cell: str) -> tuple[int, int] | None:
+    """Decimals and significant digits of a number without an exponent; None of anything else."""
+    match = re.fullmatch(r"[+-]?0*(\d*)(?:[.,](\d*))?", cell)
+    if match is None:
+        return None
+    return len(match[2] or ""), len((match[1] + (match[2] or "")).lstrip("0"))
 
 
 def _head(
@@ -310,6 +372,8 @@ def _matlab_table(name: str, arrays: dict[str, Any]) -> NumberTable:
 
 def number_or_gap(cell: str) -> float | None:
     """The number of a cell, NaN where it is empty or says so, None where it is something else."""
+    if re.search(r"\.[+-]|[+-](?!30[0-8]|[0-2])\d{3}$", cell):  # 1.5-103 has lost its E, but 12.-345 something else
+        return None
     return float("nan") if cell.lower() in ("", "nan") else number_of(cell)
 
 

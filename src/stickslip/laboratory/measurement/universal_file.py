@@ -371,6 +371,8 @@ def _numbers(name: str, one: _DataSet, widths: Sequence[int]) -> Array:
         cells = _cells(line, widths)
         while k == len(lines) - 1 and cells and not cells[-1]:
             cells.pop()
+        if not line.isprintable():
+            raise fault(where, "must hold no control characters", line.strip()[:80], DAMAGED)
         missing = sum(widths[: len(cells)]) - len(line.rstrip())
         short = missing if short is None else short
         if missing < 0 or (missing != short and not padded):
@@ -482,7 +484,7 @@ def _hertz(first: float, second: float, line: str) -> float | None:
     """What turns a complex eigenvalue λ into Hz: 1/2π by the format, 1 where modal A or B show that it is in Hz; None where they
     show nothing. By the format B = −λA, and A = 2iω of an undamped mode of unit modal mass."""
     parts = [_float("Modal A and B", cell or "0") for cell in _cells(line, (SINGLE,) * 6)[2:]]
-    of_a, of_b = float(np.hypot(*parts[:2])), float(np.hypot(*parts[2:]))
+    of_a, of_b = abs(complex(parts[0], parts[1])), abs(complex(parts[2], parts[3]))
     rate = of_b / of_a if of_a and of_b else 0.5 * of_a
     size = np.hypot(first, second) if of_b else abs(second)
     for unit, factor in ((0.5 / np.pi, 1.0), (1.0, 2.0 * np.pi)):
