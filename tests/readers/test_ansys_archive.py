@@ -1,8 +1,9 @@
 """Archives of Ansys: nodes without blocks, nodes with axes of their own, and commands that make nodes."""
 
+import numpy as np
 import pytest
 
-from stickslip.model.readers.ansys_deck import ARCHIVE_COMMANDS, read_archive
+from stickslip.model.readers.ansys_deck import ARCHIVE_COMMANDS, nodal_axes, read_archive
 from stickslip.support.checks import InputError
 
 BLOCK = "NBLOCK,6,SOLID\n(3i8,6e20.13)\n" + "".join(
@@ -21,17 +22,24 @@ def test_nodes_without_blocks(tmp_path):
     lines = "".join(f"N,R5.3,LOC,{node:8d}, {node - 1.0}, 0.5, 0.0\nN,R5.3,ANG,{node:8d}, 0.0, 0.0, 0.0\n" for node in (1, 2))
     found = archive(tmp_path, f"/PREP7\n{lines}N,R5.3,LOC,      -1,\nN,3,2.,,7.\n")
     assert found.nodes == {"1": (0.0, 0.5, 0.0), "2": (1.0, 0.5, 0.0), "3": (2.0, 0.0, 7.0)}
-    assert (found.notes, found.turned) == ((), "")
+    assert (found.notes, dict(found.turned.axes)) == ((), {})
 
 
 def test_nodes_with_axes_of_their_own(tmp_path):
     found = archive(tmp_path, BLOCK + "N,R5.3,LOC,-1,\nN,R5.3,LOC,4,3.,0.,0.\nN,R5.3,ANG,4,0.,10.,0.\nN,5,4.,0.,0.,,,20.\n")
     assert list(found.nodes) == ["1", "2", "3", "4", "5"]
-    assert (
-        found.turned
-        == "a.cdb has 4 nodes with axes of their own (angles of NBLOCK or N): x, y, z of their rows are along these axes."
-    )
-    assert found.along_own_axes.notes == (found.turned,)
+    assert sorted(found.turned.axes) == ["2", "3", "4", "5"]
+    assert found.turned.axes["2"][:, 0] == pytest.approx([np.sqrt(0.75), 0.5, 0.0])  # 30° from x to y
+    assert found.turned.axes["3"][:, 2] == pytest.approx([-np.sqrt(0.5), 0.0, np.sqrt(0.5)])  # −45° from z to x
+    assert found.turned.axes["4"][:, 1] == pytest.approx([0.0, np.cos(np.pi / 18), np.sin(np.pi / 18)])  # 10° from y to z
+
+
+def test_angles_of_a_node_turn_about_its_axes_one_after_the_other():
+    """z by 90° leads x to Y and y to −X; the new x by 90° leads y to Z and z to X; the new y by 90° leads x to −X and z to Y."""
+    X, Y, Z = np.eye(3)
+    np.testing.assert_allclose(nodal_axes((90.0, 0.0, 0.0)).T, [Y, -X, Z], atol=1e-15)
+    np.testing.assert_allclose(nodal_axes((90.0, 90.0, 0.0)).T, [Y, Z, X], atol=1e-15)
+    np.testing.assert_allclose(nodal_axes((90.0, 90.0, 90.0)).T, [-X, Z, Y], atol=1e-15)
 
 
 def test_nodes_of_an_active_system(tmp_path):

@@ -108,17 +108,11 @@ def test_elements_of_an_archive_of_ansys(tmp_path):
     }
     assert deck.sets == {"PAD": ("2", "4")}
     assert len(deck.nodes) == 20
-    (tmp_path / "a.cdb").write_text(archive(f"{30.0:20.12E}"))
-    assert read_archive(tmp_path / "a.cdb").along_own_axes.cells == {}
-    (tmp_path / "a.cdb").write_text(archive(f"{0.0:20.12E}"))
-    assert read_archive(tmp_path / "a.cdb").along_own_axes.cells
-
-
-def test_no_shape_is_drawn_of_nodes_that_move_along_axes_of_their_own(tmp_path):
-    (tmp_path / "a.inp").write_text(DECK + "*NSET, NSET=A\n1\n*TRANSFORM, NSET=A, TYPE=C\n0., 0., 0., 0., 0., 1.\n")
-    assert read_deck(tmp_path / "a.inp").along_own_axes.cells == {}
-    (tmp_path / "a.bdf").write_text(BULK + "CORD2R,3,,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nGRID,3,,1.,1.,0.,3\n")
-    assert read_grid(tmp_path / "a.bdf").along_own_axes.cells == {}
+    for angle, turned in ((30.0, 20), (0.0, 0)):
+        (tmp_path / "a.cdb").write_text(archive(f"{angle:20.12E}"))
+        found = read_archive(tmp_path / "a.cdb")
+        assert len(found.turned.axes) == turned
+        assert found.cells
 
 
 def model_of_a_quadrilateral(folder, nodes):

@@ -14,7 +14,7 @@ from stickslip.analyses.fatigue import margins, smallest_margin
 from stickslip.analyses.mistuning.fatigue import blade_margins, smallest_blade_margin
 from stickslip.analyses.stress import own_recovery
 from stickslip.model.disks.tuned import TunedDisk
-from stickslip.model.readers.deck import OWN_AXES
+from stickslip.model.readers.node_axes import OWN_AXES
 from stickslip.model.readers.read import read_model
 from stickslip.model.readers.rotation_stress import rotation_stress_of_body
 from stickslip.model.readers.sector import Faces, sector_of_model

@@ -73,6 +73,12 @@ def test_known_vectors_are_not_met_again():
     assert squares == pytest.approx(4.0 * np.sin(np.pi * np.arange(2, 5) / 402.0) ** 2, rel=1e-10)
 
 
+@each("scale", [1e-9, 1e9])
+def test_units_do_not_matter(scale):
+    squares, _ = lowest(solution(scale * chain(200), scale * sparse.eye_array(200)), sparse.eye_array(200, format="csc"), 5)
+    assert squares / scale == pytest.approx(4.0 * np.sin(np.pi * np.arange(1, 6) / 402.0) ** 2, rel=1e-10)
+
+
 def test_what_lies_beyond_is_bounded_from_above():
     """Ritz: the values at which the iteration has not converged yet are too high, never too low."""
     exact = 4.0 * np.sin(np.pi * np.arange(1, 201) / 402.0) ** 2

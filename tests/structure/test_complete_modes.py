@@ -111,6 +111,21 @@ def test_the_list_of_a_model_is_complete(tmp_path):
     assert str(lowest_modes(sparse.csc_array(np.eye(2)), sparse.csc_array(np.diag([1.0, 4.0])), 5).count) == "2 of 2"
 
 
+def test_one_more_factor_counts_and_a_restart_takes_as_many_vectors_as_are_missing(monkeypatch):
+    """Different bodies: the factor of the count alone. 60 equal ones: begun again once, and counted twice."""
+    shifts = []
+
+    def at(self, shift, own=Pencil.at):
+        shifts.append(shift)
+        return own(self, shift)
+
+    monkeypatch.setattr(Pencil, "at", at)
+    for factors, times in ((1.0 + 0.01 * np.arange(60), 2), (np.ones(60), 4)):
+        shifts.clear()
+        held_modes(Pencil(*copies(chain(10), np.eye(10), factors)).at(0.0), 60)
+        assert len(shifts) == times
+
+
 def test_a_factor_that_errs_is_not_believed(monkeypatch):
     """The count is made elsewhere in the gap; where no factor is good, the list says that it is not counted."""
     K, M = copies(chain(50), np.eye(50), np.ones(9))
@@ -123,7 +138,7 @@ def test_a_factor_that_errs_is_not_believed(monkeypatch):
 
     monkeypatch.setattr(Pencil, "at", at)
     agrees(held_modes(Pencil(K, M).at(0.0), 9), K, M, 9)
-    assert places[2] < places[1]
+    assert 0.0 < places[2] < places[1]
 
     monkeypatch.setattr(Pencil, "at", lambda self, shift, own=at: own(self, 3.0 * shift))
     found = held_modes(Pencil(K, M).at(0.0), 9).count

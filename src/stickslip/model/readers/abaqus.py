@@ -37,7 +37,7 @@ def read(path: Path) -> Content:
     refuse_cut(path)
     job = JOB.fullmatch(path.stem)
     beside = path.with_name(f"{job[1] if job else path.stem}.inp")
-    deck = read_deck(beside).along_own_axes if beside.is_file() else Deck()
+    deck = read_deck(beside) if beside.is_file() else Deck()
     with path.open(encoding="ascii", errors="replace") as file:
         head = file.read(1 << 16).upper()
     if "*USER ELEMENT" in head:
@@ -55,7 +55,7 @@ def read(path: Path) -> Content:
     pairs = numbers.reshape(-1, 2)
     matrix = _square(path.name, pairs[:, 0], pairs[:, 1], entries[:, 4], len(freedoms))
     dofs = tuple(dof(int(node), int(direction)) for node, direction in freedoms)
-    return Content(FORMAT, {"": matrix}, dofs, deck.nodes, deck.sets, deck.notes, deck.cells, deck.solids)
+    return Content(FORMAT, {"": matrix}, dofs, deck.nodes, deck.sets, deck.notes, deck.cells, deck.solids, deck.turned)
 
 
 def without_held(
@@ -98,7 +98,9 @@ def _substructure(path: Path, deck: Deck) -> Content:
         elif card.data:
             skipped.append(f"*{card.keyword}")
     notes = (f"{path.name}: the lines below {', '.join(skipped)} are not read.",) if skipped else ()
-    return Content("Abaqus substructure", matrices, dofs, deck.nodes, deck.sets, (*deck.notes, *notes), deck.cells, deck.solids)
+    return Content(
+        "Abaqus substructure", matrices, dofs, deck.nodes, deck.sets, (*deck.notes, *notes), deck.cells, deck.solids, deck.turned
+    )
 
 
 def _element_nodes(text: str) -> list[str]:

@@ -15,12 +15,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 
+import numpy as np
+
 from stickslip.model.readers.content import given_twice, located_once
-from stickslip.model.readers.deck import MOST_GENERATED, CardList, CardsMet, Deck, FoundCells, own_axes
+from stickslip.model.readers.deck import MOST_GENERATED, CardList, CardsMet, Deck, FoundCells
 from stickslip.model.readers.limits import refuse_utf_16, within_memory
+from stickslip.model.readers.node_axes import NodeAxes
 from stickslip.model.readers.numbers import coordinate, integer
 from stickslip.model.structure.matrices import Point
-from stickslip.support.checks import fault
+from stickslip.support.checks import Array, fault
 
 ELEMENTS = {
     **dict.fromkeys(("45", "95", "185", "186"), "hexahedron"),
@@ -123,7 +126,7 @@ class _Archive:
         self.sets: dict[str, tuple[str, ...]] = {}
         self.types: dict[str, str] = {}
         self.cells = FoundCells()
-        self.turned: set[str] = set()
+        self.turned: dict[str, Array] = {}
         self.active = False
         self.repeated = 0
 
@@ -153,27 +156,37 @@ class _Archive:
         if words[1:2] and words[1].startswith("R5"):
             kind, node, numbers = words[2], words[3], [coordinate(word) for word in (*words[4:7], *[""] * 3)[:3]]
             if integer(node) > 0 and kind == "LOC":
-                self._add(node, numbers, False)
+                self._add(node, numbers, ())
             elif integer(node) > 0 and any(numbers):
-                self.turned.add(node)
+                self.turned[node] = nodal_axes(numbers)
             return
         if self.active:
             raise fault("A command N", "must follow CSYS, 0", ", ".join(words[:5]), "Write the archive with CDWRITE.")
         numbers = [coordinate(word) for word in (*words[2:8], *[""] * 6)[:6]]
         node = words[1] if words[1:2] not in ([], [""]) else str(1 + max(map(int, self.nodes), default=0))
-        self._add(node, numbers[:3], any(numbers[3:]))
+        self._add(node, numbers[:3], numbers[3:])
 
-    def _add(self, node: str, point: Sequence[float], angles: bool) -> None:
+    def _add(self, node: str, point: Sequence[float], angles: Sequence[float]) -> None:
         x, y, z = point
         name = str(integer(node))
         self.repeated += located_once(self.nodes, name, (x, y, z))
-        if angles:
-            self.turned.add(name)
+        if any(angles):
+            self.turned[name] = nodal_axes(angles)
 
     def deck(self, file: str) -> Deck:
-        turned = own_axes(len(self.turned), file, "angles of NBLOCK or N")
+        turned = NodeAxes(file, "angles of NBLOCK or N", self.turned)
         notes = (*given_twice(self.repeated, file), *self.cells.notes(file))
         return Deck(self.nodes, self.sets, notes, self.cells.cells, turned)
+
+
+def nodal_axes(angles: Sequence[float]) -> Array:
+    """The axes (columns) of a node with the angles THXY, THYZ, THZX in degrees: turned about its z, then about its new x, then
+    about its new y. (Mechanical APDL Command Reference: N.)"""
+    (xy, yz, zx), (cxy, cyz, czx) = np.sin(np.radians(angles)), np.cos(np.radians(angles))
+    about_z = np.array([[cxy, -xy, 0.0], [xy, cxy, 0.0], [0.0, 0.0, 1.0]])
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cyz, -yz], [0.0, yz, cyz]])
+    about_y = np.array([[czx, 0.0, zx], [0.0, 1.0, 0.0], [-zx, 0.0, czx]])
+    return np.asarray(about_z @ about_x @ about_y)
 
 
 def _columns(line: str) -> tuple[list[int], int]:
@@ -185,8 +198,8 @@ def _columns(line: str) -> tuple[list[int], int]:
     return [width for count, width in groups for _ in range(count)], int(match[2] or 0)
 
 
-def _nodes(lines: Iterator[str]) -> Iterator[tuple[str, list[float], bool]]:
-    """Nodes up to the end of a block, a line that begins with "N," or -1: coordinates, and whether angles turn their axes."""
+def _nodes(lines: Iterator[str]) -> Iterator[tuple[str, list[float], list[float]]]:
+    """Nodes up to the end of a block, a line that begins with "N," or -1: coordinates, and angles of their axes."""
     widths, wide = _columns(next(lines, ""))
     if not wide:
         raise fault("The columns of NBLOCK", "must be stated as (3i9,6e21.13e3)", "without those of coordinates")
@@ -195,8 +208,8 @@ def _nodes(lines: Iterator[str]) -> Iterator[tuple[str, list[float], bool]]:
         if text.startswith("N,") or text.strip() == "-1":
             return
         start = sum(widths)
-        angles = bool(text[start + 3 * wide :].strip(" 0.E+-"))  # whatever is left is a digit of one that is not 0
-        yield text[: widths[0]], [coordinate(text[start + k * wide : start + (k + 1) * wide]) for k in range(3)], angles
+        numbers = [coordinate(text[start + k * wide : start + (k + 1) * wide]) for k in range(6)]
+        yield text[: widths[0]], numbers[:3], numbers[3:]
 
 
 def _types(lines: Iterator[str]) -> Iterator[tuple[str, str]]:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from stickslip.model.readers.node_axes import NodeAxes
 from stickslip.model.structure.matrices import Point
 from stickslip.model.structure.mesh_surface import Cells
 from stickslip.support.checks import Faults, counted, fault, nearest
@@ -31,7 +32,7 @@ class Content:
 
     dofs: the name NODE.DIRECTION of each row, or none; nodes: coordinates, in the file's unit of length; sets: nodes by the name
     of a set; cells: corner nodes of the elements by kind, where known; notes: what the reader left out or took for granted;
-    solids: elements with their materials, where stress can be recovered.
+    solids: elements with their materials, where stress can be recovered; turned: nodes along whose own axes rows are.
     """
 
     format: str
@@ -42,6 +43,7 @@ class Content:
     notes: tuple[str, ...] = ()
     cells: Cells = field(default_factory=dict)
     solids: Solids | None = None
+    turned: NodeAxes = field(default_factory=NodeAxes)
 
 
 def chosen(content: Content, variables: Mapping[Any, str], file: str, needed: Sequence[str] = NEEDED) -> dict[str, Any]:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.model.readers.node_axes import NodeAxes
 from stickslip.model.structure.matrices import Point
 from stickslip.model.structure.mesh_surface import CORNERS, Cells
-from stickslip.support.checks import counted, fault, first_of
+from stickslip.support.checks import fault, first_of
 
 if TYPE_CHECKING:
     from stickslip.model.readers.solids import Solids
@@ -33,7 +34,7 @@ SHOWN = 8
 @dataclass
 class Deck:
     """nodes: coordinates by node; sets: nodes by the name of a set, in capitals; cells: corner nodes of elements by kind; notes:
-    what was not read; turned: what to say where rows of matrices follow the axes that nodes have of their own;
+    what was not read; turned: nodes with axes of their own, along which rows of matrices are;
     rows: the names of the rows of matrices, where the deck says them; solids: elements with materials, where
     stress can be recovered."""
 
@@ -41,14 +42,9 @@ class Deck:
     sets: dict[str, tuple[str, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     cells: Cells = field(default_factory=dict)
-    turned: str = ""
+    turned: NodeAxes = field(default_factory=NodeAxes)
     rows: tuple[str, ...] = ()
     solids: Solids | None = None
-
-    @property
-    def along_own_axes(self) -> Deck:
-        """The deck where rows follow the axes of nodes: with a note, and without cells, which would be drawn wrong."""
-        return replace(self, notes=(*self.notes, self.turned), cells={}, solids=None) if self.turned else self
 
 
 @dataclass
@@ -74,17 +70,6 @@ class FoundCells:
     def notes(self, file: str) -> tuple[str, ...]:
         """What was left out."""
         return (f"{self.lost} elements of {file} are left out: they do not name all their corners.",) if self.lost else ()
-
-
-OWN_AXES = "axes of their own"
-"""In the note on nodes whose rows are not along the axes of the model."""
-
-
-def own_axes(number: int, file: str, card: str) -> str:
-    """What to say of nodes with axes of their own, nothing where there are none."""
-    nodes = counted(number, "node")
-    axes = "x, y, z of their rows are along these axes."
-    return f"{file} has {nodes} with {OWN_AXES} ({card}): {axes}" if number else ""
 
 
 @dataclass(frozen=True)

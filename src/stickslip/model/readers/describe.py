@@ -9,6 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.model.readers.model import Model
+from stickslip.model.readers.node_axes import ALONG
 from stickslip.model.structure.complete_modes import DENSE_SIZE
 from stickslip.model.structure.factor import Factor, Singular
 from stickslip.model.structure.lowest_modes import LowestModes, lowest_modes
@@ -52,6 +53,8 @@ def describe(model: Model, number: int = 10) -> Description:
     # Nodes without coordinates may be what seems to hold the body: the energy of the modes then decides what is rigid.
     rigid = rigid_motions(model.K, model.dofs, model.nodes)
     by_coordinates = rigid.shape[1] or all(node in model.nodes for node in model.directions)
+    if model.turned:  # a deck gives axes to six digits: what K resists by less may be free
+        by_coordinates = rigid.shape[1] == rigid_motions(model.K, model.dofs, model.nodes, ALONG).shape[1]
     modes = lowest_modes(model.M, model.K, number, rigid if by_coordinates else None)
     odd += _odd_modes(box, modes)
     return Description(model, mass, box, modes, tuple(odd))

@@ -17,14 +17,25 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.model.readers.content import given_twice, located_once
-from stickslip.model.readers.deck import MOST_GENERATED, MOST_MADE, PLATES, SOLIDS, CardsMet, Deck, FoundCells, own_axes
+from stickslip.model.readers.deck import MOST_GENERATED, MOST_MADE, PLATES, SOLIDS, CardsMet, Deck, FoundCells
 from stickslip.model.readers.included_files import Lines
 from stickslip.model.readers.input_cards import MODEL_CARDS, Card, cards, fields, included, label
-from stickslip.model.readers.input_points import GLOBAL, Frame, between, cartesian, frame, on_line, turned_about
+from stickslip.model.readers.input_points import (
+    GLOBAL,
+    Frame,
+    Turning,
+    between,
+    cartesian,
+    frame,
+    on_line,
+    turned_about,
+    turning_points,
+)
+from stickslip.model.readers.node_axes import NodeAxes
 from stickslip.model.readers.numbers import coordinate, integer
 from stickslip.model.readers.solids import Solids
 from stickslip.model.structure.matrices import Point
-from stickslip.support.checks import InputError, fault, nearest
+from stickslip.support.checks import Array, InputError, fault, nearest
 
 ELEMENT = re.compile(r"[DA]?(C3D|SC|S|STRI|M3D)(\d{1,2})(?!V)[A-Z]*\d?[A-Z]*")
 """Names of elements with faces: family and number of nodes, which those with V have a choice of."""
@@ -48,7 +59,7 @@ Members = dict[str, dict[str, None]]
 class Mesh:
     """Nodes, sets and elements of a part, an instance, or the deck itself with its assembly; `frame` is that of *SYSTEM.
 
-    elements: all nodes by element; turned: nodes and sets of *TRANSFORM, which may stand before these; unsorted: sets whose
+    elements: all nodes by element; turned: *TRANSFORM by its set of nodes, which may stand after it; unsorted: sets whose
     members keep their order; kinds: names of the kinds of elements; sections: sets of elements and their materials; placed: the
     data lines that place an instance.
     """
@@ -58,7 +69,7 @@ class Mesh:
     elements: dict[str, tuple[str, ...]] = field(default_factory=dict)
     elsets: Members = field(default_factory=dict)
     cells: FoundCells = field(default_factory=FoundCells)
-    turned: list[str] = field(default_factory=list)
+    turned: list[Turning] = field(default_factory=list)
     unsorted: set[str] = field(default_factory=set)
     kinds: dict[str, str] = field(default_factory=dict)
     sections: list[tuple[str, str]] = field(default_factory=list)
@@ -203,7 +214,8 @@ class _Reader:
         self.materials.setdefault(self.material, []).append(card)
 
     def transform(self, card: Card) -> None:
-        self.mesh.turned.append(card.name("NSET"))
+        numbers = [coordinate(word) for line in card.data for word in fields(line)]
+        self.mesh.turned.append(Turning(card.name("NSET"), card.name("TYPE") or "R", *turning_points(numbers)))
 
     def part(self, card: Card) -> None:
         self.mesh = self.parts[card.name("NAME")] = Mesh()
@@ -231,6 +243,7 @@ class _Reader:
             raise fault("*INSTANCE", rule, self.mesh.placed[:3])
         moved = turned_about(shift, turn)
         self.mesh.nodes = {node: moved(point) for node, point in self.mesh.nodes.items()}
+        self.mesh.turned = [each.moved(moved) for each in self.mesh.turned]
         self.mesh = self.whole
 
     def end_part(self, card: Card) -> None:
@@ -245,7 +258,14 @@ class _Reader:
             (part,) = self.parts.values()
             self.whole = whole = replace(part, sets=part.sets | whole.sets, turned=part.turned + whole.turned)
         sets = {name: tuple(members) for name, members in whole.sets.items()}
-        return Deck(whole.nodes, sets, whole.cells.notes(file), whole.cells.cells, self._turned(file), solids=self._solids(whole))
+        return Deck(
+            whole.nodes,
+            sets,
+            whole.cells.notes(file),
+            whole.cells.cells,
+            self._turned(file, {}, whole.nodes),
+            solids=self._solids(whole),
+        )
 
     def _assembled(self, file: str) -> Deck:
         """The deck of an assembly: nodes of the only instance keep their numbers, those of several are INSTANCE.NUMBER."""
@@ -266,16 +286,22 @@ class _Reader:
         cells = only.cells.cells if plain else {}
         solids = self._solids(only) if plain else None
         named_sets = alone | sets | dict(own)
-        return Deck(nodes, named_sets, (*notes, *only.cells.notes(file)), cells, self._turned(file), solids=solids)
+        return Deck(nodes, named_sets, (*notes, *only.cells.notes(file)), cells, self._turned(file, names, nodes), solids=solids)
 
     def _solids(self, mesh: Mesh) -> Solids:
         sections = [(mesh.elsets.get(elset, {}).keys(), material) for elset, material in mesh.sections]
         return Solids(mesh.elements, mesh.kinds, sections, self.materials)
 
-    def _turned(self, file: str) -> str:
+    def _turned(self, file: str, names: Mapping[str, str], nodes: Mapping[str, Point]) -> NodeAxes:
+        """The axes of *TRANSFORM at nodes by their names in the matrices, `names` where these differ from INSTANCE.NUMBER."""
         meshes = [(self.whole, ""), *((mesh, f"{name}.") for name, mesh in self.instances.items())]
-        nodes = {node for mesh, prefix in meshes for name in mesh.turned for node in self._meant(name, mesh, prefix, "sets")}
-        return own_axes(len(nodes), file, "*TRANSFORM, which Abaqus applies to rows")
+        axes: dict[str, Array | None] = {}
+        for mesh, prefix in meshes:
+            for each in mesh.turned:
+                for own in self._meant(each.nset, mesh, prefix, "sets"):
+                    node = names.get(own, own)
+                    axes[node] = each.axes_at(nodes[node]) if node in nodes else None
+        return NodeAxes(file, "*TRANSFORM, which Abaqus applies to rows", axes)
 
     def _data(self, card: Card) -> Iterable[str]:
         """The data lines of a card, those of its file if it names one."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stickslip.model.readers.node_axes import radial
 from stickslip.model.structure.matrices import Point
 from stickslip.support.checks import Array, fault
 
@@ -46,6 +47,40 @@ def frame(numbers: Sequence[float]) -> Frame:
         raise fault("The points of *SYSTEM", "must not lie on one line", list(numbers))
     e1, e3 = first / np.linalg.norm(first), across / np.linalg.norm(across)
     return Frame(origin, np.column_stack([e1, np.cross(e3, e1), e3]))
+
+
+def turning_points(numbers: Sequence[float]) -> tuple[Point, Point]:
+    """The points a and b of *TRANSFORM; numbers left out at the end are zero."""
+    if not 1 <= len(numbers) <= 6:
+        raise fault("*TRANSFORM", "must hold two points", list(numbers))
+    whole = np.array([*numbers, *6 * [0.0]][:6])
+    return _point(whole[:3]), _point(whole[3:])
+
+
+class Turning(NamedTuple):
+    """*TRANSFORM of a set of nodes. R: a on the first axis, b on the plane of the first and the second, seen from the origin; C:
+    r, θ, z about the axis from a to b. Of S, the manual leaves the sign of two axes open."""
+
+    nset: str
+    kind: str
+    a: Point
+    b: Point
+    origin: Point = (0.0, 0.0, 0.0)
+
+    def moved(self, motion: Callable[[Point], Point]) -> Turning:
+        """With the instance that it stands in."""
+        return self._replace(a=motion(self.a), b=motion(self.b), origin=motion(self.origin))
+
+    def axes_at(self, node: Point) -> Array | None:
+        """The axes (columns) of the rows of a node, None where they cannot be told."""
+        a, b, origin = np.array(self.a), np.array(self.b), np.array(self.origin)
+        if self.kind == "R":
+            return frame([*origin, *a, *b]).axes
+        length = np.linalg.norm(b - a)
+        if self.kind != "C" or not length:
+            return None
+        z = (b - a) / length
+        return radial(np.array(node), a, np.column_stack([z, z, z]))
 
 
 def cartesian(system: str, point: Point) -> Point:

@@ -13,6 +13,7 @@ from scipy import sparse
 
 from stickslip.model.readers.content import Content, chosen
 from stickslip.model.readers.limits import rows_with_entries
+from stickslip.model.readers.node_axes import along_model
 from stickslip.model.readers.solids import Solids
 from stickslip.model.structure.matrices import Point, check_names, freedoms
 from stickslip.model.structure.mesh_surface import Cells, outer_faces, thinned, triangulated
@@ -43,7 +44,8 @@ class Model:
 
     M, K: (n, n), symmetric; C: (n, n) or None; dofs: n names NODE.DIRECTION; nodes: coordinates of nodes, m, where known;
     sets: nodes by the name of a set; cells: corner nodes of elements by kind, where known; format, file: what it was read from;
-    notes: what the reader left out or took for granted; solids: elements with their materials, where stress can be recovered.
+    notes: what the reader left out or took for granted; solids: elements with their materials, where stress can be recovered;
+    turned: whether rows along axes that nodes have of their own were turned.
     """
 
     M: Sparse
@@ -57,6 +59,7 @@ class Model:
     notes: tuple[str, ...] = ()
     cells: Cells = field(default_factory=dict)
     solids: Solids | None = None
+    turned: bool = False
 
     def __repr__(self) -> str:
         return f"Model {self.file!r}: {freedoms(self.dofs)}, {counted(len(self.nodes), 'node')} with coordinates"
@@ -136,15 +139,20 @@ def model_of(
     if file and 0 < bare.size < size:
         listed = ", ".join(names[row] for row in bare[:SHOWN].tolist()) + (", ..." if bare.size > SHOWN else "")
         notes.append(f"K has no entry on the diagonal of {counted(bare.size, 'row')}: {listed}.")
-    converted = matrices_in_si(matrices, names, units)
+    turned = along_model(matrices, names, content.turned)
+    names, notes = turned.dofs, [*notes, *turned.notes]
+    converted = matrices_in_si(turned.matrices, names, units)
     nodes: dict[str, Point] = {}
     for node, point in content.nodes.items():
         x, y, z = (units.metres * finite(f"The coordinates of node {node}", coordinate) for coordinate in point)
         nodes[node] = x, y, z
     pascals = units.newtons / units.metres**2
     solids = None if content.solids is None else replace(content.solids, pascals=pascals)
+    # Shapes and stress of nodes whose rows have axes of their own would be wrong.
+    cells, solids = ({}, None) if turned.left else (content.cells, solids)
     matrices_of = (converted["M"], converted["K"], names, converted.get("C"))
-    return Model(*matrices_of, nodes, content.sets, content.format, file, tuple(notes), content.cells, solids)
+    made = Model(*matrices_of, nodes, content.sets, content.format, file, tuple(notes), cells, solids)
+    return replace(made, turned=turned.any)
 
 
 def levers(dofs: Sequence[str], units: UnitSystem) -> Array:

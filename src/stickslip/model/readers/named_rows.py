@@ -113,7 +113,6 @@ def with_nodes(content: Content, deck: Deck, file: str) -> Content:
     if infinite is not None:
         raise fault(f"{file}: the coordinates of node {infinite}", "must be finite numbers", list(deck.nodes[infinite]))
     nodes, sets = {**content.nodes, **deck.nodes}, {**content.sets, **deck.sets}
-    deck = deck.along_own_axes
     notes = [*content.notes, *deck.notes]
     without = sorted(known - deck.nodes.keys()) if deck.nodes else []
     if without:
@@ -124,7 +123,9 @@ def with_nodes(content: Content, deck: Deck, file: str) -> Content:
         listed = f"{counted(len(strange), 'node')} that the model does not have: {first_of(strange, SHOWN)}"
         notes.append(f"Sets of {file} name {listed}.")
     cells, solids = deck.cells or content.cells, deck.solids or content.solids
-    return replace(content, nodes=nodes, sets=sets, notes=tuple(notes), cells=cells, solids=solids)
+    # CalculiX writes its matrices along the axes of the model whatever *TRANSFORM says (2.20, tried).
+    turned = deck.turned if deck.turned.axes and not content.format.startswith("CalculiX") else content.turned
+    return replace(content, nodes=nodes, sets=sets, notes=tuple(notes), cells=cells, solids=solids, turned=turned)
 
 
 def _deck(reader: Callable[[Path], Deck], path: Path) -> Deck:

@@ -59,7 +59,7 @@ def read(path: Path) -> Content:
         bulk.take(entry)
     if last == "DMIG":
         refuse_cut(path)
-    grid = bulk.deck(path.name).along_own_axes
+    grid = bulk.deck(path.name)
     rectangular = [name for name, matrix in matrices.items() if matrix.form in RECTANGULAR]
     notes: tuple[str, ...] = (f"Rectangular matrices of the file are left out: {', '.join(rectangular)}.",) if rectangular else ()
     matrices = {name: matrix for name, matrix in matrices.items() if name not in rectangular}
@@ -79,7 +79,8 @@ def read(path: Path) -> Content:
     row = {key: index for index, key in enumerate(keys)}
     dofs = tuple(dof(*key) for key in keys)
     assembled = {name: _assembled(name, matrix, row) for name, matrix in matrices.items()}
-    return Content("Nastran DMIG", assembled, dofs, grid.nodes, notes=(*notes, *grid.notes), cells=grid.cells)
+    notes = (*notes, *grid.notes)
+    return Content("Nastran DMIG", assembled, dofs, grid.nodes, notes=notes, cells=grid.cells, turned=grid.turned)
 
 
 def _whole(line: Line) -> Line:

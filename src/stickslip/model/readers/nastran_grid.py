@@ -16,8 +16,9 @@ import numpy as np
 
 from stickslip.model.readers.bulk_cards import BULK_CARDS
 from stickslip.model.readers.content import dof, given_twice, located
-from stickslip.model.readers.deck import CardsMet, Deck, FoundCells, own_axes
+from stickslip.model.readers.deck import CardsMet, Deck, FoundCells
 from stickslip.model.readers.nastran_cards import BEGIN, Entry, bulk_lines, entries, integer, number, positive_integer
+from stickslip.model.readers.node_axes import NodeAxes, radial
 from stickslip.model.structure.matrices import Point
 from stickslip.support.checks import Array, InputError, fault
 
@@ -54,6 +55,16 @@ class CoordinateSystem(NamedTuple):
             polar, about = np.radians(b), np.radians(c)
             a, b, c = a * np.sin(polar) * np.cos(about), a * np.sin(polar) * np.sin(about), a * np.cos(polar)
         return np.asarray(self.origin + self.axes @ np.array([a, b, c]))
+
+    def axes_at(self, point: Array) -> Array | None:
+        """The directions of displacements (columns) at a point of the basic system; None where the system has none there."""
+        if self.kind == "R":
+            return self.axes
+        around = radial(point, self.origin, self.axes)
+        if around is None or self.kind == "C":
+            return around
+        out = (point - self.origin) / np.linalg.norm(point - self.origin)
+        return np.column_stack([out, np.cross(around[:, 1], out), around[:, 1]])
 
 
 BASIC_SYSTEM = CoordinateSystem("R", np.zeros(3), np.eye(3))
@@ -108,12 +119,17 @@ class Grid:
         """The grid points in the basic system, with notes on those that are not there."""
         default = self.default[0] or "0"
         points = [(grid, integer(system or default), point) for grid, system, point, _ in self.written]
-        places = zip(points, self._places(points), strict=True)
+        known = self._known(points)
+        places = list(zip(points, _places(points, known), strict=True))
         placed = [(str(grid), point) for (grid, _, _), point in places if point is not None]
         lost = len(points) - len(placed)
         notes = [f"{lost} grid points of {file} are left out: their coordinate systems are not in the file."] if lost else []
-        own = sum(integer(motion or self.default[1] or "0") > BASIC for *_, motion in self.written)
-        turned = own_axes(own, file, "CD of GRID")
+        motions = [integer(motion or self.default[1] or "0") for *_, motion in self.written]
+        turned = {
+            str(grid): known[motion].axes_at(np.array(point)) if motion in known and point is not None else None
+            for ((grid, *_), point), motion in zip(places, motions, strict=True)
+            if motion > BASIC
+        }
         rows = tuple(
             dof(positive_integer(grid), integer(component))
             for grid, components in self.external
@@ -121,10 +137,12 @@ class Grid:
         )
         nodes = located(placed)
         notes += given_twice(len(placed) - len(nodes), file)
-        return Deck(nodes, {}, (*notes, *self.elements.notes(file)), self.elements.cells, turned, rows)
+        return Deck(
+            nodes, {}, (*notes, *self.elements.notes(file)), self.elements.cells, NodeAxes(file, "CD of GRID", turned), rows
+        )
 
-    def _places(self, points: list[tuple[int, int, Point]]) -> list[Point | None]:
-        """Where each grid point is, given by number, system and coordinates; None in a system that is not known."""
+    def _known(self, points: list[tuple[int, int, Point]]) -> dict[int, CoordinateSystem]:
+        """The systems by number, of points given by number, system and coordinates."""
         known = {BASIC: BASIC_SYSTEM}
         for _ in range(MOST_NESTED):
             needed = {grid for system in self.systems.values() for grid in system.grids}
@@ -134,13 +152,7 @@ class Grid:
             if not more:
                 break
             known |= more
-        placed: list[Point | None] = []
-        for _, of, point in points:
-            if of in known and of != BASIC:
-                x, y, z = map(float, known[of].place(np.array(point)))
-                point = x, y, z
-            placed.append(point if of in known else None)  # what is in the basic system keeps its digits
-        return placed
+        return known
 
 
 MAIN = "BULK"
@@ -185,6 +197,17 @@ def read_grid(path: Path) -> Deck:
     for entry in entries(bulk_lines(path, 20)):
         bulk.take(entry)
     return bulk.deck(path.name)
+
+
+def _places(points: list[tuple[int, int, Point]], known: dict[int, CoordinateSystem]) -> list[Point | None]:
+    """Where each grid point is, given by number, system and coordinates; None in a system that is not known."""
+    placed: list[Point | None] = []
+    for _, of, point in points:
+        if of in known and of != BASIC:
+            x, y, z = map(float, known[of].place(np.array(point)))
+            point = x, y, z
+        placed.append(point if of in known else None)  # what is in the basic system keeps its digits
+    return placed
 
 
 def _system(name: int, defined: _Defined, known: dict[int, CoordinateSystem], at: dict[int, Array]) -> CoordinateSystem | None:

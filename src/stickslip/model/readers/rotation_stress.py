@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.deck import OWN_AXES
 from stickslip.model.readers.model import Model
+from stickslip.model.readers.node_axes import OWN_AXES
 from stickslip.model.readers.stress_places import StressRows
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian
 from stickslip.model.structure.factor import Factor, Singular

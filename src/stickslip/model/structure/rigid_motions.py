@@ -38,12 +38,12 @@ def unresisted(K: Any, shapes: NDArray[Any]) -> NDArray[np.bool_]:
     return np.asarray(energies <= ROUNDING * np.sum(sizes * (stiffness @ sizes), axis=0) + mixed @ (stiffness @ mixed))
 
 
-def rigid_motions(K: Sparse, dofs: Sequence[str], nodes: Mapping[str, Sequence[float]]) -> Array:
+def rigid_motions(K: Sparse, dofs: Sequence[str], nodes: Mapping[str, Sequence[float]], within: float = ROUNDING) -> Array:
     """The rigid motions that K (n, n) leaves free, (n, motions), orthonormal; dofs: "NODE.DIRECTION" of each row; nodes:
     coordinates. Rows of nodes without coordinates do not move: modes of a reduction, incompatible modes of elements.
 
     Of each connected part, K acts on its six motions R about its middle. The row that resists most, relative to |K||R|, takes a
-    combination of them away, until what is left of K R is rounding at every row.
+    combination of them away, until what is left of K R is rounding at every row, or another share of |K||R| that it is `within`.
     """
     motions = _of_nodes(dofs, nodes)
     by_row = sparse.csr_array(K)
@@ -52,7 +52,7 @@ def rigid_motions(K: Sparse, dofs: Sequence[str], nodes: Mapping[str, Sequence[f
     order = np.argsort(parts, kind="stable")
     ends = np.searchsorted(parts[order], np.arange(number + 1))
     rows_of = [order[low:high] for low, high in pairwise(ends)]
-    free = [(rows, _free(by_row, motions, rows)) for rows in rows_of]
+    free = [(rows, _free(by_row, motions, rows, within)) for rows in rows_of]
     rigid = np.zeros((len(dofs), sum(part.shape[1] for _, part in free)))
     first = 0
     for rows, part in free:
@@ -79,7 +79,7 @@ def _of_nodes(dofs: Sequence[str], nodes: Mapping[str, Sequence[float]]) -> Arra
     return motions
 
 
-def _free(K: sparse.csr_array, motions: Array, rows: NDArray[Any]) -> Array:
+def _free(K: sparse.csr_array, motions: Array, rows: NDArray[Any], within: float) -> Array:
     """The rigid motions of one connected part, over its rows, that its K leaves free, orthonormal."""
     own = K[rows][:, rows]
     free = _independent(motions[rows])
@@ -88,7 +88,7 @@ def _free(K: sparse.csr_array, motions: Array, rows: NDArray[Any]) -> Array:
         forces = own @ free
         resistance = np.linalg.norm(forces, axis=1) / bounds
         most = int(np.argmax(resistance))
-        if resistance[most] <= ROUNDING:
+        if resistance[most] <= within:
             break
         free = free @ linalg.null_space(forces[most][None])
     return free
