@@ -1,9 +1,14 @@
 """The command `compile` leaves no kernel for later."""
 
+import os
+import signal
 import subprocess
 import sys
+import time
 
 import pytest
+
+from stickslip.support import console
 
 LEFT = """
 import importlib, pkgutil, stickslip
@@ -34,3 +39,18 @@ def test_every_kernel_that_python_calls_is_compiled():
     count, *left = ended.stdout.splitlines()[-1].split()
     assert int(count) > 30
     assert set(left) <= ONLY_TESTS_CALL
+
+
+@pytest.mark.slow
+def test_termination_while_kernels_compile_ends_at_once(tmp_path):
+    """Batch systems and containers wait for ten to thirty seconds before they kill."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-m", "stickslip", "compile"]
+    process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(6.0)
+    process.send_signal(signal.SIGTERM)
+    began = time.monotonic()
+    _, errors = process.communicate(timeout=60)
+    assert time.monotonic() - began < 9.0
+    assert process.returncode == console.TERMINATED, errors
+    assert errors.strip().endswith("Interrupted. All files written so far are complete.")

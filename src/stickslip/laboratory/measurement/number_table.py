@@ -318,7 +318,7 @@ def named_column(table: NumberTable, name: str, which: str | int) -> int:
         if not 1 <= number <= count:
             raise fault(f"The column of {name} in {table.name}", f"must be a number from 1 to {count}", which)
         return number - 1
-    raise fault(f"The column of {name} in {table.name}", "must be one of its titles", which, nearest(which, titles))
+    raise fault(f"The column of {name} in {table.name}", "must be one of its titles", which, nearest(str(which), titles))
 
 
 def place_of(which: str | int) -> int | None:

@@ -172,9 +172,9 @@ def _named(file: UniversalFile, what: str, which: str | int) -> list[UniversalFu
             raise fault(f"The function of {what} in {file.name}", f"must be a number from 1 to {len(file.functions)}", which)
         return [file.functions[number - 1]]
     for spelled in (_whole, _without_entities, _response_alone):
-        if found := [one for one in file.functions if _plain(spelled(one)) == _plain(which)]:
+        if found := [one for one in file.functions if _plain(spelled(one)) == _plain(str(which))]:
             return found
-    remedy = nearest(which, dict.fromkeys(one.name for one in file.functions))
+    remedy = nearest(str(which), dict.fromkeys(one.name for one in file.functions))
     raise fault(f"The function of {what} in {file.name}", "must be one of its functions", which, remedy)
 
 
