@@ -320,3 +320,9 @@ def test_the_list_is_that_of_sha256sum_and_survives_half_a_line(tmp_path):
     files.remove_temporary()
     assert {path.name for path in tmp_path.iterdir()} == {LIST, ".b.txt", ".c.01234567.npz"}
     assert not files.has(tmp_path / "x.txt")
+    for size in (0, 7):  # what a full disk leaves of the first line
+        (tmp_path / LIST).write_bytes((tmp_path / LIST).read_bytes()[:size])
+        assert files.exists
+        assert files.entries() == {}
+        files.add("y.txt", "0" * 64)
+        assert list(files.entries()) == ["y.txt"]

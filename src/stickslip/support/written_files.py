@@ -92,8 +92,11 @@ class WrittenFiles:
 
     @property
     def exists(self) -> bool:
-        """Whether stickslip has written into the folder."""
-        return not self.folder.is_symlink() and self._content().startswith(_HEAD)
+        """Whether stickslip has written into the folder; on a full disk it may have begun its list without an entry."""
+        if self.folder.is_symlink() or self.list.is_symlink() or not self.list.is_file():
+            return False
+        content = self._content()
+        return content.startswith(_HEAD) or _HEAD.startswith(content)
 
     def entries(self) -> dict[str, str]:
         """Digests by the names of files, in the order in which these were first written."""
@@ -117,12 +120,17 @@ class WrittenFiles:
                 "The list of written files", "must be a file that can be written", str(self.list), f"({error.strerror})"
             ) from None
         try:
-            content = os.read(descriptor, os.fstat(descriptor).st_size)
-            if content and not content.startswith(_HEAD):
+            size, head = os.fstat(descriptor).st_size, os.read(descriptor, len(_HEAD))
+            if _HEAD.startswith(head):  # a full disk may have cut it off
+                os.ftruncate(descriptor, 0 if size < len(_HEAD) else size)
+                size = os.fstat(descriptor).st_size
+            elif head != _HEAD:
                 raise fault("The list of written files", "must be that of stickslip", str(self.list), "Move this file.")
-            start = b"" if content.endswith(b"\n") else b"\n" if content else _HEAD
+            os.lseek(descriptor, max(size - 1, 0), os.SEEK_SET)
+            start = _HEAD if not size else b"" if os.read(descriptor, 1) == b"\n" else b"\n"
             os.write(descriptor, start + os.fsencode(f"{digest}  {name}\n"))
-            os.fsync(descriptor)
+            if digest != _UNFINISHED:
+                os.fsync(descriptor)
         finally:
             os.close(descriptor)
 
