@@ -72,7 +72,7 @@ class Turning(NamedTuple):
         return self._replace(a=motion(self.a), b=motion(self.b), origin=motion(self.origin))
 
     def axes_at(self, node: Point) -> Array | None:
-        """The axes (columns) of the rows of a node, None where they cannot be told."""
+        """The axes (columns) of the rows of a node, None where the deck does not give them."""
         a, b, origin = np.array(self.a), np.array(self.b), np.array(self.origin)
         if self.kind == "R":
             return frame([*origin, *a, *b]).axes

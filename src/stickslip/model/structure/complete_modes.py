@@ -25,7 +25,7 @@ MASSLESS = 1e-13
 """Share of the largest 1/ω² below which it is rounding."""
 PARTS = (0.5, 0.25, 0.75)
 """Where in a gap the count is made, in turn, if the matrix has no good factor there."""
-BEYOND_DOUBT = 2
+FRUITLESS = 2
 """Restarts in turn that find nothing of what the count says is missing: the count is then not believed."""
 
 
@@ -122,12 +122,12 @@ def completed(pencil: Pencil, pairs: Eigenpairs, number: int, shift: float = 0.0
     squares, shapes, beyond = pairs
     if not squares.size:
         return CompleteModes(squares, shapes, ModeCount(0, 0, np.inf))
-    contradictions = BEYOND_DOUBT if pencil.weak else 0
+    contradictions = FRUITLESS if pencil.weak else 0
     while True:
         last = min(number, squares.size)
         tolerance = equal_within(pencil, squares, shapes, last, shift)
         low, high = _gap(squares, beyond, last, tolerance, shift)
-        count, bound = (None, high) if contradictions == BEYOND_DOUBT else _count(pencil, low, high, squares, shapes, below)
+        count, bound = (None, high) if contradictions == FRUITLESS else _count(pencil, low, high, squares, shapes, below)
         found = squares.size if count is None else int(np.sum(squares < bound))
         if count is None or count == found:
             complete = CompleteModes(squares[:found], shapes[:, :found], ModeCount(found, count, bound))
@@ -141,7 +141,7 @@ def completed(pencil: Pencil, pairs: Eigenpairs, number: int, shift: float = 0.0
 
 
 def equal_within(pencil: Pencil, squares: Array, shapes: NDArray[Any], last: int, shift: float = 0.0) -> float:
-    """How far λ near that of mode `last`, counted from 1, may be apart and still not be told from each other.
+    """How far λ near that of mode `last`, counted from 1, may be apart and still count as equal.
 
     By the residual of the iteration; by the rounding of θ = 1/(λ − σ), which goes by the largest; and by that of xᴴ(K − λM)x, of
     which a factor has no less.
