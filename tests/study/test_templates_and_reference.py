@@ -106,7 +106,12 @@ def test_the_template_of_a_model_is_a_blade(tmp_path):
     study = read(tmp_path / "study.toml")
     slender = 1.8751**2 / (2 * np.pi) * np.sqrt(210e9 * 0.008**2 / 12 / 7850) / 0.12**2
     assert study.sweep.problem.frequencies(stuck=False)[0] == pytest.approx(1.024 * slender, rel=0.024)
-    assert [note.partition(":")[0] for note in study.notes] == ["left", "right", "tip", "Modes of the body with what is kept held"]
+    assert [note.partition(":")[0] for note in study.notes] == [
+        "left",
+        "right",
+        "tip",
+        "Modes of the body with what is kept held",
+    ]
     assert not any("away" in note or "from the point" in note for note in study.notes)
 
 

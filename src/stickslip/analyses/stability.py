@@ -272,7 +272,7 @@ def _variables(dataset: xr.Dataset, values: dict[str, Any], changes: list[list[C
         "motion_distance": (
             ("case", "point"),
             values["motion_distance"],
-            {"units": "1", "long_name": "distance of the true periodic motion from the solution, relative to the vibration"},
+            {"units": "1", "long_name": "rms distance of the true periodic motion from the solution, relative to the vibration"},
         ),
         "stability_reason": (
             ("case", "point"),

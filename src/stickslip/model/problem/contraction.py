@@ -6,11 +6,13 @@ Of sliders whose limit is constant, T = kt (u − s) with |T| ≤ L, the differe
 
 for M, K and the symmetric part of C without negative eigenvalues: ΔT Δṡ ≥ 0, since a slider that moves is at the limit towards
 which it moves, and the other traction is not beyond it. So no Floquet multiplier lies outside the unit circle. With a positive
-definite ½(C + Cᵀ) a difference that repeats itself has Δq̇ = 0: two periodic motions differ by constant offsets at most, and the
-curve of a forced response has no fold and no isolated part. The energy argument is the same for a disc whose two directions have
-one kt (|T| ≤ L is convex), and for friction that grows with the velocity alone; and for the harmonic balance, where Δq̇ᵀ times the
-equations is summed over a period. Normal loads that vary, gaps and cubic springs are outside of it, as are gas forces that go
-with the displacement. A mean spring acts on constant offsets alone, which do no work.
+definite ½(C + Cᵀ) a difference that repeats itself has Δq̇ = 0: two periodic motions differ by constant offsets of sliders at
+most, with a singular K also of what only friction holds, and the curve of a forced response has no fold and no isolated part.
+
+The energy argument is the same for a disc whose two directions have one kt (|T| ≤ L is convex), for friction that grows with the
+velocity alone, and for the harmonic balance, where Δq̇ᵀ times the equations is summed over a period. Normal loads that vary, gaps
+and cubic springs are outside of it, as are gas forces that go with the displacement. A mean spring acts on constant offsets
+alone, which do no work.
 """
 
 from __future__ import annotations

@@ -65,27 +65,28 @@ class Coordinates:
         return int(self.shapes.shape[1])
 
 
-def coordinates(problem: Problem, highest: float, most: int) -> Coordinates | None:
+def coordinates(problem: Problem, highest: float, most: int, fastest: float = np.inf) -> Coordinates | None:
     """Modes of the stuck structure up to `highest` [rad/s] and the static shapes of the contact rows, with their mass and
-    damping. None where they are more than `most`, or rows have no mass.
+    damping. None where they are more than `most`, or one is faster than `fastest` [rad/s], as of rows without mass.
 
     The static shapes move with the contacts in whatever state they are; modes of the stuck structure alone lose the motion in
     slip where the stuck contact is stiff.
     """
     M, B, stuck = problem.structure.M, problem.B, problem.stuck_stiffness + problem.mean_stiffness
-    squares, modes = linalg.eigh(M, stuck)  # 1/ω²
+    squares, modes = linalg.eigh(M, stuck)  # 1/ω², with φᵀK'φ = 1
     wanted = squares * highest**2 >= 1.0
-    if np.count_nonzero(wanted) + (0 if np.all(wanted) else len(B)) > most:
-        return None
     if not np.all(wanted):
-        modes = np.hstack([modes[:, wanted], np.linalg.solve(stuck, B.T)])
-    lengths = np.sqrt(np.einsum("ij,ij->j", modes, M @ modes).clip(min=0.0))
-    if not lengths.size or lengths.min() <= np.sqrt(np.finfo(float).eps) * lengths.max():
+        static, kept = np.linalg.solve(stuck, B.T), modes[:, wanted]
+        rest = static - kept @ (kept.T @ B.T)
+        # Orthogonal to the modes kept; what rounding left of shapes that they hold goes.
+        energies, turned = np.linalg.eigh(B @ rest)
+        own = energies > len(M) * np.finfo(float).eps * np.abs(B @ static).max(initial=0.0)
+        rest = rest @ (turned[:, own] / np.sqrt(energies[own]))
+        light, turned = np.linalg.eigh(rest.T @ M @ rest)
+        squares, modes = np.concatenate([squares[wanted], light]), np.hstack([kept, rest @ turned])
+    if squares.size > most or not np.all(squares > fastest**-2):
         return None
-    modes = modes / lengths
-    overlap, turned = linalg.eigh(modes.T @ M @ modes)
-    own = overlap > np.sqrt(np.finfo(float).eps)
-    shapes = modes @ (turned[:, own] / np.sqrt(overlap[own]))
+    shapes = modes / np.sqrt(squares)
     K = problem.structure.K + problem.mean_stiffness
     return Coordinates(shapes, shapes.T @ M, shapes.T @ problem.C @ shapes, shapes.T @ K @ shapes, B @ shapes)
 
@@ -100,12 +101,12 @@ class State(NamedTuple):
 @dataclass(eq=False)
 class Passage:
     """A marched period: the state at its end; derivative (2k + elements, same) of the state by that at the beginning, None where
-    it was not asked for; moved: which sliders slip or open; events: how many."""
+    it was not asked for; moved: which sliders slip or open; path (samples, k): the motion at the ends of equal parts."""
 
     end: State
     derivative: Array | None
     moved: NDArray[np.bool_]
-    events: int
+    path: Array
 
 
 class Guard(NamedTuple):
@@ -253,7 +254,7 @@ class EventMarch:
     """Periods of one problem at constant speed. of_load: rad/s that no harmonic of its load exceeds."""
 
     def __init__(self, problem: Problem, highest: float, most: int, of_load: float) -> None:
-        found = coordinates(problem, highest, most)
+        found = coordinates(problem, highest, most, of_load * STEP * MOST_STEPS / (2.0 * np.pi))
         if found is None:
             raise InputError(f"The motion must have at most {most} coordinates with mass to be followed from event to event.")
         self.problem, self.coordinates, self.table = problem, found, contact_table(problem.contacts)
@@ -358,30 +359,32 @@ class EventMarch:
         sliders[none], y[none] = OPEN, -spring[none]
         return self.state(sliders, closed, passed), y
 
-    def travel(self, begin: State, derivative: bool = False) -> Passage:
-        """The state a period later."""
+    def travel(self, begin: State, derivative: bool = False, samples: int = 1) -> Passage:
+        """The state a period later; samples: parts of the period at whose ends the motion is wanted."""
         state, y = self.entry(begin)
         x, t, events = begin.motion, 0.0, 0
         tangent = _Tangent(self, state) if derivative else None
         moved, self._steps_left = state.sliders != STICK, MOST_STEPS
-        while True:
-            x, span, guard = self._until_event(state, y, x, t)
+        path = list[Array]()
+        while len(path) < samples:
+            x, span, guard = self._until_event(state, y, x, t, (len(path) + 1) / samples * self.period)
             if tangent:
                 tangent.go(state, span)
             t += span
             if guard is None:
-                break
+                path.append(x[: self.coordinates.size])
+                continue
             events += 1
             if events > MOST_EVENTS:
                 raise LostMotionError
             state, y = self._passed(state, guard, x, y, tangent)
             moved |= state.sliders != STICK
         end = State(x, self._slaved(state, x, y))
-        return Passage(end, None if tangent is None else tangent.whole(state), moved, events)
+        return Passage(end, None if tangent is None else tangent.whole(state), moved, np.array(path))
 
-    def _until_event(self, state: ContactState, y: Array, x: Array, t: float) -> tuple[Array, float, Guard | None]:
-        """x at the next event or at the end of the period, the time until then, and the guard that turned negative."""
-        left, elapsed, count = self.period - t, 0.0, 32
+    def _until_event(self, state: ContactState, y: Array, x: Array, t: float, end: float) -> tuple[Array, float, Guard | None]:
+        """x at the next event or at a given instant, the time until then, and the guard that turned negative."""
+        left, elapsed, count = end - t, 0.0, 32
         acceleration, constant, rounding = state.constant_acceleration(y), state.guard_constant + state.by_y @ y, state.rounding()
         rest, guard = x - self.forced_motion(state, np.array(t)), None
         while guard is None and left - elapsed > ROUNDING * self.period:
@@ -416,12 +419,11 @@ class EventMarch:
                 moving[j] += turning.real
                 turning = turning * (1j * h * self.omega / (j + 1))
         moving[0] += constant
-        powers = span ** np.arange(TERMS)
-        ends = powers @ moving
-        broken = np.flatnonzero(ends < -state.rounding())
+        ends, rounding = span ** np.arange(TERMS) @ moving, state.rounding()
+        broken = np.flatnonzero(ends < -rounding)
         share, guard = span, None
         for g in broken:
-            root = _root(moving[:, g], span)
+            root = _root(moving[:, g], span, rounding[g])
             if root < share or guard is None:
                 share, guard = root, state.guards[g]
         where = rest.copy()
@@ -532,10 +534,15 @@ class _Tangent:
         return np.vstack([self.motion, self.intercept])
 
 
-def _root(polynomial: Array, span: float) -> float:
-    """Where a polynomial in t (terms,) that is negative at `span` turns negative; 0 where it is not positive at 0."""
-    if polynomial[0] <= 0.0:
-        return 0.0
+def _root(polynomial: Array, span: float, rounding: float) -> float:
+    """Where a polynomial in t (terms,) that is negative at `span` turns negative: 0 where it begins there and falls.
+
+    Behind an event a guard begins at zero but for rounding, and may rise before it falls: that root is taken out.
+    """
+    if polynomial[0] <= rounding:
+        polynomial = polynomial[1:]
+        if polynomial[0] <= 0.0:
+            return 0.0
     falling = polynomial[::-1].tolist()
     low, high, t = 0.0, span, 0.5 * span
     while True:

@@ -128,8 +128,11 @@ class Judge:
 
 def _of_orbit(search: OrbitSearch, orbit: Orbit | None) -> Verdict:
     """By the multipliers of the true motion, where it is near."""
-    if orbit is None or not orbit.closed:
-        return Verdict(Stability.UNDECIDED, reason="no periodic motion was found beside it", resolved=False)
+    if orbit is None:
+        return Verdict(Stability.UNDECIDED, reason="a period of the true motion could not be followed", resolved=False)
+    if not orbit.closed:
+        words = f"no periodic motion was found beside it (over a period, the nearest changes by {100.0 * orbit.defect:.2g} %)"
+        return Verdict(Stability.UNDECIDED, reason=words, resolved=False)
     multiplier, size = orbit.leading, abs(orbit.leading)
     error = orbit.defect / max(float(np.abs(1.0 - multiplier)), np.finfo(float).tiny)
     numbers = multiplier, error, orbit.exact_ones, orbit.distance

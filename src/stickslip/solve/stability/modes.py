@@ -45,7 +45,7 @@ def block_modes(states: States, rows: int, highest: float) -> BlockModes | None:
     found, single, dropped = [], [], list[float]()
     for j in np.flatnonzero(~np.isin(states.kind, [kind + 1 for kind in FIRSTS])):
         frequency = _frequency(states, int(j))
-        if frequency <= highest:
+        if np.isfinite(frequency) and frequency <= highest:
             found.append(_block(states, int(j), shape, receiver))
             single.append(states.kind[j] == REAL_POLE or (states.kind[j] == REAL_MODE and states.q[j] <= 0.0))
         elif np.isfinite(frequency):

@@ -6,6 +6,7 @@ events may say more or less than those of the motion. So stability is read from 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,10 +31,14 @@ DIFFERENCE, PUSH = 1e-5, 1e-3
 PERIODS = 30
 """That a disturbed motion is followed for."""
 
+SAMPLES = 64
+"""Of a period, at which the motion is compared with the solution."""
+
 
 @dataclass(frozen=True, eq=False)
 class Orbit:
-    """begin: state at t = 0; defect: what a period changes of it, and distance: from the balance, both relative to the vibration.
+    """begin: state at t = 0; defect: what a period changes of it, relative to the vibration; distance: from the solution, root
+    mean square over the period, weighted with the masses, relative to that of the vibration.
 
     multipliers: largest first, without those of exactly 1 of the `exact_ones` sliders that never slip; vector (states,): a
     disturbance in the space of the largest, and adjoint (states,), which measures how much of a disturbance is, in units of
@@ -79,18 +84,22 @@ class OrbitSearch:
         scale = np.concatenate(
             [np.full(k, size), np.full(k, size * point.omega), kt * max(float(rows.max(initial=0.0)), np.finfo(float).tiny)]
         )
-        try:
-            return self._closed(self._state(start), scale)
-        except LostMotionError:
-            return None
+        sizes = scale, motion
+        found: Orbit | None = None
+        for settled in (True, False):
+            with suppress(LostMotionError):
+                found = self._closed(self._state(start), *sizes, settled=settled)
+                if found.closed:
+                    break
+        return found
 
     def _state(self, start: TimeStart) -> State:
         weight = self.march.coordinates.weight
         return State(np.concatenate([weight @ start.motion, weight @ start.velocity]), start.intercepts)
 
-    def _closed(self, first: State, scale: Array) -> Orbit:
-        """Newton's method on P(x) − x = 0 from a state on, after one period in which sliders find their places."""
-        x = _packed(self.march.travel(first).end)
+    def _closed(self, first: State, scale: Array, motion: Array, settled: bool) -> Orbit:
+        """Newton's method on P(x) − x = 0 from a state on, or from that after a period in which sliders find their places."""
+        x = _packed(self.march.travel(first).end if settled else first)
         passage = self._passage(x)
         left = self._defect(x, passage, scale)
         for _ in range(CORRECTIONS):
@@ -117,7 +126,7 @@ class OrbitSearch:
                 passage = self._passage(x)
                 better = x, passage, self._defect(x, passage, scale)
             x, passage, left = better
-        return self._orbit(first, x, passage, left, scale)
+        return self._orbit(motion, x, passage, left, scale)
 
     def _passage(self, x: Array) -> Passage:
         return self.march.travel(self._unpacked(x), derivative=True)
@@ -134,7 +143,7 @@ class OrbitSearch:
         """What a period changes, in units of the vibration."""
         return np.where(self._free(passage), (_packed(passage.end) - x) / scale, 0.0)
 
-    def _orbit(self, first: State, x: Array, passage: Passage, left: Array, scale: Array) -> Orbit:
+    def _orbit(self, motion: Array, x: Array, passage: Passage, left: Array, scale: Array) -> Orbit:
         own = self._free(passage)
         assert passage.derivative is not None
         matrix = (passage.derivative * scale / scale[:, None])[np.ix_(own, own)]
@@ -148,10 +157,18 @@ class OrbitSearch:
             vector[own] = one.real / np.linalg.norm(one.real)
             adjoint[own] = np.linalg.pinv(vectors)[order[0]]
             adjoint /= max(abs(adjoint @ vector), np.finfo(float).tiny)
-        size = 2 * self.march.coordinates.size
-        away = float(np.linalg.norm((x[:size] - first.motion) / scale[:size]))
+        away = self._distance(x, motion)
         defect, ones = float(np.linalg.norm(left)), int(np.count_nonzero(~passage.moved))
         return Orbit(self._unpacked(x), defect, away, values[order].astype(complex), ones, vector, adjoint, scale)
+
+    def _distance(self, x: Array, motion: Array) -> float:
+        """Of the motion that begins at x from that of the solution, (k, 2H+1)."""
+        path = self.march.travel(self._unpacked(x), samples=SAMPLES).path
+        order, phase = np.arange(1, (motion.shape[1] + 1) // 2), 2.0 * np.pi * np.arange(1, SAMPLES + 1) / SAMPLES
+        angles = np.outer(phase, order)
+        vibration = np.cos(angles) @ motion[:, 1::2].T + np.sin(angles) @ motion[:, 2::2].T
+        away = path - motion[:, 0] - vibration
+        return float(np.linalg.norm(away) / max(float(np.linalg.norm(vibration)), np.finfo(float).tiny))
 
     def sides(self, orbit: Orbit) -> tuple[float, float]:
         """By how much a period multiplies a small disturbance along the vector of the largest multiplier, to either side.
