@@ -105,9 +105,9 @@ def test_matlab_and_universal_files_hold_the_same_decay(order, tmp_path):
         exact = 1e-3 * np.exp(ROOT.real * found["window_time"].values)
         np.testing.assert_allclose(found["amplitude"], exact, rtol=3e-4, err_msg=name)  # |root|² is ω² (1 + ζ²)
         np.testing.assert_allclose(found["frequency"], FREQUENCY, rtol=3e-6, err_msg=name)
-        assert found.sizes["window"] > 80, name
+        assert found.sizes["window"] > 60, name
     doubled = ss.read_decay(folder / "two.unv", columns={"signal": "2:+Z"}).dataset
-    np.testing.assert_allclose(doubled["amplitude"][0], 2.0 * exact[0], rtol=3e-4)
+    np.testing.assert_allclose(doubled["amplitude"], 2e-3 * np.exp(ROOT.real * doubled["window_time"].values), rtol=3e-4)
 
 
 def test_what_is_damaged_or_unclear_is_refused_in_a_sentence(tmp_path):

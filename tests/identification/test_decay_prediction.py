@@ -66,7 +66,7 @@ def test_a_decay_in_time_lies_inside_its_prediction(predicted, ring_down):
     """Frequency and damping of the windows against those predicted from steady responses, by no common code of solution."""
     compared = predicted.compare(ring_down)
     data, table = compared.dataset, compared.comparison()
-    assert data.sizes["window"] > 50
+    assert data.sizes["window"] > 20
     assert float(data["inside_damping_ratio"][0]) > 0.75
     assert np.abs(table["error of frequency in %"]).max() < 0.05
     slipping = table[table["amplitude [m]"] > 1.3]

@@ -36,8 +36,9 @@ def test_errors_are_those_of_noise():
     """Deviations over their standard errors have a standard deviation of 1; windows apart by their length are independent."""
     (signal, *_), delta = linear()
     rng, scores = np.random.default_rng(0), []
-    for _ in range(16):
-        data = ss.measured_decay(TIME, signal + 2e-5 * rng.normal(size=TIME.size)).dataset.isel(window=slice(0, 40, 4))
+    for _ in range(10):
+        noisy = signal + 2e-5 * rng.normal(size=TIME.size)
+        data = ss.measured_decay(TIME, noisy, cycles=2.0).dataset.isel(window=slice(0, 40, 4))
         exact = {"frequency": 60.0, "damping_ratio": 0.01, "amplitude": 1e-3 * np.exp(-delta * data["window_time"].values)}
         scores.append([((data[key] - value) / data[f"{key}_error"]).values for key, value in exact.items()])
     assert np.std(np.array(scores), axis=(0, 2)) == pytest.approx(1.0, abs=0.2)
@@ -49,7 +50,7 @@ def test_rigid_friction_damps_by_its_closed_form():
     omega, loss, start = 2.0 * np.pi * 60.0, 4e-6, 1e-3
     half = np.floor(TIME * omega / np.pi)
     signal = np.where(half % 2 == 0, 1.0, -1.0) * loss + (start - loss - 2.0 * loss * half) * np.cos(omega * TIME)
-    data = ss.measured_decay(TIME, np.where(start - loss - 2.0 * loss * half > 0.0, signal, 0.0)).dataset
+    data = ss.measured_decay(TIME, np.where(start - loss - 2.0 * loss * half > 0.0, signal, 0.0), cycles=2.0).dataset
     far = data.isel(window=data["amplitude"].values > 40.0 * loss)
     assert far.sizes["window"] > 60
     np.testing.assert_allclose(far["frequency"], 60.0, rtol=1e-3)
@@ -68,11 +69,12 @@ def test_a_decay_ends_where_friction_stops_the_motion():
     turning = np.where(left > 0.0, np.cos(np.minimum(time * omega, np.pi * (half + 1.0)) - np.pi * half), 0.0)
     signal = (-1.0) ** half * (loss + left * turning)
     for noise in (0.0, 1e-7):
-        data = ss.measured_decay(time, signal + noise * np.random.default_rng(0).normal(size=time.size)).dataset
+        noisy = signal + noise * np.random.default_rng(0).normal(size=time.size)
+        data = ss.measured_decay(time, noisy, cycles=2.0).dataset
         amplitude = data["amplitude"].values
         apart = data["damping_ratio"].values / (2.0 * loss / (np.pi * amplitude)) - 1.0
         assert amplitude[-1] < 8.0 * loss
-        assert np.abs(apart[amplitude > 10.0 * loss]).max() < 0.02
+        assert np.abs(apart[amplitude > 12.0 * loss]).max() < 0.02
         assert np.abs(apart).max() < 0.1
         assert data["damping_ratio_error"].values.min() > 1e-6
 
@@ -199,10 +201,10 @@ def test_what_is_no_decay_is_refused(tmp_path):
         ((TIME, signal), {"band": "all"}, "band must hold numbers"),
         ((TIME, signal), {"band": (1.0, 2.0, 3.0)}, "band must have 2 entries"),
         ((TIME, np.where(TIME[40] < TIME, np.nan, signal)), {}, "signal must be finite, but is 'nan at entry 42'"),
-        ((TIME, signal[::-1].copy()), {}, "must have a decay after it"),
+        ((TIME, signal[::-1].copy()), {}, "must have 3 cycles after it"),
         ((TIME, signal), {"cycles": 0.1}, "cycles must be"),
         ((TIME[::20], signal[::20]), {}, "must be 8 at least"),
-        ((TIME, rng.normal(size=TIME.size)), {"band": (50.0, 70.0)}, "must have two windows of 2 cycles"),
+        ((TIME, rng.normal(size=TIME.size)), {"band": (50.0, 70.0), "cycles": 2.0}, "must have two windows of 2 cycles"),
         ((TIME, np.zeros(TIME.size)), {}, "must move between"),
     ]
     for arguments, settings, message in wrong:

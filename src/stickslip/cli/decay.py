@@ -34,7 +34,10 @@ def decay(
         str | None,
         typer.Option(metavar="LOW:HIGH", help="Band in Hz that contains the frequency; default: around the largest motion."),
     ] = None,
-    cycles: Annotated[float, typer.Option(help="Length of the windows to which a damped sine is fitted, in cycles.")] = 2.0,
+    cycles: Annotated[
+        float | None,
+        typer.Option(help="Length of the windows to which a damped sine is fitted, in cycles; default: the best."),
+    ] = None,
     begin: Annotated[float | None, typer.Option(help="Time in s before which the record is ignored, such as a blow.")] = None,
     quantity: Annotated[
         str | None, typer.Option(help="displacement, velocity or acceleration; default: as the file states.")

@@ -1,11 +1,6 @@
 """Measured decays: amplitude, frequency and damping ratio along a ring-down test, each with its standard error.
 
-A damped sine is fitted to one window after the other, by the Gauss–Newton method,
-
-    x(s) = m + exp(−δ s − κ s²) (a cos(ω s + ν s²) + b sin(ω s + ν s²)),
-
-s from the middle of the window; κ and ν are the change of δ and ω within it. Modes outside of a given band are fitted beside it,
-each a damped sine without κ and ν. The standard errors follow from the residual, and are larger where it is not noise.
+Record and file are checked here; `decay_windows.py` fits the windows.
 """
 
 from __future__ import annotations
@@ -13,15 +8,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.signal import fftconvolve
 
 from stickslip.analyses.arguments import output_of
 from stickslip.analyses.controlled_response import PhaseResonance
 from stickslip.analyses.free_decay import beside_modes, beside_phase_resonance
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
+from stickslip.laboratory.measurement.decay_windows import Record, Window, fitted_windows
 from stickslip.laboratory.measurement.matlab_columns import response_columns
 from stickslip.laboratory.measurement.number_table import UNITS, NumberTable, matlab_arrays, named_column, text_table
 from stickslip.laboratory.measurement.records import LONGEST_CLIP, longest_run
@@ -40,24 +37,8 @@ if TYPE_CHECKING:
 FEWEST = 8
 """Samples of a cycle at least."""
 
-ITERATIONS, ENOUGH = 30, 1e-10
-"""Of Gauss-Newton in a window at most, and the relative step that ends it."""
-
-SURE = 5.0
-"""Standard errors of its amplitude from which a window shows a motion; decays end where there are fewer."""
-
-SMALLEST = 1e-3
-"""Share of the largest amplitude at which a decay ends in any case."""
-
-DRIFTING = 1.5
-"""Cycles of a window from which the change of frequency and damping within it is fitted too."""
-
-OTHERS, BEYOND_CHANCE = 6, 10.0
-"""Other modes that are fitted in a window at most; and what a further one must make of the sum of squares, by a test F of its
-four parameters."""
-
-MOST = 50.0
-"""Largest exponent of the amplitude within a window."""
+LEAST = 3.0
+"""Cycles from the beginning of a decay on, of which two windows need as many at least."""
 
 EVEN = 1e-3
 """Relative deviation of the time steps up to which a record counts as evenly sampled."""
@@ -94,7 +75,7 @@ class MeasuredDecay(Result):
         """A copy that holds computed nonlinear modes too, at the output that was measured, for its figure."""
         of_kind("modes", modes, NonlinearModes)
         number = output_of(modes.problem, output)
-        return replace(self, dataset=beside_modes(self.dataset, modes.dataset.isel(output=[number]), "amplitude"))
+        return replace(self, dataset=beside_modes(self.dataset, modes.dataset.isel(output=[number])))
 
     def with_phase_resonance(self, test: PhaseResonance) -> MeasuredDecay:
         """A copy that holds the frequencies of a computed phase resonance test too, for its figure."""
@@ -111,48 +92,69 @@ def measured_decay(
     quantity: str = "displacement",
     *,
     band: tuple[float, float] | Band | None = None,
-    cycles: float = 2.0,
+    cycles: float | None = None,
     begin: float | None = None,
     name: str = "",
 ) -> MeasuredDecay:
     """Amplitude, frequency and damping of a measured decay, (n,) samples at even times, s, of a displacement, velocity or
     acceleration in m, m/s or m/s².
 
-    The decay begins at the largest sample from the time `begin` [s] on; use it to exclude a blow. Windows of `cycles` are
-    fitted, half a cycle apart, until the amplitude is below five standard errors or a thousandth of the largest, or friction
-    stops the motion. band [Hz]: in which the frequency is looked for; modes outside of it are fitted too, so that they do not
-    disturb. Other modes increase the standard errors; two modes are separated only if a window is longer than one period of their
-    beat. Amplitude and damping ratio are those of the displacement,
-    whatever was measured: A/ω of a velocity, A/ω² of an acceleration, ζ = δ/√(δ² + ω²) with the decay δ of this amplitude.
+    The decay begins at the largest motion near its frequency from the time `begin` [s] on, a motion that grows at `begin`; use it
+    to exclude a blow. Damped sines
+    are fitted to windows of `cycles`, unless given of the length whose errors are smallest, until the amplitude is below five
+    standard errors, or friction stops the motion. band [Hz]: in which the frequency is looked for. The standard errors count all
+    that else is in the record, noise, hum, a suspension and other modes, by its spectrum and by what the fit lets through; a
+    second mode in the band is fitted too. Amplitude and damping ratio are those of the displacement, whatever was measured: A/ω
+    of a velocity, A/ω² of an acceleration, ζ = δ/√(δ² + ω²) with the decay δ of this amplitude.
     """
     among("quantity", quantity, MOTIONS)
     t = vector("time", time)
     x, step = vector("signal", signal, t.size), _step(t)
     low, high = (0.0, 0.5 / step) if band is None else _ends(band)
-    if not 0.5 <= positive("cycles", cycles) <= 100.0:
-        raise fault("cycles", "must be from 0.5 to 100", cycles)
+    if cycles is not None and not 0.5 <= positive("cycles", cycles) <= 200.0:
+        raise fault("cycles", "must be from 0.5 to 200", cycles)
     after = 0 if begin is None else int(np.searchsorted(t, finite("begin", begin)))
     if t.size - after < 4 * FEWEST:
         raise fault("begin", f"must leave {4 * FEWEST} samples at least", begin, f"The record ends at {t[-1]:g} s.")
-    first = after + int(np.argmax(np.abs(x[after:] - x[after:].mean())))
-    if t.size - first < 4 * FEWEST:
+    hertz = _dominant(x[after:] - x[after:].mean(), step, (low, high))
+    first = after + _largest(x[after:], step, hertz)
+    if begin is not None and (t.size - first) * step * hertz < LEAST:  # a motion that grows
+        first = after
+    if (t.size - first) * step * hertz < LEAST:
         where, remedy = f"{t.size - first} samples from its end on", "Is it a free decay, in the order of time?"
-        raise fault(f"The largest sample of the {quantity}", "must have a decay after it", where, remedy)
+        raise fault(f"The largest motion of the {quantity}", f"must have {LEAST:g} cycles after it", where, remedy)
     omega = 2.0 * np.pi * _dominant(x[first:] - x[first:].mean(), step, (low, high))
     if 2.0 * np.pi / (omega * step) < FEWEST:
         raise fault("The samples of a cycle", f"must be {FEWEST} at least", 2.0 * np.pi / (omega * step), "Sample faster.")
     _refuse_plateau(t[after:], x[after:], 2.0 * np.pi / (omega * step))
-    rows = _windows(t[first:], x[first:], omega, cycles, (low, high), drifting=cycles >= DRIFTING)
-    if len(rows) < 2:  # other modes are strong
-        rows = _windows(t[first:], x[first:], omega, cycles, (low, high), drifting=False)
-    if len(rows) < 2:
+    ends = 2.0 * np.pi * low, 2.0 * np.pi * high
+    record = Record(t, x, MOTIONS.index(quantity), first, ends, _resolution(x))
+    windows = fitted_windows(record, omega, cycles)
+    if len(windows) < 2:
         remedy = (
             "Leave out a blow at the beginning (begin, --begin), give the band of one mode (band, --band), or take longer "
             "windows (cycles=10, --cycles 10)."
         )
         what = f"A decay near {omega / (2.0 * np.pi):.4g} Hz"
-        raise fault(what, f"must have two windows of {cycles:g} cycles that a damped sine fits", len(rows), remedy)
-    return MeasuredDecay(_dataset(t, x, np.array(rows), quantity, name))
+        of = "" if cycles is None else f" of {cycles:g} cycles"
+        raise fault(what, f"must have two windows{of} that a damped sine fits", len(windows), remedy)
+    return MeasuredDecay(_dataset(record, windows, quantity, name))
+
+
+def _largest(x: Array, step: float, hertz: float) -> int:
+    """The sample with which a decay at a frequency begins: the largest of all, or where that is not near the largest motion at
+    this frequency, as a blow is not, the sample where three cycles move most."""
+    count = min(round(3.0 / (hertz * step)), x.size)
+    moving = x - x.mean()
+    around = np.hanning(count + 2)[1:-1] * np.exp(2j * np.pi * hertz * step * np.arange(count))
+    best, largest = int(np.argmax(np.abs(fftconvolve(moving, around, "same")))), int(np.argmax(np.abs(moving)))
+    return largest if best - count <= largest <= best else best
+
+
+def _resolution(x: Array) -> float:
+    """The step of quantised samples; 0 where most samples are different."""
+    levels = np.unique(x)
+    return float(np.diff(levels).min()) if 1 < levels.size < 0.5 * x.size else 0.0
 
 
 def _refuse_plateau(t: Array, x: Array, cycle: float) -> None:
@@ -297,120 +299,14 @@ def _dominant(x: Array, step: float, band: tuple[float, float]) -> float:
     return float(hertz[inside[np.argmax(spectrum[inside])]])
 
 
-def _windows(t: Array, x: Array, omega: float, cycles: float, band: tuple[float, float], drifting: bool) -> list[list[float]]:
-    """Of each window its middle, amplitude, ω, δ and ν, and the standard errors of these four."""
-    rows: list[list[float]] = []
-    begin, end = t[0], t[-1]
-    while begin + cycles * 2.0 * np.pi / omega <= end:
-        inside = (t >= begin) & (t <= begin + cycles * 2.0 * np.pi / omega)
-        fitted = _window(t[inside], x[inside], omega, band, drifting)
-        if fitted is None or (rows and fitted.row[1] < SMALLEST * rows[0][1]):
-            break
-        rows.append(fitted.row)
-        omega = fitted.row[2]
-        begin += np.pi / omega
-    return rows
-
-
-class _Fit(NamedTuple):
-    """The row of a window, the frequencies ω of all its sines, the residual, and how many samples it has beyond parameters."""
-
-    row: list[float]
-    omegas: list[float]
-    left: Array
-    free: int
-
-
-def _window(t: Array, x: Array, omega: float, band: tuple[float, float], drifting: bool) -> _Fit | None:
-    """The fit of a window, with the largest lines of its residual outside of the band as further sines while they lower it beyond
-    chance."""
-    fit = _damped_sines(t, x, [omega], drifting)
-    hertz = np.fft.rfftfreq(8 * x.size, t[1] - t[0])
-    outside = np.flatnonzero(((hertz < band[0]) | (hertz > band[1] + hertz[1])) & (hertz * (t[-1] - t[0]) > 1.0))
-    omegas, left = [omega], x - x.mean()
-    for _ in range(OTHERS if outside.size else 0):
-        if fit is not None:
-            omegas, left = fit.omegas, fit.left
-        lines = np.abs(np.fft.rfft(left * np.hanning(x.size), 8 * x.size))[outside]
-        omegas = [*omegas, 2.0 * np.pi * float(hertz[outside[np.argmax(lines)]])]
-        wider = _damped_sines(t, x, omegas, drifting)
-        if wider is None and fit is None and (others := _damped_sines(t, x, omegas[1:], drifting=False)) is not None:
-            omegas, left = [omega, *others.omegas], others.left  # larger than the mode in the band
-            continue
-        if wider is None or wider.free < FEWEST:
-            break
-        lower = 1.0 + BEYOND_CHANCE * 4.0 / wider.free
-        if fit is not None and fit.left @ fit.left < lower * (wider.left @ wider.left):
-            break
-        fit = wider
-    return fit
-
-
-def _damped_sines(t: Array, x: Array, omegas: Sequence[float], drifting: bool) -> _Fit | None:
-    """Damped sines fitted to a window from the frequencies `omegas` on; the row of the window is that of the first, with its
-    middle, amplitude there, ω, δ and ν, and their standard errors. drifting: fit κ and ν of the first too; they are 0 else.
-
-    None where the fit fails, the motion is lost in noise, or ends within the window: it falls ever faster, κ > δ²/4, and is gone
-    at the end.
-    """
-    middle = 0.5 * float(t[0] + t[-1])
-    s, least, count = t - middle, np.array(omegas), len(omegas)
-    scale = float(np.abs(x).max()) or 1.0
-    rates, drift = np.stack([least, np.zeros(count)]), np.zeros(2)  # ω and δ of each; ν and κ of the first
-    for _ in range(ITERATIONS):
-        turning, falling = rates[0, :, None] * s, rates[1, :, None] * s
-        if drifting:
-            turning[0] += drift[0] * s**2
-            falling[0] += drift[1] * s**2
-        fading = np.exp(-np.clip(falling, -MOST, MOST))
-        cosines, sines = fading * np.cos(turning), fading * np.sin(turning)
-        basis = np.vstack([np.ones_like(s), cosines, sines])
-        m, *ab = np.linalg.lstsq(basis.T, x, rcond=None)[0]
-        a, b = np.reshape(ab, (2, count, 1))
-        moving, across = a * cosines + b * sines, b * cosines - a * sines
-        drifts = [s**2 * across[0], -(s**2) * moving[0]] if drifting else []
-        J = np.vstack([basis, s * across, -s * moving, *drifts]).T
-        left, lengths = x - m - moving.sum(axis=0), np.linalg.norm(J, axis=0)
-        change = (np.linalg.lstsq(J / lengths, left, rcond=None)[0] / lengths)[len(basis) :]
-        rates = rates + change[: 2 * count].reshape(2, count)
-        drift = drift + (change[2 * count :] if drifting else 0.0)
-        if np.any((rates[0] <= 0.5 * least) | (rates[0] >= 2.0 * least) | (np.abs(rates[1]) > least)):
-            return None
-        if np.abs(change[: 2 * count]).reshape(2, count)[:, 0].max() <= ENOUGH * rates[0, 0]:
-            break
-    else:
-        return None
-    if drifting and rates[1, 0] * s[-1] > 1.0 and drift[1] > 0.25 * rates[1, 0] ** 2:
-        return None
-    noise = float(left @ left) / max(x.size - J.shape[1], 1) + (np.finfo(float).eps * scale) ** 2
-    covariance = noise * np.linalg.pinv((J / lengths).T @ (J / lengths)) / np.outer(lengths, lengths)
-    amplitude = float(np.hypot(a[0, 0], b[0, 0]))
-    towards = np.zeros(J.shape[1])
-    towards[[1, 1 + count]] = a[0, 0] / max(amplitude, 1e-300), b[0, 0] / max(amplitude, 1e-300)
-    of_rates, of_drift = np.diag(covariance)[len(basis) :: count][:2], covariance[-2, -2] if drifting else 0.0
-    spread = [*of_rates, of_drift]
-    errors = np.sqrt([towards @ covariance @ towards, *spread])
-    if amplitude < SURE * errors[0]:
-        return None
-    errors = np.sqrt(_dependence(left)) * errors
-    row = [middle, amplitude, *rates[:, 0].tolist(), float(drift[0]), *errors.tolist()]
-    return _Fit(row, rates[0].tolist(), left, x.size - J.shape[1])
-
-
-def _dependence(left: Array) -> float:
-    """By how much what a fit leaves is worse than noise: (1 + ρ)/(1 − ρ) of the correlation ρ of neighbours, if it is beyond
-    chance; other modes, and changes that the fit does not know, vary from sample to sample less than noise."""
-    correlation = float(left[1:] @ left[:-1]) / max(float(left @ left), np.finfo(float).tiny)
-    return (1.0 + correlation) / max(1.0 - correlation, 1e-6) if correlation > 3.0 / np.sqrt(left.size) else 1.0
-
-
-def _dataset(t: Array, x: Array, rows: Array, quantity: str, name: str) -> xr.Dataset:
+def _dataset(record: Record, windows: Sequence[Window], quantity: str, name: str) -> xr.Dataset:
     import xarray as xr
 
-    middle, size, omega, delta, drift, size_error, omega_error, delta_error, drift_error = rows.T
-    order = MOTIONS.index(quantity)
-    # The displacement is A/ω^order, and ω changes by 2ν in a unit of time.
-    delta, delta_error = delta + 2.0 * order * drift / omega, np.hypot(delta_error, 2.0 * order * drift_error / omega)
+    order = record.order
+    middle, size, omega, delta = (
+        np.array([getattr(each, key) for each in windows]) for key in ("middle", "amplitude", "omega", "delta")
+    )
+    size_error, omega_error, delta_error = np.array([each.errors for each in windows]).T
     ratio = delta / np.hypot(delta, omega)
     values = {
         "window_time": (middle, "s", "middle of the window"),
@@ -425,6 +321,8 @@ def _dataset(t: Array, x: Array, rows: Array, quantity: str, name: str) -> xr.Da
     data: dict[str, Any] = {
         key: ("window", each, {"units": unit, "long_name": words}) for key, (each, unit, words) in values.items()
     }
-    data["signal"] = "time", x, {"units": units, "long_name": f"measured {quantity}"}
-    coords = {"time": ("time", t, {"units": "s", "long_name": "time"})}
-    return xr.Dataset(data, coords, {"title": name or "Measured decay", "quantity": quantity})
+    data["signal"] = "time", record.x, {"units": units, "long_name": f"measured {quantity}"}
+    coords = {"time": ("time", record.t, {"units": "s", "long_name": "time"})}
+    length = float(windows[0].motion.size * record.step * omega[0] / (2.0 * np.pi))
+    others = {"window_cycles": length, "second_mode": float(windows[0].second / (2.0 * np.pi))}
+    return xr.Dataset(data, coords, {"title": name or "Measured decay", "quantity": quantity, **others})

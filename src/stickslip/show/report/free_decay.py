@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 ANSWER = "frequency and damping over the amplitude"
 
+SURE = 1.96
+"""Standard errors on each side that hold 95 % of the values."""
+
 ROWS = 9
 """Windows of a measured decay in its first table."""
 
@@ -96,6 +99,15 @@ def measured_sentences(dataset: xr.Dataset) -> list[str]:
         f"damping {percent(ratio[k])} (standard error {100.0 * errors[1][k]:.2g} %)"
         for words, k in (("first window", 0), ("most damping", int(np.argmax(ratio))), ("last window", -1))
     ]
+    if np.any(fed := ratio + SURE * errors[1] < 0.0):
+        lines.append(
+            f"negative damping in {np.count_nonzero(fed)} of {fed.size} windows: the motion grows there, because something feeds "
+            "it or another mode moves too"
+        )
+    if dataset.attrs.get("second_mode", 0.0) > 0.0:
+        lines.append(f"a second line of {hertz(dataset.attrs['second_mode'])} Hz in the band is fitted beside the mode")
+    if "window_cycles" in dataset.attrs:
+        lines.append(f"windows of {dataset.attrs['window_cycles']:.3g} cycles")
     for mode in range(dataset.sizes.get("mode", 0)):
         x = dataset["mode_amplitude"].values[mode, :, 0]
         known = np.isfinite(x)

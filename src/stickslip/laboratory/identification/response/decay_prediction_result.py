@@ -39,7 +39,7 @@ OTHER_MODE = 1.2
 """Ratio of the frequencies of a measured and the predicted decay from which another mode is suspected."""
 
 QUICK = 0.03
-"""Damping ratio from which on a decay is too quick: within a window of two cycles its amplitude falls by a third."""
+"""Damping ratio from which on a decay is too quick: within two cycles its amplitude falls by a third."""
 
 ROWS, LINES = 9, 4
 """Amplitudes of a table, and of the answer in sentences."""
