@@ -45,11 +45,11 @@ HEAVY = 0.05
 SETTLING = 2
 """Cycles of a falling motion before the half cycle whose work counts: sliders that slip have forgotten their start."""
 
-SAMPLES = 32
+SAMPLES = 20
 """Samples of a cycle for each harmonic, at most, along which the contacts are taken."""
 
-ENOUGH, STEPS = 1e-4, 12
-"""Relative change of what a half cycle loses at which it is found, and secant steps until then."""
+ENOUGH, STEPS = 1e-2, 12
+"""Relative change at which what a half cycle loses is found, which changes what is stored far less, and steps until then."""
 
 BISECTIONS = 52
 """Halvings to the last digit of a number."""
