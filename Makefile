@@ -4,6 +4,7 @@
 # make test-all   the slow and the nightly tests too               make nightly   everything: test-all, all roundings, verify, robustness, mutants
 # make test-times   the tests of make test with their processor time; one that takes more than five seconds fails
 # make mutants   breaks formulas on purpose; the quick tests named in tests/mutants.toml must notice
+# make mutants-drawn   breaks formulas at random, a sample of each room by a seed (SEED=1, COUNT=300), and writes docs/mutation.md; goes on where it was interrupted
 # make wheel    a wheel with compiled kernels into dist/, for this system and this version of Python
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
 # make test-oldest   a part of the tests with every dependency at its lower bound
@@ -22,12 +23,14 @@ PYTHON ?= python3
 UV ?= uv
 JOBS ?= 2
 CASES ?= 250
+SEED ?= 1
+COUNT ?= 300
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
 # One BLAS thread: the dense systems are small, and contended threads slow them down.
-TESTING := test test-part test-all test-times test-rounding ci nightly mutants
+TESTING := test test-part test-all test-times test-rounding ci nightly mutants mutants-drawn
 $(TESTING) demo robustness: export OPENBLAS_NUM_THREADS = 1
 $(TESTING): export OMP_NUM_THREADS = 1
 $(TESTING): export MKL_NUM_THREADS = 1
@@ -90,6 +93,9 @@ test-times: kernels
 
 mutants: setup
 	$(BIN)/python tools/mutants.py
+
+mutants-drawn: kernels
+	$(BIN)/python -m tools.drawn_mutants --seed $(SEED) --count $(COUNT)
 
 # The kernels of the oldest processor are compiled anew: a minute of computing more, the first time.
 test-rounding: setup

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,8 +23,8 @@ from stickslip.support.kernels.cache import FOLDER
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "stickslip"
 QUICK = "not slow and not nightly and not verify and not system"
-PASSED, FAILED = 0, 1
-"""Exit codes of pytest; any other is a fault of the run, as no test found."""
+PASSED, FAILED, LATE = 0, 1, None
+"""Exit codes of pytest, and that of a run out of time; any other is a fault of the run, as no test found."""
 
 
 class Mutant(NamedTuple):
@@ -43,45 +46,74 @@ def listed() -> list[Mutant]:
     return [
         Mutant(file, each["old"], each["new"], tuple(f"tests/{test}" for test in each["tests"]))
         for file, content in files.items()
-        for each in content["broken"]
+        for each in content.get("broken", [])
     ]
 
 
-def tested(tests: list[str], folder: Path) -> int:
+@contextmanager
+def copied_package() -> Iterator[Path]:
+    """A folder with a copy of the package and of its kernels."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        shutil.copytree(SOURCE, folder / "stickslip", ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(FOLDER, folder / "kernels" / "stickslip")
+        yield folder
+
+
+def tested(tests: list[str], folder: Path, limit: float | None = None) -> int | None:  # noqa: PT028 - no test
     """Exit code of pytest on some tests with the package of a folder, and the kernels there: each is kept by the content of the
-    sources that it depends on, so that only a broken one and those that hold it are compiled anew."""
+    sources that it depends on, so that only a broken one and those that hold it are compiled anew. After `limit` seconds, and
+    when this process is interrupted, pytest and its children are ended."""
     environment = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "kernels")}
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "--hypothesis-profile=ci", "-m", QUICK]
-    return subprocess.run([*command, *tests], cwd=ROOT, env=environment, capture_output=True, check=False).returncode
+    process = subprocess.Popen(
+        [*command, *tests],
+        cwd=ROOT,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        return process.wait(limit)
+    except subprocess.TimeoutExpired:
+        return LATE
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
 
-def outcome(mutant: Mutant, folder: Path) -> str:
+def outcome(file: str, text: str, tests: list[str], folder: Path, limit: float | None = None) -> str:
+    """What the tests do with the package of a folder while a file of it has another text: killed, or what happened instead."""
+    path = folder / "stickslip" / file
+    path.write_text(text)
+    try:
+        code = tested(tests, folder, limit)
+    finally:
+        shutil.copyfile(SOURCE / file, path)
+    return {PASSED: "survives", FAILED: "killed", LATE: "out of time"}.get(code, f"pytest ended with {code}")
+
+
+def outcome_of_listed(mutant: Mutant, folder: Path) -> str:
     """killed, or what happened instead."""
-    path, source = folder / "stickslip" / mutant.file, SOURCE / mutant.file
+    source = SOURCE / mutant.file
     text = source.read_text() if source.is_file() else ""
     if text.count(mutant.old) != 1:
         return f"holds the text {text.count(mutant.old)} times"
-    path.write_text(text.replace(mutant.old, mutant.new))
-    try:
-        code = tested(list(mutant.tests), folder)
-    finally:
-        path.write_text(text)
-    return {PASSED: "survives", FAILED: "killed"}.get(code, f"pytest ended with {code}")
+    return outcome(mutant.file, text.replace(mutant.old, mutant.new), list(mutant.tests), folder)
 
 
 def main(words: list[str]) -> int:
     """All mutants, or those whose file or texts hold a word."""
     chosen = [mutant for mutant in listed() if not words or any(mutant.holds(word) for word in words)]
     wrong = 0
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        shutil.copytree(SOURCE, folder / "stickslip", ignore=shutil.ignore_patterns("__pycache__"))
-        shutil.copytree(FOLDER, folder / "kernels" / "stickslip")
+    with copied_package() as folder:
         if tested(sorted({test for mutant in chosen for test in mutant.tests}), folder) != PASSED:
             sys.stdout.write("The named tests must pass before anything is broken.\n")
             return 1
         for mutant in chosen:
-            found = outcome(mutant, folder)
+            found = outcome_of_listed(mutant, folder)
             wrong += found != "killed"
             sys.stdout.write(f"{found:9} {mutant.file}: {mutant.old}  ->  {mutant.new}\n")
             sys.stdout.flush()

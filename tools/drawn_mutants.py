@@ -1,0 +1,245 @@
+"""Formulas broken at random, which the quick tests of their room must notice: `make mutants-drawn`.
+
+    python -m tools.drawn_mutants [--seed 1] [--count 300] [--limit SECONDS] [ROOM ...]
+
+`tools/formulas.py` lists all changes; each room gives as many to the sample as it has of them, by a seed. Each result is a line
+of results/mutation.jsonl, so that an interrupted run goes on; docs/mutation.md is written at the end, also after Ctrl-C. What is
+equal or dead is listed under `equivalent` in tests/mutants.toml, by its lines, with the reason.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import hashlib
+import json
+import os
+import random
+import re
+import sys
+import time
+import tomllib
+from collections import Counter
+from pathlib import Path
+from typing import NamedTuple
+
+from tools.formulas import Drawable, of_file
+from tools.mutants import PASSED, ROOT, SOURCE, copied_package, outcome, tested
+
+RESULTS = ROOT / "results" / "mutation.jsonl"
+PAGE = ROOT / "docs" / "mutation.md"
+ROOMS = {
+    "model/contact": ["laws"],
+    "model/dampers": ["dampers", "rigs"],
+    "model/disks": ["disks"],
+    "model/interfaces": ["interfaces", "structure", "rigs"],
+    "model/problem": ["problem", "physics"],
+    "model/readers": ["readers"],
+    "model/rigs": ["rigs", "physics"],
+    "model/structure": ["structure", "disks"],
+    "solve/balance": ["balance", "physics", "analyses/modes"],
+    "solve/continuation": ["continuation", "analyses", "physics"],
+    "solve/curves": ["analyses", "problem"],
+    "solve/peaks": ["peaks", "analyses"],
+    "solve/platforms": ["analyses/damper_alone", "identification", "study/test_damper_cycle_study.py"],
+    "solve/stability": ["stability", "analyses"],
+    "solve/starts": ["analyses/variability", "identification"],
+    "solve/time": ["time_domain", "analyses/damper_alone"],
+    "results": ["results", "report", "analyses"],
+    "support": ["study/test_units_of_lengths.py", "study/test_units_of_tables.py", "results", "analyses", "physics"],
+    "analyses": ["analyses", "physics", "time_domain", "stability"],
+    "analyses/damper_alone": ["analyses/damper_alone", "study"],
+    "analyses/mistuning": ["analyses/mistuning", "disks"],
+    "analyses/modes": ["analyses/modes", "identification"],
+    "analyses/performance": ["analyses/performance", "study"],
+    "analyses/speed": ["analyses/speed", "study"],
+    "analyses/variability": ["analyses/variability", "identification"],
+    "laboratory/identification": ["identification"],
+    "laboratory/identification/contact_law": ["identification"],
+    "laboratory/identification/damper": ["identification"],
+    "laboratory/identification/response": ["identification"],
+    "laboratory/measurement": ["measurement", "identification"],
+    "study": ["study"],
+    "study/analyses": ["study"],
+}
+"""The rooms with formulas, and what tests them below tests/."""
+PATIENCE = 3.0
+"""How many times as long as with the whole formulas the tests of a room may take."""
+
+
+class Result(NamedTuple):
+    """What the tests did with a change, which is known by its file and by its lines."""
+
+    file: str
+    old: str
+    new: str
+    kind: str
+    outcome: str
+    seconds: float
+    source: str
+    tests: str
+
+    def holds(self, source: str, tests: str) -> bool:
+        """Whether it still tells of these sources: tests that grow go on noticing what they noticed."""
+        return self.source == source and (self.tests == tests or self.outcome == "killed")
+
+
+def places(rooms: list[str]) -> dict[str, list[Drawable]]:
+    """All changes of the formulas of each room."""
+    files = {room: [str(path.relative_to(SOURCE)) for path in sorted((SOURCE / room).glob("*.py"))] for room in rooms}
+    return {room: [each for file in files[room] for each in of_file(file, (SOURCE / file).read_text())] for room in rooms}
+
+
+def drawn(found: dict[str, list[Drawable]], count: int, seed: int) -> dict[str, list[Drawable]]:
+    """A sample in which each room has its share, by largest remainders."""
+    total = sum(map(len, found.values()))
+    shares = {room: count * len(each) / total for room, each in found.items()}
+    left = count - sum(map(int, shares.values()))
+    more = sorted(shares, key=lambda room: (int(shares[room]) - shares[room], room))[:left]
+    return {
+        room: random.Random(f"{seed}/{room}").sample(each, min(len(each), int(shares[room]) + (room in more)))
+        for room, each in found.items()
+    }
+
+
+def tests_of(room: str) -> list[Path]:
+    """The files of tests of a room."""
+    named = [ROOT / "tests" / name for name in ROOMS[room]]
+    return [path for each in named for path in (sorted(each.rglob("test_*.py")) if each.is_dir() else [each])]
+
+
+def nearest_first(tests: list[Path], text: str, change: Drawable) -> list[str]:
+    """The tests in the order in which they say most of the names of the broken file, so that what fails comes early."""
+    around = [
+        node.name
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("__")
+    ]
+    names = {name for name in around if not name.startswith("_")} | {Path(change.file).stem}
+    said = {path: sum(name in names for name in re.findall(r"\w+", path.read_text())) for path in tests}
+    return [str(path.relative_to(ROOT)) for path in sorted(tests, key=lambda path: -said[path])]
+
+
+def digest(*texts: str) -> str:
+    return hashlib.sha256("".join(texts).encode()).hexdigest()[:16]
+
+
+def equivalent() -> set[tuple[str, str, str]]:
+    """File, line and broken line of the changes of tests/mutants.toml that change nothing."""
+    files = tomllib.loads((ROOT / "tests" / "mutants.toml").read_text())
+    return {(file, each["old"], each["new"]) for file, content in files.items() for each in content.get("equivalent", [])}
+
+
+def earlier() -> dict[tuple[str, str, str], Result]:
+    """The last result of each change."""
+    lines = RESULTS.read_text().splitlines() if RESULTS.is_file() else []
+    results = [Result(**json.loads(line)) for line in lines]
+    return {(each.file, each.old, each.new): each for each in results}
+
+
+def run(sample: dict[str, list[Drawable]], seed: int, limit: float | None) -> None:
+    """Tests each change of a sample whose result is not known yet, rooms mixed, so that an interrupted run is a sample too."""
+    known, ignored = earlier(), equivalent()
+    pairs = [(room, change) for room, changes in sample.items() for change in changes]
+    patience = dict.fromkeys(sample, limit)
+    with copied_package() as folder:
+        for room, change in random.Random(seed).sample(pairs, len(pairs)):
+            tests, text = tests_of(room), (SOURCE / change.file).read_text()
+            key, source, of_tests = (
+                (change.file, *change.lines(text)),
+                digest(text),
+                digest(*(each.read_text() for each in tests)),
+            )
+            if key in ignored or (key in known and known[key].holds(source, of_tests)):
+                continue
+            patience[room] = patience[room] or PATIENCE * unbroken_seconds(room, folder)
+            began = processor_seconds()
+            found = outcome(change.file, change.broken(text), nearest_first(tests, text, change), folder, patience[room])
+            found = "killed" if found.startswith("pytest ended") else found
+            result = Result(*key, change.kind, found, round(processor_seconds() - began, 1), source, of_tests)
+            with RESULTS.open("a") as file:
+                file.write(json.dumps(result._asdict()) + "\n")
+            sys.stdout.write(f"{found:11} {change.kind:9} {result.seconds:5.0f} s  {change.file}: {key[1]}  ->  {key[2]}\n")
+            sys.stdout.flush()
+
+
+def unbroken_seconds(room: str, folder: Path) -> float:
+    """Seconds that the tests of a room take while nothing is broken."""
+    began = time.monotonic()
+    if tested([str(path) for path in tests_of(room)], folder) != PASSED:
+        raise SystemExit(f"The tests of {room} must pass before anything is broken.")
+    return time.monotonic() - began
+
+
+def processor_seconds() -> float:
+    """Processor time of the children that have ended."""
+    return sum(os.times()[2:4])
+
+
+def page(sample: dict[str, list[Drawable]], sizes: dict[str, int], command: str) -> str:
+    """The score of each room, and the changes that no test notices."""
+    known, ignored = earlier(), equivalent()
+    rows, survivors, totals, seconds = [], [], Counter[str](), 0.0
+    for room, changes in sample.items():
+        keys = [(change.file, *change.lines((SOURCE / change.file).read_text())) for change in changes]
+        results = [known[key] for key in keys if key in known and key not in ignored]
+        counts = Counter(each.outcome for each in results) | Counter(equivalent=sum(key in ignored for key in keys))
+        counts |= Counter(drawn=len(keys), run=len(results))
+        seconds += sum(each.seconds for each in results)
+        totals += counts
+        survivors += [f"* `{each.file}`: `{each.old}` → `{each.new}`" for each in results if each.outcome == "survives"]
+        rows += [row(room, sizes[room], counts)] if keys else []
+    decided = totals["killed"] + totals["survives"]
+    share = f"{100.0 * totals['killed'] / decided:.1f} %" if decided else "nothing"
+    listed = "\n".join(survivors) or "None."
+    return f"""# Formulas broken at random
+
+`make mutants-drawn` breaks formulas of the package one at a time: an operator, a sign, a direction of a comparison, a
+conjugate, a transpose, a factor, an index or axis, a unit, min for max, cos for sin. Of all such changes it draws a sample by a
+seed, from each room as many as it has of them, and runs the quick tests of that room until one fails. This page is written by
+`{command}`.
+
+Noticed: {share} of the {decided} changes that were run and decided; {totals["drawn"]} of {sum(sizes.values())} possible ones
+are in the sample. Changes that are equal or dead are listed with the reason in `tests/mutants.toml` and do not count; a run
+that took too long is neither noticed nor missed. {seconds / max(totals["run"], 1):.0f} s of processor time each.
+
+| room | possible | drawn | noticed | survive | equivalent | out of time | not run |
+| --- | --- | --- | --- | --- | --- | --- | --- |
+{chr(10).join(rows)}
+{row("all", sum(sizes.values()), totals)}
+
+## What no quick test of its room notices
+
+{listed}
+"""
+
+
+def row(room: str, size: int, counts: Counter[str]) -> str:
+    missing = counts["drawn"] - counts["run"] - counts["equivalent"]
+    cells = (size, *(counts[name] for name in ("drawn", "killed", "survives", "equivalent", "out of time")), missing)
+    return f"| {room} | {' | '.join(map(str, cells))} |"
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="python -m tools.drawn_mutants", description=__doc__.splitlines()[0])
+    parser.add_argument("rooms", nargs="*", metavar="ROOM", choices=[*ROOMS, []], help="only these rooms")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--limit", type=float, help="seconds for each change; else by the unbroken tests of its room")
+    options = parser.parse_args(arguments)
+    found = places(options.rooms or list(ROOMS))
+    sample = drawn(found, options.count, options.seed)
+    RESULTS.parent.mkdir(exist_ok=True)
+    try:
+        run(sample, options.seed, options.limit)
+    except KeyboardInterrupt:
+        sys.stdout.write("Interrupted; the same command goes on from here.\n")
+        return 130
+    finally:
+        command = " ".join(["python -m tools.drawn_mutants", *arguments])
+        PAGE.write_text(page(sample, {room: len(each) for room, each in found.items()}, command))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
