@@ -219,8 +219,8 @@ TIME = 0.8
 
 
 @numba.njit
-def _moved(table, u, v, inside, intercept, w, memory, kept, tangent):
-    law_tangent(table, 0, u, v, TIME, inside, intercept, w, memory, kept, tangent)
+def _moved(table, c, u, v, inside, intercept, w, memory, kept, tangent):
+    law_tangent(table, c, u, v, TIME, inside, intercept, w, memory, kept, tangent)
 
 
 def moved(table, u, v, intercept):
@@ -230,7 +230,7 @@ def moved(table, u, v, intercept):
     tangent = Tangent(*(np.zeros(k if name.startswith("state") else rows) for name in Tangent._fields))
     memory, w, kept = np.eye(k, k + rows), np.eye(rows, k + rows, k), np.zeros((rows, k + rows))
     inside = float(u[table.normal_row[0]].mean()) if table.normal_row[0] >= 0 else 0.0
-    _moved(table, u, v, inside, intercept, w, memory, kept, tangent)
+    _moved(table, 0, u, v, inside, intercept, w, memory, kept, tangent)
     after, by_rate = np.zeros((k + rows, rows)), np.zeros((k + rows, rows))
     sides = [("own", range(rows)), ("normal", table.loading_row), ("cross", table.partner_row)]
     for name, of in sides:
@@ -288,6 +288,27 @@ def test_the_answer_to_a_perturbation_is_that_of_differences_of_steps(sample):
                 compared += 1
     assert compared > 100
     assert kinks < 0.05 * compared
+
+
+@pytest.mark.parametrize("sample", KERNEL_SAMPLES, ids=lambda sample: sample.name)
+def test_the_last_of_three_contacts_answers_as_it_does_alone(sample):
+    """Its rows and its elements are not the first ones of the table, as they are where it is alone."""
+    contact, rng, found = contact_of(sample, SliderOffset()), np.random.default_rng(3), []
+    alone = contact_table([contact])
+    k, rows = alone.stiffness.size, alone.rows
+    u, v = rng.uniform(0.5, 2.0, (2, 3 * rows, 2))
+    intercept, memory, w = 0.1 * rng.standard_normal(3 * k), rng.standard_normal((3 * k, 4)), rng.standard_normal((3 * rows, 4))
+    for table, c in ((alone, 0), (contact_table([contact] * 3), 2)):
+        elements, of_rows = slice(3 * k - table.stiffness.size, None), slice(3 * rows - table.rows, None)
+        states, remembered, kept = intercept[elements].copy(), memory[elements].copy(), np.zeros((table.rows, 4))
+        tangent = Tangent(*(np.zeros(states.size if name.startswith("state") else table.rows) for name in Tangent._fields))
+        _moved(table, c, u[of_rows], v[of_rows], 1.2, states, w[of_rows], remembered, kept, tangent)
+        sizes = (k, k, rows, *(k if name.startswith("state") else rows for name in Tangent._fields))
+        found.append([part[part.shape[0] - n :] for part, n in zip((states, remembered, kept, *tangent), sizes, strict=True)])
+        assert np.array_equal(states[:-k], intercept[elements][:-k])
+        assert np.array_equal(remembered[:-k], memory[elements][:-k])
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12)
 
 
 def _same(found, ends, here, step):
