@@ -115,6 +115,7 @@ CLAIMS = {
     "mat 7.3": ("a.mat", hdf5),
     "matrix market": ("a_K.mtx", f"%%MatrixMarket matrix coordinate real general\n{T} {T} {T}\n1 1 1.0\n"),
     "matrix market, rows": ("a_K.mtx", f"%%MatrixMarket matrix coordinate real general\n{T} {T} 1\n1 1 1.0\n"),
+    "matrix market, columns": ("a_K.mtx", f"%%MatrixMarket matrix coordinate real general\n3 {T} 1\n1 1 1.0\n"),
     "matrix market, array": ("a_K.mtx", f"%%MatrixMarket matrix array real symmetric\n{T} {T}\n1.0\n"),
     "harwell-boeing": ("k.rb", f"title\n3 1 1 1\nRSA {T} {T} {T}\n(10I8) (10I8) (3E25.16)\n1 2\n1\n1.0\n"),
     "op4": ("a.op4", f"{-99999999:8d}{99999999:8d}{6:8d}{2:8d}KAA     1P,3E23.16\n{1:8d}{1:8d}{2:8d}\n 1.0\n"),
