@@ -21,9 +21,13 @@ import sys
 import time
 import tomllib
 from collections import Counter
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
 
+from scipy.stats import beta
+
+from tools.commits import commit
 from tools.formulas import Drawable, of_file
 from tools.mutants import PASSED, ROOT, SOURCE, copied_package, outcome, tested
 
@@ -80,9 +84,10 @@ class Result(NamedTuple):
     source: str
     tests: str
 
-    def holds(self, source: str, tests: str) -> bool:
-        """Whether it still tells of these sources: tests that grow go on noticing what they noticed; a late run may end now."""
-        return self.source == source and (self.outcome == "killed" or (self.outcome == "survives" and self.tests == tests))
+    def holds(self, source: str, tests: str, late: bool = False) -> bool:
+        """Whether it tells of these sources: tests that grow go on noticing what they noticed. One that was late may end now."""
+        same = self.tests == tests and (late or self.outcome != "out of time")
+        return self.source == source and (same or self.outcome == "killed")
 
 
 def places(rooms: list[str]) -> dict[str, list[Drawable]]:
@@ -121,6 +126,12 @@ def nearest_first(tests: list[Path], text: str, change: Drawable) -> list[str]:
     return [str(path.relative_to(ROOT)) for path in sorted(tests, key=lambda path: -said[path])]
 
 
+def identity(room: str, change: Drawable) -> tuple[tuple[str, str, str], str, str]:
+    """File and lines of a change, and digests of its file and of the tests of its room."""
+    text = (SOURCE / change.file).read_text()
+    return (change.file, *change.lines(text)), digest(text), digest(*(path.read_text() for path in tests_of(room)))
+
+
 def digest(*texts: str) -> str:
     return hashlib.sha256("".join(texts).encode()).hexdigest()[:16]
 
@@ -145,19 +156,15 @@ def run(sample: dict[str, list[Drawable]], seed: int, limit: float | None) -> No
     patience = dict.fromkeys(sample, limit)
     with copied_package() as folder:
         for room, change in random.Random(seed).sample(pairs, len(pairs)):
-            tests, text = tests_of(room), (SOURCE / change.file).read_text()
-            key, source, of_tests = (
-                (change.file, *change.lines(text)),
-                digest(text),
-                digest(*(each.read_text() for each in tests)),
-            )
-            if key in ignored or (key in known and known[key].holds(source, of_tests)):
+            key, *sources = identity(room, change)
+            if key in ignored or (key in known and known[key].holds(*sources)):
                 continue
+            tests, text = tests_of(room), (SOURCE / change.file).read_text()
             patience[room] = patience[room] or PATIENCE * unbroken_seconds(room, folder)
             began = processor_seconds()
             found = outcome(change.file, change.broken(text), nearest_first(tests, text, change), folder, patience[room])
             found = "killed" if found.startswith("pytest ended") else found
-            result = Result(*key, change.kind, found, round(processor_seconds() - began, 1), source, of_tests)
+            result = Result(*key, change.kind, found, round(processor_seconds() - began, 1), *sources)
             with RESULTS.open("a") as file:
                 file.write(json.dumps(result._asdict()) + "\n")
             sys.stdout.write(f"{found:11} {change.kind:9} {result.seconds:5.0f} s  {change.file}: {key[1]}  ->  {key[2]}\n")
@@ -182,32 +189,35 @@ def page(sample: dict[str, list[Drawable]], sizes: dict[str, int], command: str)
     known, ignored = earlier(), equivalent()
     rows, survivors, totals, seconds = [], [], Counter[str](), 0.0
     for room, changes in sample.items():
-        keys = [(change.file, *change.lines((SOURCE / change.file).read_text())) for change in changes]
-        results = [known[key] for key in keys if key in known and key not in ignored]
-        counts = Counter(each.outcome for each in results) | Counter(equivalent=sum(key in ignored for key in keys))
-        counts |= Counter(drawn=len(keys), run=len(results))
+        identities = [identity(room, change) for change in changes]
+        run_now = [known[key] for key, *sources in identities if key in known and known[key].holds(*sources, late=True)]
+        results = [each for each in run_now if each[:3] not in ignored]
+        counts = Counter(each.outcome for each in results) | Counter(equivalent=sum(key in ignored for key, *_ in identities))
+        counts |= Counter(drawn=len(changes), run=len(results))
         seconds += sum(each.seconds for each in results)
         totals += counts
         survivors += [f"* `{each.file}`: `{each.old}` → `{each.new}`" for each in results if each.outcome == "survives"]
-        rows += [row(room, sizes[room], counts)] if keys else []
-    decided = totals["killed"] + totals["survives"]
-    share = f"{100.0 * totals['killed'] / decided:.1f} %" if decided else "nothing"
+        rows += [row(room, sizes[room], counts)] if changes else []
+    missed, decided = totals["survives"], totals["killed"] + totals["survives"]
+    most = beta.ppf(0.95, missed + 1, decided - missed) if decided > missed else 1.0
     listed = "\n".join(survivors) or "None."
     return f"""# Formulas broken at random
 
 `make mutants-drawn` breaks formulas of the package one at a time: an operator, a sign, a direction of a comparison, a
 conjugate, a transpose, a factor, an index or axis, a unit, min for max, cos for sin. Of all such changes it draws a sample by a
-seed, from each room as many as it has of them, and runs the quick tests of that room until one fails. This page is written by
-`{command}`.
+seed, from each room as many as it has of them, and runs the quick tests of that room until one fails.
 
-Noticed: {share} of the {decided} changes that were run and decided; {totals["drawn"]} of {sum(sizes.values())} possible ones
-are in the sample. Changes that are equal or dead are listed with the reason in `tests/mutants.toml` and do not count; a run
-that took too long is neither noticed nor missed. {seconds / max(totals["run"], 1):.0f} s of processor time each.
+**{missed} of {decided} changes survive** ({100.0 * missed / max(decided, 1):.1f} %; of all {sum(sizes.values())} possible ones
+at most {100.0 * most:.0f} % with 95 % confidence). Changes without effect are listed with the reason in `tests/mutants.toml` and
+do not count; a run that takes too long is neither noticed nor survives. A change takes {seconds / max(totals["run"], 1):.0f} s
+of processor time.
 
 | room | possible | drawn | noticed | survive | equivalent | out of time | not run |
 | --- | --- | --- | --- | --- | --- | --- | --- |
 {chr(10).join(rows)}
 {row("all", sum(sizes.values()), totals)}
+
+Measured on {datetime.now(UTC):%Y-%m-%d} at commit `{commit("src", "tests")}` by `{command}`.
 
 ## What no quick test of its room notices
 
@@ -223,7 +233,7 @@ def row(room: str, size: int, counts: Counter[str]) -> str:
 
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m tools.drawn_mutants", description=__doc__.splitlines()[0])
-    parser.add_argument("rooms", nargs="*", metavar="ROOM", choices=[*ROOMS, []], help="only these rooms")
+    parser.add_argument("rooms", nargs="*", metavar="ROOM", choices=[*ROOMS, []], help="only these rooms")  # none: all
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--limit", type=float, help="seconds for each change; else by the unbroken tests of its room")

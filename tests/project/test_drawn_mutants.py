@@ -1,6 +1,7 @@
 """The formulas that `make mutants-drawn` breaks: what is broken in a file, the draw by a seed, and what is kept of a run."""
 
 import ast
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -118,6 +119,7 @@ def small_run(tmp_path, monkeypatch):
     monkeypatch.setattr(drawn_mutants, "RESULTS", tmp_path / "results" / "mutation.jsonl")
     monkeypatch.setattr(drawn_mutants, "PAGE", tmp_path / "mutation.md")
     monkeypatch.setattr(drawn_mutants, "outcome", outcome)
+    monkeypatch.setattr(drawn_mutants, "copied_package", lambda: nullcontext(tmp_path))
     return tmp_path, verdicts, calls
 
 
