@@ -1,5 +1,7 @@
 """A witness of `make robustness`: every resonance of lightly damped structures is found, beside exact and solved peaks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,22 @@ def test_a_resonance_adds_the_motion_of_its_mode():
     k = int(np.argmin(np.abs(resonances.omega - np.sqrt(2.0))))
     added = resonances.motion(k, 2.0, np.zeros((1, 2)), np.zeros((1, 2)))
     np.testing.assert_allclose(added, 2.0 / (0.03 * np.sqrt(2.0)), rtol=1e-12)
+
+
+def test_resonances_of_a_third_harmonic_of_a_complex_force():
+    """One mass, free at ω = 1 and stuck at √2, half-width c/2m = 0.015, all over h. A contact force of the phase of the force
+    takes its motion away, and its opposite doubles it."""
+    problem = ss.rigs.single_mass(damping=0.03, kt=1.0, limit=1e6)
+    load = 0.3 - 0.4j
+    resonances = Resonances(replace(problem, forces=(ss.Force("1.x", {1: 1.0, 3: load}),)), [1, 3])
+    np.testing.assert_allclose(resonances.omega, [1.0 / 3.0, np.sqrt(2.0) / 3.0, 1.0, np.sqrt(2.0)], rtol=1e-12)
+    np.testing.assert_allclose(resonances.width, [0.005, 0.005, 0.015, 0.015], rtol=1e-12)
+    for k, size in ((0, 1.0), (1, np.sqrt(2.0))):
+        for share in (0.0, 1.0, -1.0):
+            held = 2.0 * share * np.array([[load.real, -load.imag]])
+            forces, carried = (np.zeros((1, 2)), held) if k == 0 else (held, np.zeros((1, 2)))
+            motion = (1.0 - share) * 2.0 * abs(load) / (0.03 * size)
+            np.testing.assert_allclose(resonances.motion(k, 2.0, forces, carried), motion, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.slow
