@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tools import drawn_mutants
+from tools import drawn_mutants, mutants
 from tools.formulas import Drawable, of_file
 from tools.mutants import SOURCE
 
@@ -159,3 +159,27 @@ def test_new_tests_run_what_survived_and_new_formulas_run_all(small_run):
     law.write_text(law.read_text() + "m = n\n")
     drawn_mutants.main(command)
     assert len(calls) == 3
+
+
+@pytest.mark.parametrize("passes", [True, False])
+def test_without_a_limit_the_whole_formulas_are_tested_first_and_must_pass(small_run, monkeypatch, passes):
+    _, _, calls = small_run
+    monkeypatch.setattr(drawn_mutants, "tested", lambda tests, folder: calls.append("whole") or int(not passes))
+    if passes:
+        drawn_mutants.main(["--count", "4"])
+        assert calls[0] == "whole"
+        assert len(calls) == 4
+    else:
+        with pytest.raises(SystemExit, match="must pass before"):
+            drawn_mutants.main(["--count", "4"])
+        assert calls == ["whole"]
+
+
+def test_tests_out_of_time_are_ended_and_the_file_is_whole_again(tmp_path, monkeypatch):
+    for folder in ("source", "stickslip"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "law.py").write_text("a = b + c\n")
+    monkeypatch.setattr(mutants, "ROOT", tmp_path)
+    monkeypatch.setattr(mutants, "SOURCE", tmp_path / "source")
+    assert mutants.outcome("law.py", "a = b - c\n", ["test_law.py"], tmp_path, 0.02) == "out of time"
+    assert (tmp_path / "stickslip" / "law.py").read_text() == "a = b + c\n"
