@@ -211,8 +211,10 @@ def excited(problem: Problem, table: ExcitationTable) -> TunedDisk:
 def _factors(table: ExcitationTable) -> dict[int, complex]:
     """{EO: factor on the forces} of several engine orders."""
     for order in table.orders or {}:
-        if not order.isdecimal() or len(order) > LONGEST:
-            raise fault("orders, an engine order", f"must be a whole number of at most {LONGEST} digits", order[:20])
+        if not order.isdecimal():
+            raise fault("orders, an engine order", "must be a whole number", order)
+        if len(order) > LONGEST:
+            raise fault("orders, an engine order", f"must have at most {LONGEST} digits", f"{order[:LONGEST]}...")
     return {int(order): complex_amplitude(factor) for order, factor in (table.orders or {}).items()}
 
 
