@@ -115,15 +115,17 @@ def tests_of(room: str) -> list[Path]:
 
 
 def nearest_first(tests: list[Path], text: str, change: Drawable) -> list[str]:
-    """The tests in the order in which they say most of the names of the broken file, so that what fails comes early."""
-    around = [
-        node.name
-        for node in ast.walk(ast.parse(text))
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("__")
-    ]
-    names = {name for name in around if not name.startswith("_")} | {Path(change.file).stem}
-    said = {path: sum(name in names for name in re.findall(r"\w+", path.read_text())) for path in tests}
-    return [str(path.relative_to(ROOT)) for path in sorted(tests, key=lambda path: -said[path])]
+    """Those that name the broken file come first, then those that name its folder and what it defines: what fails comes early."""
+    module = ".".join(Path(change.file).with_suffix("").parts)
+    defined = {node.name for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+
+    def said(path: Path) -> tuple[int, int, int]:
+        content = path.read_text()
+        names = sum(name in defined for name in re.findall(r"\b[a-zA-Z]\w+", content))
+        own = content.count(module) + (Path(change.file).stem in path.stem)
+        return own, content.count(module.rpartition(".")[0]), names
+
+    return [str(path.relative_to(ROOT)) for path in sorted(tests, key=said, reverse=True)]
 
 
 def identity(room: str, change: Drawable) -> tuple[tuple[str, str, str], str, str]:
