@@ -69,6 +69,14 @@ def test_broken_files_of_the_package_are_python_and_differ():
             assert ast.dump(ast.parse(each.broken(text))) != ast.dump(ast.parse(text))
 
 
+def test_changes_without_effect_are_drawn_from_the_files_as_they_are():
+    listed = drawn_mutants.equivalent()
+    files = {file: (SOURCE / file).read_text() for file, _, _ in listed}
+    possible = {(file, *change.lines(text)) for file, text in files.items() for change in of_file(file, text)}
+    assert listed
+    assert listed <= possible
+
+
 def made_rooms():
     sizes = {"large": 70, "middle": 25, "small": 5}
     return {room: [Drawable(f"{room}.py", k, k + 1, "", "sign") for k in range(size)] for room, size in sizes.items()}
