@@ -133,7 +133,14 @@ def test_a_disc_along_a_line_yields_and_sticks_as_a_slider_does(varies):
     line, load = np.array([0.0, np.cos(0.3), np.sin(0.3)]), varies * np.array([0.0, np.cos(0.9), np.sin(0.9)])
     w = np.stack([np.cos(0.6) * line, np.sin(0.6) * line, load])[: 3 if varies else 2]
     angles = [angle for angle, state in instants_of(varies) for _ in range(1 + (state != STICK))]
-    np.testing.assert_allclose(TURN / 64 * period_of(contact, w).instants, angles, atol=5e-4 if varies else 2e-5)
+    period = period_of(contact, w)
+    np.testing.assert_allclose(TURN / 64 * period.instants, angles, atol=5e-4 if varies else 2e-5)
+    path, _ = period.path(10)
+    known = np.flatnonzero(np.isfinite(path.intercept[:, 0]))[1:]  # besides the start: where it begins to yield, at its limit
+    held = np.hypot(*(path.intercept[known].T + 2.0 * path.u[:2, known]))
+    assert len(known) == sum(state != STICK for _, state in instants_of(varies))
+    if not varies:
+        np.testing.assert_allclose(held, 1.0, atol=1e-3)
 
 
 def test_dahls_law_turns_round_where_its_motion_does():
