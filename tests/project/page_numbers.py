@@ -25,6 +25,7 @@ GENERATED = {
     "robustness": "docs/robustness.md",
     "calibration": "docs/calibration.md",
     "bench": "docs/benchmarks.md",
+    "mutation": "docs/mutation.md",
     "study": "docs/study_reference.md",
 }
 STATED = ("given", "published")

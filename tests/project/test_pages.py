@@ -21,7 +21,18 @@ def test_the_problem_of_another_code_is_the_same_here():
         np.testing.assert_allclose(peaks[column], rig[column], rtol=1e-6)
 
 
-REFERENCES = {"faq", "examples", "glossary", "verification", "robustness", "calibration", "benchmarks", "api", "decisions"}
+REFERENCES = {
+    "faq",
+    "examples",
+    "glossary",
+    "verification",
+    "robustness",
+    "mutation",
+    "calibration",
+    "benchmarks",
+    "api",
+    "decisions",
+}
 """Pages that nobody reads from the start to the end."""
 
 PAGES = sorted(set(re.findall(r"^[a-z_]+$", (DOCS / "index.md").read_text(), re.M)) - REFERENCES)
