@@ -210,9 +210,9 @@ conjugate, a transpose, a factor, an index or axis, a unit, min for max, cos for
 seed, from each room as many as it has of them, and runs the quick tests of that room until one fails.
 
 **{missed} of {decided} changes survive** ({100.0 * missed / max(decided, 1):.1f} %; of all {sum(sizes.values())} possible ones
-at most {100.0 * most:.0f} % with 95 % confidence). Changes without effect are listed with the reason in `tests/mutants.toml` and
-do not count; a run that takes too long is neither noticed nor survives. A change takes {seconds / max(totals["run"], 1):.0f} s
-of processor time.
+at most {100.0 * most:.0f} % with 95 % confidence, unless tests were written for the survivors of this seed: then take another
+seed). Changes without effect are listed with the reason in `tests/mutants.toml` and do not count; a run that takes too long is
+neither noticed nor survives. A change takes {seconds / max(totals["run"], 1):.0f} s of processor time.
 
 | room | possible | drawn | noticed | survive | equivalent | out of time | not run |
 | --- | --- | --- | --- | --- | --- | --- | --- |
