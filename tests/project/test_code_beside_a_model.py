@@ -197,8 +197,9 @@ def test_figures_are_drawn_as_in_any_other_folder(folder, tmp_path):
 
 @pytest.mark.parametrize("path", [":", "{elsewhere}:", ":{elsewhere}"])
 def test_an_empty_entry_of_the_path_of_python_does_not_mean_the_working_folder(folder, tmp_path, path):
-    """The interpreter itself imports `sitecustomize` and what that takes before any code of the package."""
-    for name in (*sys.stdlib_module_names, "sitecustomize", "usercustomize", "lazy_loader", "stickslip"):
+    """The interpreter itself imports `sitecustomize`, what that takes, and what a `.pth` file of an installed package names, as
+    that of setuptools, before any code of the package."""
+    for name in (*sys.stdlib_module_names, "sitecustomize", "usercustomize", "_distutils_hack", "lazy_loader", "stickslip"):
         (folder.place / f"{name}.py").unlink(missing_ok=True)
     file = Chain().save(folder.place, "mat")
     assert "6" in folder.run(COMMAND, "info", file.name, PYTHONPATH=path.format(elsewhere=tmp_path))

@@ -48,7 +48,7 @@ def test_a_gap_of_a_record_may_be_empty_or_nan(tmp_path):
     """What then must not be there is said: cut these rows out."""
     rows = [f"{0.1 * k:.1f};{np.sin(k):.6f};{np.cos(k):.6f}" for k in range(20)]
     for gap in ("", "NaN"):
-        table = ["time [s];platform_x [um];force_x [N]", *rows, f"2.0;{gap};1.0"]
+        table = ["time [s];platform_x [um];force_x [N]", *rows, f"2.0;{gap};1.000000"]
         (tmp_path / "record.csv").write_text("\n".join(table) + "\n")
         with pytest.raises(InputError, match="must be finite"):
             read_record(tmp_path / "record.csv")

@@ -236,7 +236,7 @@ def _is_shorter(before: str, last: str, separator: str | None) -> bool:
 
 def _digits(cell: str) -> tuple[int, int] | None:
     """Decimals and significant digits of a number without an exponent; None of anything else."""
-    match = re.fullmatch(r"[+-]?0*(\d*)(?:[.,](\d*))?", cell)
+    match = re.fullmatch(r"(?=.*\d)[+-]?0*(\d*)(?:[.,](\d*))?", cell)
     if match is None:
         return None
     return len(match[2] or ""), len((match[1] + (match[2] or "")).lstrip("0"))
