@@ -93,7 +93,7 @@ def test_intervals_hold_the_decay_of_the_truth(predicted):
 def inside(data):
     """Whether frequency and damping ratio of a decay along the true mode lie in the intervals (2, amplitudes), and the median
     widths of these, relative."""
-    mode = ss.nonlinear_modes(one_mass(), amplitude=(0.4, 6.0), **FINE).dataset.isel(case=0, output=0)
+    mode = ss.nonlinear_modes(one_mass(), amplitude=(0.4, 6.0), **FINE).with_decays().dataset.isel(case=0, output=0)
     size, hits, widths = np.log(mode["amplitude"].values), [], []
     for key, values in (("frequency", mode["frequency"].values), ("damping_ratio", mode["decay_damping_ratio"].values)):
         truth = np.interp(np.log(data["amplitude"].values), size, values)

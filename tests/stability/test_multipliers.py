@@ -147,6 +147,17 @@ def duffing(damping=0.1, k3=0.5):
     return ss.Problem(structure, (spring,), (ss.Force("1.x", 1.0),), ("1.x",), "Duffing")
 
 
+def test_the_jacobian_agrees_with_the_multipliers_of_a_converged_motion():
+    """Near the unit circle: a real multiplier beyond 1 and a negative determinant, or neither."""
+    response = ss.forced_response(duffing(damping=0.02), ss.Band(0.15, 0.5), harmonics=15)
+    points = SolvedPoints(response.dataset, response.problem)
+    map_ = PeriodMap(points.balance)
+    each = [map_.multipliers(points.evaluation(0, k)) for k in np.flatnonzero(response.dataset["outcome"].values[0] == 1)]
+    near = [found for found in each if 0.01 < abs(abs(found.leading) - 1.0) <= 0.05]
+    assert len(near) > 3
+    assert all(found.resolved for found in near)
+
+
 def test_duffings_multipliers_and_folds():
     """q̈ + 0.1 q̇ + q + q³/2 = cos ωt: the variational equation by SciPy, and instability between the folds alone."""
     problem = duffing()

@@ -264,8 +264,8 @@ class ForcedResponse(Result):
         is estimated; `float("inf")` for all.
 
         The dataset gains `stability` (case, point): stable, unstable or undecided, `multiplier` (case, point, part), the
-        largest, `multiplier_error`, `multiplier_resolved` (0 where it contradicts the Jacobian of the balance: take more
-        harmonics), `stuck_sliders`, `peak_stability` (case, peak, output), and `stability_change` with its frequency (case,
+        largest, `multiplier_error`, `multiplier_resolved` (0 where too few harmonics leave a point
+        undecided), `stuck_sliders`, `peak_stability` (case, peak, output), and `stability_change` with its frequency (case,
         change): fold, branch_point, period_doubling or neimark_sacker. Of a tuned disk all sectors are disturbed, each by
         itself; `stuck_sliders` are those of all of them.
         Source: Hsu, J. Appl. Mech. 39 (1972) 551-559, for the period map; the treatment of contacts is ours.

@@ -77,7 +77,7 @@ class FreeDecay(Result):
         of_kind("modes", modes, NonlinearModes)
         if modes.problem.fingerprint != self.problem.fingerprint:
             raise InputError("The modes must be those of the problem that decays, but are of another one.")
-        return replace(self, dataset=beside_modes(self.dataset, modes.dataset))
+        return replace(self, dataset=beside_modes(self.dataset, modes.with_decays().dataset))
 
     def with_phase_resonance(self, test: PhaseResonance) -> FreeDecay:
         """A copy that holds the frequencies of a phase resonance test too, for its figure."""
@@ -214,9 +214,9 @@ def free_decay(work: FreeDecayWork) -> FreeDecay:
     return work.gathered(all_cases(work))
 
 
-def beside_modes(dataset: xr.Dataset, modes: xr.Dataset, amplitude: str = "swing") -> xr.Dataset:
-    """The dataset of a decay with the curves of nonlinear modes (case, point), their damping as a decay shows it; amplitude: the
-    variable of the modes that is measured as a decay's."""
+def beside_modes(dataset: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
+    """The dataset of a decay with the curves of nonlinear modes `with_decays` (case, point), their swing and damping as a decay
+    shows them."""
     axes = ("mode", "mode_point")
 
     def named(dims: tuple[str, ...], values: Array, words: str, units: str) -> tuple[Any, ...]:
@@ -224,7 +224,7 @@ def beside_modes(dataset: xr.Dataset, modes: xr.Dataset, amplitude: str = "swing
 
     damping = modes["decay_damping_ratio"].values[..., 0]
     found = {
-        "mode_amplitude": named((*axes, "output"), modes[amplitude].values, "amplitude of the nonlinear mode", "m"),
+        "mode_amplitude": named((*axes, "output"), modes["swing"].values, "amplitude of the nonlinear mode", "m"),
         "mode_frequency": named(axes, modes["frequency"].values, "frequency of the nonlinear mode", "Hz"),
         "mode_damping_ratio": named(axes, damping, "damping ratio of a free decay along it", "1"),
         "mode_message": named(("mode",), modes["decay_message"].values, "where a decay is not one of the mode", "1"),

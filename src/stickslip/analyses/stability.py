@@ -262,7 +262,7 @@ def _variables(dataset: xr.Dataset, values: dict[str, Any], changes: list[list[C
         "multiplier_resolved": (
             ("case", "point"),
             values["multiplier_resolved"],
-            {"units": "1", "long_name": "0 where the multipliers contradict the Jacobian of the balance: too few harmonics"},
+            {"units": "1", "long_name": "0 where too few harmonics leave the stability undecided"},
         ),
         "stuck_sliders": (
             ("case", "point"),

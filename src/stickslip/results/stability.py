@@ -98,8 +98,8 @@ def stability_sentences(dataset: xr.Dataset) -> list[str]:
         lines.append(f"  {level_text(dataset, case)}: {counts[0]} points stable, {counts[1]} unstable{undecided}{where}")
     if unresolved := int(np.count_nonzero(dataset["multiplier_resolved"].values == 0)):
         lines.append(
-            f"  {counted(unresolved, 'point')} undecided since the multipliers contradict the Jacobian of the balance: take more "
-            "harmonics"
+            f"  {counted(unresolved, 'point')} undecided, because the true motion is far from the solution or was not found: "
+            "take more harmonics"
         )
     stuck, dropped = int(np.nanmax(dataset["stuck_sliders"].values, initial=0)), int(dataset.attrs["stability_dropped_modes"])
     if stuck:

@@ -24,7 +24,7 @@ def beside(problem, size, released, duration, steps, ends=(0.8, 1.2), **fineness
     amplitude, ratio = half["amplitude"].values[known], half["damping_ratio"].values[known]
     near = [int(np.argmin(np.abs(amplitude - each))) for each in size]
     modes = ss.nonlinear_modes(problem, amplitude=(ends[0] * min(size), ends[1] * max(size)), **fineness)
-    shown, mode = decay.with_modes(modes).dataset.isel(mode=0), modes.dataset.isel(case=0)
+    shown, mode = decay.with_modes(modes).dataset.isel(mode=0), modes.with_decays().dataset.isel(case=0)
     along = shown["mode_amplitude"].values[:, 0]
     curves = (shown["mode_damping_ratio"].values, mode["damping_ratio"].values)
     return [ratio[near], *(np.interp(amplitude[near], along, values) for values in curves), shown]
@@ -52,7 +52,9 @@ def test_springs_give_back_what_they_take(name):
 def test_of_springs_it_follows_from_the_action():
     """E and the action agree, dE = ω dJ, J = P/(2ω): ζ_decay = W/(2πP)/(d ln J/d ln A) with the energy P of all harmonics."""
     problem = one_mass(CONSERVATIVE["hardening"][0], 0.01)
-    mode = ss.nonlinear_modes(problem, amplitude=(0.5, 2.0), harmonics=15, samples=256).dataset.isel(case=0, output=0)
+    mode = (
+        ss.nonlinear_modes(problem, amplitude=(0.5, 2.0), harmonics=15, samples=256).with_decays().dataset.isel(case=0, output=0)
+    )
     action = np.log(mode["energy"].values / mode["frequency"].values)
     slope = CubicSpline(np.log(mode["swing"].values), action)(np.log(mode["swing"].values), 1)
     expected = mode["viscous_work"].values / (2.0 * np.pi * mode["energy"].values) / slope
@@ -91,7 +93,9 @@ def test_heavy_damping_follows_half_cycles(damping, released):
 def test_rigid_friction_loses_its_limit_in_each_half_cycle():
     """A slider of 200 times the stiffness: ζ of turning points A + 3L/k, A + L/k, A − L/k, A − 3L/k."""
     problem = ss.rigs.single_mass(kt=200.0, limit=1.0, damping=0.0)
-    mode = ss.nonlinear_modes(problem, amplitude=(4.0, 30.0), harmonics=31, samples=512).dataset.isel(case=0, output=0)
+    mode = (
+        ss.nonlinear_modes(problem, amplitude=(4.0, 30.0), harmonics=31, samples=512).with_decays().dataset.isel(case=0, output=0)
+    )
     size = np.array([8.0, 12.0, 20.0])
     found = np.interp(size, mode["swing"].values, mode["decay_damping_ratio"].values)
     decrement = np.log((size + 1.0) / (size - 1.0))
@@ -102,7 +106,11 @@ def test_rigid_friction_loses_its_limit_in_each_half_cycle():
 def test_a_motion_that_sticks_at_once_has_no_damping_ratio(kt):
     """Energy 0.5 A² at the turning points pays 2 (A − 1/kt) for a half cycle only above some amplitude."""
     problem = ss.rigs.single_mass(kt=kt, limit=1.0, damping=2e-4)
-    mode = ss.nonlinear_modes(problem, amplitude=(0.5 / kt, 10.0), harmonics=9, samples=256).dataset.isel(case=0, output=0)
+    mode = (
+        ss.nonlinear_modes(problem, amplitude=(0.5 / kt, 10.0), harmonics=9, samples=256)
+        .with_decays()
+        .dataset.isel(case=0, output=0)
+    )
     size, ratio = mode["swing"].values, mode["decay_damping_ratio"].values
     assert np.all(np.isnan(ratio[(size > 1.5 / kt) & (size < 1.5)]))
     assert np.all(np.isfinite(ratio[(size < 0.99 / kt) | ((size > 4.0) & (size < 6.0))]))
@@ -145,7 +153,7 @@ def test_a_wedge_keeps_the_place_to_which_larger_motions_brought_it():
     the decay no longer does. It sinks as it begins to slip, which is said to be uncertain."""
     problem = wedge(5e3)
     modes = ss.nonlinear_modes(problem, mode=2, amplitude=(1.2e-3, 5e-3), harmonics=7, samples=256)
-    mode = modes.dataset.isel(case=0, output=0)
+    mode = modes.with_decays().dataset.isel(case=0, output=0)
     size, ratio = mode["swing"].values, mode["decay_damping_ratio"].values
     # Half cycles of `free_decay` gave these, from 3.9 mm on, with 600 steps a cycle.
     time = {1.469e-3: 0.00100, 1.859e-3: 0.00174, 2.674e-3: 0.00354, 3.565e-3: 0.00355}
@@ -157,5 +165,5 @@ def test_a_wedge_keeps_the_place_to_which_larger_motions_brought_it():
 def test_a_travelling_wave_decays_as_its_mode_while_it_sticks():
     """Of a disk the energy is that of all sectors."""
     disk = ss.rigs.lumped_blisk(sectors=6)
-    modes = ss.nonlinear_modes(disk, amplitude=(1e-9, 2e-9), harmonics=1, samples=64).dataset.isel(case=0, output=0)
+    modes = ss.nonlinear_modes(disk, amplitude=(1e-9, 2e-9), harmonics=1, samples=64).with_decays().dataset.isel(case=0, output=0)
     assert modes["decay_damping_ratio"].values[:3] == pytest.approx(modes["damping_ratio"].values[:3], rel=1e-3)

@@ -33,7 +33,6 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "mode_number": (("case",), "1", "number of the followed mode of the stuck structure"),
     "case_outcome": (("case",), "1", "outcome of the curve"),
     "case_message": (("case",), "1", "how the curve ended and what it met"),
-    "decay_message": (("case",), "1", "where a free decay is not one of this mode, and why"),
     "stuck_frequency": (("case",), "Hz", "natural frequency of the stuck mode"),
     "stuck_damping": (("case",), "1", "damping ratio of the stuck mode"),
     "modal_amplitude": (_POINT, "m kg^0.5", "coordinate of the followed stuck mode at the first harmonic, per unit modal mass"),
@@ -51,8 +50,6 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "active_rows": (_POINT, "1", "unknowns of Newton's method"),
     "amplitude": (_OUTPUT, "m", "amplitude of the first harmonic"),
     "max_abs": (_OUTPUT, "m", "largest absolute value over the period"),
-    "swing": (_OUTPUT, "m", "half the distance between the turning points"),
-    "decay_damping_ratio": (_OUTPUT, "1", "damping ratio of a free decay along the mode; NaN where it has none"),
     "response": ((*_OUTPUT, "harmonic", "part"), "m", "harmonics of the outputs"),
     "dissipated": (("case", "point", "contact"), "J", "energy dissipated per cycle"),
     "share_stick": (_ROW, "1", "share of the period in stick"),
@@ -67,23 +64,27 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "shape_slope": (("case", "point", "dof", "part"), "m", f"derivative of the mode shape, {_ALONG}"),
 }
 
+OF_DECAYS: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "decay_message": (("case",), "1", "where a free decay is not one of this mode, and why"),
+    "swing": (_OUTPUT, "m", "half the distance between the turning points"),
+    "decay_damping_ratio": (_OUTPUT, "1", "damping ratio of a free decay along the mode; NaN where it has none"),
+}
+"""The variables of decays, which take longer than a mode."""
+
 INTERNAL = 0.05
 """Share of the energy in one stuck mode at one harmonic above the first from which this is called an internal resonance."""
 
 
 def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
     """The variables of one curve by name, without the axis `case`."""
-    rows, met = ContactRows(balance.problem), dict[tuple[int, int], float]()
-    decay, places, shared = slow_decay(balance, curve.points), [], np.zeros(len(curve.points), dtype=bool)
-    for number, point in enumerate(curve.points):
+    rows, met, places = ContactRows(balance.problem), dict[tuple[int, int], float](), []
+    for point in curve.points:
         values, strongest = point_values(balance, rows, point.evaluation)
-        values |= {"swing": decay.swing[number], "decay_damping_ratio": decay.damping_ratio[number]}
         values |= {"iterations": point.iterations, "active_rows": point.active}
         values |= dict(zip(("amplitude_slope", "frequency_slope", "damping_slope"), pace(point), strict=True))
         values["shape_slope"] = _parts(first_harmonic_pace(balance, point))
         places.append(values)
         if strongest is not None:
-            shared[number] = True
             met.setdefault(strongest, balance.amplitude_of(point.point))
     sizes = {"output": len(balance.problem.outputs), "harmonic": balance.highest + 1, "part": 2}
     sizes |= {"contact": len(balance.problem.contacts), "direction": 3, "dof": balance.problem.structure.size}
@@ -96,9 +97,19 @@ def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any
         "mode_number": np.array(float(balance.followed + 1)),
         "case_outcome": np.array(float(curve.outcome)),
         "case_message": np.array(" ".join([curve.message, *(_met(*pair, where) for pair, where in met.items())])),
-        "decay_message": np.array(decay_message(balance.problem.output_names[0], decay, shared)),
         "stuck_frequency": np.array(balance.linear_omega / (2.0 * np.pi)),
         "stuck_damping": np.array(balance.linear_damping),
+    }
+
+
+def decay_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
+    """The variables of decays of one curve by name, without the axis `case`."""
+    decay, energies = slow_decay(balance, curve.points), [mode_energy(balance, point.evaluation) for point in curve.points]
+    shared = np.array([energy.resonant > INTERNAL for energy in energies], dtype=bool)
+    return {
+        "swing": decay.swing,
+        "decay_damping_ratio": decay.damping_ratio,
+        "decay_message": np.array(decay_message(balance.problem.output_names[0], decay, shared)),
     }
 
 
@@ -174,7 +185,8 @@ def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, 
 
     data = {
         name: (dims, stacked([np.asarray(result[name]) for result in results]), {"units": units, "long_name": words})
-        for name, (dims, units, words) in VARIABLES.items()
+        for name, (dims, units, words) in (VARIABLES | OF_DECAYS).items()
+        if name in results[0]
     }
     harmonics = data["response"][1].shape[3]
     labels: dict[str, tuple[Any, str]] = {

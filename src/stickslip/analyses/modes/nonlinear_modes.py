@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,7 @@ from stickslip.analyses.modes.dataset import with_phase_at
 from stickslip.analyses.modes.limit_cycles import LimitCycles, limit_cycles_of
 from stickslip.analyses.modes.solved_peaks import with_solved
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
-from stickslip.analyses.modes.work import NonlinearModesWork
+from stickslip.analyses.modes.work import NonlinearModesWork, with_decays
 from stickslip.analyses.settings import takes
 from stickslip.model.contact.start import TractionRatio
 from stickslip.model.problem import Problem
@@ -80,6 +80,15 @@ class NonlinearModes(Result):
                 rows.append((level, name, *ends, ends[1] / ends[0] - 1.0, float(near["frequency"]), float(mode["frequency"][0])))
         columns = ["force_level", "output", "swept", "from_mode", "difference", "swept_frequency", "mode_frequency"]
         return pd.DataFrame(rows, columns=columns)
+
+    def with_decays(self) -> NonlinearModes:
+        """A copy whose dataset also says how free decays along these modes fall: `swing` [m] (case, point, output), half the
+        distance between the turning points, `decay_damping_ratio` (case, point, output), NaN where there is none, and
+        `decay_message` (case,), where a decay is not one of the mode. `with_modes` of a decay asks for it. The modes are followed
+        again, and the phases are those of their own coordinates."""
+        if "decay_damping_ratio" in self.dataset:
+            return self
+        return replace(self, dataset=with_decays(self.dataset, self.problem))
 
     def limit_cycles(self, aerodynamic_damping: ArrayLike = 0.0) -> LimitCycles:
         """Limit cycles of these modes, amplitudes A with ζ(A) + aerodynamic_damping = 0; arguments as for `ss.limit_cycles`."""

@@ -12,16 +12,18 @@ import numpy as np
 
 from stickslip.analyses.arguments import OfProblem, OutputNumber, Samples, output_of
 from stickslip.analyses.modes.characteristic import with_peaks
-from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset
+from stickslip.analyses.modes.dataset import decay_arrays, mode_arrays, modes_dataset
 from stickslip.analyses.settings import Execution, Setting, Settings
+from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.fourier import fourier
 from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance
-from stickslip.solve.balance.orders import Harmonics, attribute, checked_harmonics, harmonics_for, highest
-from stickslip.solve.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, slip_level, solve_mode
+from stickslip.solve.balance.orders import Harmonics, attribute, checked_harmonics, harmonics_for, highest, of_attribute
+from stickslip.solve.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, ModeCurve, slip_level, solve_mode
 from stickslip.support.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector, whole
 from stickslip.support.machine import one_blas_thread
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -176,3 +178,19 @@ class NonlinearModesWork(Modes, Execution):
         """The curves of all cases as one dataset; levels: of the forces whose peaks it is to hold."""
         attrs = self.attributes | {"cpu_seconds": sum(float(result["cpu_seconds"]) for result in results)}
         return with_peaks(modes_dataset(self.problem, results, attrs), self.problem, levels)
+
+
+def with_decays(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
+    """The same modes with the variables of decays; they are followed again, since results do not hold the tangents of curves."""
+    kept = of_attribute(dataset.attrs["harmonics"])
+    extended = 1 if dataset.attrs["extended"] == "first" else highest(kept)
+    results = []
+    with one_blas_thread():
+        for number, sizes in zip(dataset["mode_number"].values, dataset["modal_amplitude"].values, strict=True):
+            balance = ModeBalance(problem, kept, int(dataset.attrs["samples"]), int(number) - 1, extended)
+            known = sizes[np.isfinite(sizes)]
+            curve = ModeCurve((), Outcome.NOT_CONVERGED, "")
+            if known.size:
+                curve = solve_mode(balance, balance.level_of(float(known[0])), balance.level_of(float(known[-1])))
+            results.append(mode_arrays(balance, curve) | decay_arrays(balance, curve))
+    return modes_dataset(problem, results, dict(dataset.attrs))

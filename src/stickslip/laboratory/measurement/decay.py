@@ -75,7 +75,7 @@ class MeasuredDecay(Result):
         """A copy that holds computed nonlinear modes too, at the output that was measured, for its figure."""
         of_kind("modes", modes, NonlinearModes)
         number = output_of(modes.problem, output)
-        return replace(self, dataset=beside_modes(self.dataset, modes.dataset.isel(output=[number])))
+        return replace(self, dataset=beside_modes(self.dataset, modes.with_decays().dataset.isel(output=[number])))
 
     def with_phase_resonance(self, test: PhaseResonance) -> MeasuredDecay:
         """A copy that holds the frequencies of a computed phase resonance test too, for its figure."""
