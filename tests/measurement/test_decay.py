@@ -36,7 +36,7 @@ def test_errors_are_those_of_noise():
     """Deviations over their standard errors have a standard deviation of 1; windows apart by their length are independent."""
     (signal, *_), delta = linear()
     rng, scores = np.random.default_rng(0), []
-    for _ in range(10):
+    for _ in range(16):
         noisy = signal + 2e-5 * rng.normal(size=TIME.size)
         data = ss.measured_decay(TIME, noisy, cycles=2.0).dataset.isel(window=slice(0, 40, 4))
         exact = {"frequency": 60.0, "damping_ratio": 0.01, "amplitude": 1e-3 * np.exp(-delta * data["window_time"].values)}
@@ -74,7 +74,8 @@ def test_a_decay_ends_where_friction_stops_the_motion():
         amplitude = data["amplitude"].values
         apart = data["damping_ratio"].values / (2.0 * loss / (np.pi * amplitude)) - 1.0
         assert amplitude[-1] < 8.0 * loss
-        assert np.abs(apart[amplitude > 12.0 * loss]).max() < 0.02
+        chance = 2.0 * data["damping_ratio_error"].values / data["damping_ratio"].values if noise else np.zeros(amplitude.size)
+        assert np.all(np.abs(apart) < 0.02 + chance, where=amplitude > 10.0 * loss)
         assert np.abs(apart).max() < 0.1
         assert data["damping_ratio_error"].values.min() > 1e-6
 
