@@ -3,9 +3,10 @@
 import os
 import subprocess
 import sys
+import threading
 import time
 import warnings
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, connection, get_context
 
 import numpy as np
 import pytest
@@ -242,6 +243,32 @@ def test_stopped_cases_give_what_they_have(tmp_path):
     assert len(stopped.value.results) == 2
     assert all(1 <= int(arrays["done"]) < 1000 for arrays in stopped.value.results.values())
     assert not active_children()
+
+
+def test_a_thread_interrupted_in_the_middle_of_its_answer_closes_the_pipe(tmp_path, monkeypatch):
+    """A long answer goes out as its length and then its bytes; whoever has the length would wait for the bytes for ever."""
+    send = connection.Connection._send
+
+    def interrupted(pipe, data, *rest):
+        send(pipe, data, *rest)
+        if threading.current_thread() is not threading.main_thread():
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(processes, "_answer", lambda work, case, fractions: np.zeros(100_000))
+    monkeypatch.setattr(connection.Connection, "_send", interrupted)
+    got = []
+    with processes._thread(LoggedCases(str(tmp_path / "log"), 1, 0.0), [0.0]) as (here, _):
+        here.send(0)
+        while here.poll(1.0):  # False where the rest never comes
+            try:
+                got.append(os.read(here.fileno(), 4096))
+            except OSError:  # closed on Windows
+                break
+            if not got[-1]:
+                break
+        else:
+            pytest.fail("the pipe stays open")
+    assert 0 < len(b"".join(got)) < 100_000
 
 
 def test_a_process_that_is_stopped_before_its_first_case_says_nothing(tmp_path, capfd):

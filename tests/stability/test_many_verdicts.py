@@ -103,6 +103,6 @@ def test_multipliers_where_loads_vary_are_those_of_integration_from_event_to_eve
         modes = [2 if slider not in (STICK, 1, -1) else int(slider) for slider in state.sliders]
         exact = np.linalg.eigvals(of_problem(problem, 1.0).periodic(np.concatenate([q, v, y]), modes, omega))
         free = np.sort(np.abs(exact))[::-1][orbit.exact_ones :]
-        assert abs(verdict.multiplier) == pytest.approx(free[0], abs=2e-3), seed
+        assert abs(verdict.multiplier) == pytest.approx(free[0], abs=5e-4), seed
         assert (free[0] > 1.0) == (verdict.stability == UNSTABLE), seed
     assert decided >= 0.7 * all_of_them

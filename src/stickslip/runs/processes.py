@@ -170,7 +170,8 @@ def _thread(work: Work, fractions: Any) -> Iterator[tuple[connection.Connection,
     here, there = get_context("spawn").Pipe()
 
     def serve() -> None:
-        with suppress(EOFError, OSError, SystemExit, KeyboardInterrupt):
+        # Interrupted in the middle of an answer, it closes the pipe: the other end would wait for the rest of it for ever.
+        with there, suppress(EOFError, OSError, SystemExit, KeyboardInterrupt):
             while True:
                 there.send(_answer(work, there.recv(), fractions))
 
@@ -185,7 +186,6 @@ def _thread(work: Work, fractions: Any) -> Iterator[tuple[connection.Connection,
         finally:
             here.close()
             thread.join()
-            there.close()
 
 
 def _raise_in(thread: threading.Thread, error: type[BaseException]) -> None:

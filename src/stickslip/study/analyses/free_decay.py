@@ -11,7 +11,7 @@ from pydantic import Field
 
 from stickslip.analyses.controlled_response import phase_resonance
 from stickslip.analyses.free_decay import MOST_STEPS, FreeDecayWork, beside_modes, beside_phase_resonance
-from stickslip.analyses.modes.work import NonlinearModesWork
+from stickslip.analyses.modes.work import NonlinearModesWork, with_decays
 from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.readers.model import ROTATIONS
 from stickslip.runs.cases import all_cases
@@ -122,7 +122,8 @@ class FreeDecayPlan(Plan):
         ends = float(passed.min()) / BEYOND, float(passed.max()) * BEYOND
         if self.modes is not None:
             work = replace(self.modes, amplitude=ends)
-            dataset = beside_modes(dataset, work.dataset(all_cases(work, checkpoint, workers, progress)))
+            modes = work.dataset(all_cases(work, checkpoint, workers, progress))
+            dataset = beside_modes(dataset, with_decays(modes, work.problem))
         if self.sweep is not None:
             dataset = beside_phase_resonance(dataset, self._phase_resonance(self.sweep, ends))
         return dataset
