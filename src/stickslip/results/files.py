@@ -18,6 +18,7 @@ from stickslip.model.readers.hdf5 import refuse_other_files, refuse_too_much
 from stickslip.results.schema import FILE_FORMAT, RENAMED_VARIABLES, SCHEMA, check_results, labelled, stamped, with_frequency
 from stickslip.support.checks import Faults, InputError, fault, similar_file
 from stickslip.support.files import replacing
+from stickslip.support.interrupts import held_back
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,7 +56,7 @@ def _netcdf(dataset: xr.Dataset) -> bytes:
     for name, encoding in _encoding(dataset).items():
         plain[name].encoding = encoding
     buffer = io.BytesIO()
-    with h5netcdf.File(buffer, "w") as file:
+    with held_back(), h5netcdf.File(buffer, "w") as file:  # which Ctrl-C would leave half made
         plain.dump_to_store(H5NetCDFStore(file))
     return buffer.getvalue()
 
@@ -112,7 +113,7 @@ def open_results(path: str | Path) -> xr.Dataset:
     _refuse_foreign(path)
     try:
         _refuse_what_is_not_in_it(path)
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as opened:
+        with held_back(), xr.open_dataset(path, engine="h5netcdf", decode_times=False) as opened:
             _check_format(opened, path)
             dataset = _plain(_verified(opened.load(), path))
     except InputError:
