@@ -137,7 +137,7 @@ class Problem:
             "Contacts",
             "must not be so stiff that rounding hides the structure",
             f"{self.contact_stiffness.max():.3g} N/m against {largest:.3g} N/m at most in K",
-            "Lower kt and kn: a contact 1e4 times as stiff as the parts that it joins is rigid to within 1e-4.",
+            "Lower kt and kn: stuck contacts 1e4 times as stiff as the parts let these move 1e-4 as far as without them.",
         )
 
     @cached_property
