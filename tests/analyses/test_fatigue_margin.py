@@ -14,7 +14,7 @@ import stickslip as ss
 from stickslip.analyses.fatigue import EQUIVALENTS, margins, smallest_margin, with_fatigue
 from stickslip.cli import app
 from stickslip.model import rigs
-from stickslip.model.structure.stress import COMPONENTS, TENSOR, critical_plane, principal_size, von_mises
+from stickslip.model.structure.stress import COMPONENTS, TENSOR, critical_plane, normal_rows, principal_size, von_mises
 from stickslip.show import report
 from stickslip.show.plots.haigh import haigh_diagram
 from stickslip.show.report.fatigue import fatigue_headline, fatigue_table
@@ -118,6 +118,30 @@ def test_equivalent_stresses_are_those_by_hand(vibration, mean, equivalent, ampl
     assert found.size == pytest.approx(400e6 * (1.0 - max(middle + 10e6, 0.0) / 1000e6) / amplitude, rel=1e-9)
 
 
+def test_the_critical_plane_is_the_largest_of_all_planes():
+    """Against 20 000 planes, where components are out of phase and have two harmonics, so that no instant gives the plane."""
+    random, turns = np.random.default_rng(7), 2.0 * np.pi * np.arange(64) / 64
+    across = random.standard_normal((20_000, 3))
+    planes = normal_rows(across / np.linalg.norm(across, axis=1)[:, None])
+    for _ in range(5):
+        waves = [wave(h * turns)[:, None] * random.standard_normal(6) for h in (1, 2) for wave in (np.cos, np.sin)]
+        vibration, mean = 1e7 * sum(waves), 1e7 * random.standard_normal(6)
+        amplitude, middle = critical_plane(vibration, mean)
+        over_time = vibration @ planes.T
+        best = int(np.argmax(np.ptp(over_time, axis=0)))
+        assert 0.5 * np.ptp(over_time[:, best]) <= amplitude * (1.0 + 1e-12)
+        assert 0.5 * np.ptp(over_time[:, best]) == pytest.approx(amplitude, rel=2e-3)
+        by_planes = 0.5 * (over_time[:, best].max() + over_time[:, best].min()) + planes[best] @ mean
+        assert by_planes == pytest.approx(middle, abs=0.05 * np.abs(mean).max())
+
+
+def test_of_equal_planes_that_of_the_largest_mean_counts():
+    vibration = 5e6 * np.cos(2.0 * np.pi * np.arange(64) / 64)[:, None] * np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    shear = np.array([0.0, 0.0, 0.0, 3e6, 0.0, 0.0])
+    assert critical_plane(vibration, shear) == pytest.approx((5e6, 3e6))
+    assert critical_plane(0.0 * vibration, shear) == pytest.approx((0.0, 3e6))
+
+
 def test_largest_principal_stresses_are_eigenvalues():
     stress = np.random.default_rng(0).standard_normal((200, 6)) * 10.0 ** np.random.default_rng(1).uniform(-3, 8, (200, 1))
     stress[0] = 0.0
@@ -136,7 +160,7 @@ def test_the_principal_stress_of_bending_is_its_normal_stress(stressed):
 
 def test_the_report_says_which_stress_is_compared(stressed, tmp_path):
     page = report.write(stressed.with_fatigue(LIMIT, equivalent="principal").dataset, tmp_path / "report.html").read_text()
-    assert "on the plane of the largest principal stress" in page
+    assert "on the plane where its amplitude is largest" in page
 
 
 def test_the_smallest_margin_opens_the_report(stressed, tmp_path):

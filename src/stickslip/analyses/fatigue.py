@@ -27,8 +27,7 @@ EQUIVALENTS = {
     "stresses (Sines)",
     "von_mises": "The amplitude is the largest von Mises stress of the vibration, and the mean is the von Mises stress of the "
     "mean stresses, negative in compression",
-    "principal": "Amplitude and mean are those of the normal stress on the plane of the largest principal stress of the "
-    "vibration",
+    "principal": "Amplitude and mean are those of the normal stress on the plane where its amplitude is largest",
 }
 """Of each equivalent stress in tension, how it is made."""
 
@@ -44,7 +43,7 @@ def with_fatigue(
     sum of the mean normal stresses. Source: G. Sines (1959), see `FatigueLimit`.
     "von_mises": the same σ_a; σ_m, the von Mises stress of the mean stresses with the sign of their sum of normal stresses.
     Source: R. G. Budynas and J. K. Nisbett, Shigley's Mechanical Engineering Design, chapter 6 (combinations of loading modes).
-    "principal": σ_a and σ_m of the normal stress on the plane of the largest principal stress of the vibration
+    "principal": σ_a and σ_m of the normal stress on the plane where its amplitude is largest
     (`stress_principal`, `stress_principal_mean`), for brittle materials. Source: see `critical_plane`.
 
     In tension all three equal the stress itself. `fatigue_amplitude` (case, point, place): σ_a [Pa]; `fatigue_mean`: σ_m;

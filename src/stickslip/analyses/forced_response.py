@@ -236,7 +236,7 @@ class ForcedResponse(Result):
         mean: stress that the response does not contain, such as that due to rotation, in Pa by place. equivalent: the stress in
         tension that replaces a stress of several components. "sines": the largest von Mises stress of the vibration, and the sum
         of the mean normal stresses; "von_mises": the same amplitude, and the von Mises stress of the mean with the sign of that
-        sum; "principal": the normal stress on the plane of the largest principal stress of the vibration.
+        sum; "principal": the normal stress on the plane where its amplitude is largest.
         """
         return replace(self, dataset=with_fatigue(self.dataset, limit, mean, equivalent))
 

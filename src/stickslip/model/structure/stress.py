@@ -127,7 +127,12 @@ def von_mises(stress: Array) -> Array:
 
 
 def principal_size(stress: Array) -> Array:
-    """The size of the largest principal stress, max |σ_k|, of stresses (..., 6), Pa.
+    """The size of the largest principal stress, max |σ_k|, of stresses (..., 6), Pa."""
+    return np.asarray(np.abs(_principal_ends(stress)).max(axis=0))
+
+
+def _principal_ends(stress: Array) -> Array:
+    """The largest and the smallest principal stress of stresses (..., 6), (2, ...).
 
     With the deviator's invariants J₂, J₃: σ_k = I₁/3 + 2 √(J₂/3) cos(θ − 2πk/3), cos 3θ = (3√3/2) J₃/J₂^{3/2}.
     """
@@ -140,21 +145,29 @@ def principal_size(stress: Array) -> Array:
         lode = np.where(second > 0.0, 1.5 * np.sqrt(3.0) * third / second**1.5, 1.0)
     angle = np.arccos(np.clip(lode, -1.0, 1.0)) / 3.0
     radius = 2.0 * np.sqrt(second / 3.0)
-    ends = mean + radius * np.cos(angle), mean + radius * np.cos(angle + 2.0 * np.pi / 3.0)
-    return np.asarray(np.maximum(*np.abs(ends)))
+    return np.stack([mean + radius * np.cos(angle), mean + radius * np.cos(angle + 2.0 * np.pi / 3.0)])
 
 
 def critical_plane(vibration: Array, mean: Array) -> tuple[float, float]:
-    """Amplitude and mean of the normal stress on the plane across the largest principal stress of a vibration, Pa.
+    """Amplitude and mean of the normal stress on the plane where its amplitude is largest, Pa.
 
-    vibration (instants, 6): stress over a period, without its mean (6,). σ_a = ½ (max − min) of nᵀσ(t)n, σ_m = the middle of
-    both with nᵀσ̄n. Of several planes of equal amplitude, as in pure shear, that of the largest mean.
+    vibration (instants, 6): stress over a period, without its mean (6,). σ_a = ½ max_n (max_t nᵀσ(t)n − min_t nᵀσ(t)n), which
+    is half the largest principal stress of all differences σ(t₁) − σ(t₂); σ_m = the middle of both with nᵀσ̄n.
+    Of several planes of equal amplitude, as in pure shear, that of the largest mean.
     Source: D. F. Socie and G. B. Marquis, Multiaxial Fatigue, SAE (2000), critical planes of normal stress.
     """
-    sizes = principal_size(vibration)
-    # Equal up to rounding: of several such instants, as in pure shear, all planes are tried.
-    near = vibration[sizes >= (1.0 - EQUAL) * sizes.max()]
-    _, axes = np.linalg.eigh(near[:, TENSOR].reshape(-1, 3, 3))
+    high, low = _principal_ends(vibration)
+    likely = vibration[[np.argmax(high), np.argmin(low)]]
+    least = (1.0 - EQUAL) * float(principal_size(vibration - likely[:, None]).max())
+    # σ₁(A − B) ≤ σ₁(A) − σ₃(B): all other pairs of instants stay below.
+    pairs = high[:, None] - low >= least
+    first, second = np.nonzero(pairs) if least > 0.0 else np.zeros((2, 1), dtype=int)
+    differences = vibration[first] - vibration[second]
+    sizes = principal_size(differences)
+    near = differences[sizes >= (1.0 - EQUAL) * sizes.max()]
+    # Where principal stresses are equal, their axes are those of the mean.
+    tilt = EQUAL**2 * sizes.max() / (np.abs(mean).max() or 1.0) or 1.0
+    _, axes = np.linalg.eigh((near + tilt * mean)[:, TENSOR].reshape(-1, 3, 3))
     normal = normal_rows(axes.swapaxes(1, 2).reshape(-1, 3))
     over_time = vibration @ normal.T
     high, low = over_time.max(axis=0), over_time.min(axis=0)
