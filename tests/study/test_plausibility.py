@@ -32,6 +32,8 @@ frequency = [200.0, 300.0]
 outputs = ["m.x"]
 """
 
+COS = "0.8660254037844387"
+
 SLIPS = [
     ("static = 120.0 ", "static = 120e3 ", "no contact slips"),
     ("static = 120.0 ", "static = 0.12 ", "slip at"),
@@ -46,6 +48,14 @@ SLIPS = [
     ("kt = 3e5", "kt = 0.3", "stiffnesses that do not fit"),
     ("mu = 0.5", "mu = 50.0", "friction coefficients"),
     ('"1.x" = -0.8660254037844387', '"1.x" = 0.8660254037844387', "signs"),
+    ("kn = 3e5  ", "kn = 3e5\npreload = -20.0  ", "a preload of -20 N"),
+    ("kn = 3e5  ", "kn = 3e5\npreload = 100.0  ", "beside the pull on D"),
+    ('outputs = ["2.y", "1.y"]', 'outputs = ["D.y"]', "all outputs move with D"),
+    (
+        f'normal = {{ "D.x" = 0.5, "D.y" = {COS}, "2.x" = -0.5, "2.y" = -{COS} }}',
+        f'normal = {{ "D.x" = -0.5, "D.y" = -{COS}, "2.x" = 0.5, "2.y" = {COS} }}',
+        "blade 2 carries no load at rest",
+    ),
 ]
 
 OF_A_MASS = [
@@ -82,6 +92,18 @@ def test_slips_in_two_blades_and_a_wedge(meant, typed, said, tmp_path):
     assert notes_of(text, tmp_path) == ()
     assert meant in text
     assert any(said in note for note in notes_of(text.replace(meant, typed), tmp_path))
+
+
+def test_the_wiring_of_a_damper(tmp_path):
+    """All forces on the damper; a contact of blade 2 with the ground in place of the damper."""
+    write_new("lumped", tmp_path / "study.toml")
+    text = (tmp_path / "study.toml").read_text()
+    pushed = text.replace('direction = "1.y"', 'direction = "D.y"')
+    assert not any("excitation acts on" in note for note in notes_of(pushed, tmp_path))
+    pushed = pushed.replace('direction = "2.x"', 'direction = "D.x"')
+    assert any("excitation acts on D alone" in note for note in notes_of(pushed, tmp_path))
+    grounded = text.replace(f'"D.x" = {COS}, "D.y" = -0.5, "2.x"', '"2.x"').replace(f'"D.x" = 0.5, "D.y" = {COS}, "2.x"', '"2.x"')
+    assert any("blade 2 carries no load at rest" in note for note in notes_of(grounded, tmp_path))
 
 
 @pytest.mark.parametrize(("meant", "typed", "said"), OF_A_MASS)

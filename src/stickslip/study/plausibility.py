@@ -20,7 +20,7 @@ from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import normal_loads_at_rest
-from stickslip.model.problem.static_balance import unbearable_loads
+from stickslip.model.problem.static_balance import dampers, unbearable_loads
 from stickslip.model.problem.warnings import LARGEST_FRICTION
 from stickslip.model.structure.cyclic import NEXT
 from stickslip.results.shown_units import in_system
@@ -130,7 +130,7 @@ def plausibility_warnings(sweep: ForcedResponseSettings, system: UnitSystem | No
     """
     study = _Study(sweep, system)
     levels = (_amplitudes, _friction) if forced else ()
-    return [words for check in (_band, _harmonics, _at_rest, _distances, _bodies, *levels) for words in check(study)]
+    return [words for check in (_band, _harmonics, _at_rest, _wiring, _distances, _bodies, *levels) for words in check(study)]
 
 
 def other_speed(sweep: ForcedResponseSettings, speed: float, engine_order: int) -> list[str]:
@@ -198,6 +198,65 @@ def _at_rest(study: _Study) -> list[str]:
     if any(contact.nodes for contact in closed):
         where += " Two contact points on a surface do not hold a body against turning: give `points` three or more."
     return [f"Warning: {what}. {where}{_neighbour(study.problem)}"]
+
+
+def _wiring(study: _Study) -> list[str]:
+    """Forces and outputs on a damper instead of a blade, a side of it that stands off at rest, preloads below zero.
+
+    A damper is a body of one node that a pull presses on the contacts that alone hold it, beside bodies that are held.
+    """
+    problem = study.problem
+    preloads = {contact.name: float(np.min(getattr(contact.law, "preload", 0.0))) for contact in problem.contacts}
+    found = [
+        f"Warning: {name} has a preload of {study.text(preload, 'N')}, which holds its sides apart as a gap does. State a "
+        "gap, or turn the sign."
+        for name, preload in preloads.items()
+        if preload < 0.0
+    ]
+    pulled = dampers(problem)
+    if not pulled or np.all(on_damper := np.any(list(pulled.values()), axis=0)):
+        return found
+    names, highest = " and ".join(pulled), max(_excited(problem))
+
+    def moves_alone(row: Array) -> bool:
+        return bool(np.any(row)) and not np.any(row[~on_damper])
+
+    if moves_alone(np.abs(problem.load_powers(highest)).sum(axis=(0, 2))):
+        found.append(
+            f"Warning: the excitation acts on {names} alone, which only contacts hold. Check the directions of the forces."
+        )
+    if all(moves_alone(row) for row in problem.output_rows):
+        found.append(f"Warning: all outputs move with {names}, which only contacts hold. Add an output on a blade.")
+    twice = [
+        contact.name
+        for contact, first in _first_rows(problem)
+        if preloads[contact.name] > 0.0 and np.any(problem.B[first : first + len(contact.directions), on_damper])
+    ]
+    if twice:
+        found.append(
+            f"Warning: {', '.join(twice[:SHOWN])} has a preload beside the pull on {names}: both press. Leave out the one "
+            "that is not meant."
+        )
+    return found + _standing_off(study)
+
+
+def _standing_off(study: _Study) -> list[str]:
+    """Bodies that do not touch at rest although no gap is between them, while others press on each other."""
+    nodes = [dof.rpartition(".")[0] for dof in study.problem.structure.dofs]
+    bodies = np.array([node.rpartition("/")[0] or node for node in nodes])
+    sides: dict[frozenset[str], list[str]] = {}
+    for contact, first in _first_rows(study.problem):
+        if _closes(contact):
+            normal = study.problem.B[first + len(contact.directions) - 1]
+            sides.setdefault(frozenset(bodies[normal != 0.0]), []).append(contact.name)
+    off = [names for names in sides.values() if not any(study.loads.get(name, 0.0) > 0.0 for name in names)]
+    if not off or len(off) == len(sides):
+        return []
+    names = ", ".join(name for own in off for name in own[:SHOWN])
+    return [
+        f"Warning: {names} carries no load at rest, although no gap is there. Check the normals, the direction of the pull, and "
+        "what the contacts join."
+    ]
 
 
 def _neighbour(problem: Problem) -> str:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
@@ -61,6 +62,18 @@ def unbearable_loads(problem: Problem, sign: float = 1.0) -> list[str]:
     if unbearable or len(bodies) < 2 or _carried(forces, bodies, load):
         return unbearable
     return [" and ".join(body.name for body in bodies)]
+
+
+def dampers(problem: Problem) -> dict[str, NDArray[np.bool_]]:
+    """The bodies of one node that nothing but contacts holds and a static load presses on them, by name, with their degrees of
+    freedom, (n,); none where directions of contacts are complex."""
+    system, load = problem.systems.at(0), problem.static_load.real
+    if np.any(np.imag(system.B)):
+        return {}
+    nodes = np.array([dof.rpartition(".")[0] for dof in problem.structure.dofs])
+    pulled = [body for body in _loose_bodies(problem, system) if np.any(load @ body.motions)]
+    moved = {body.name: np.any(body.motions != 0.0, axis=1) for body in pulled}
+    return {name: dofs for name, dofs in moved.items() if len(set(nodes[dofs])) == 1}
 
 
 def _loose_bodies(problem: Problem, system: LinearSystem) -> list[_Loose]:
