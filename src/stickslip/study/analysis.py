@@ -57,6 +57,27 @@ class Plan(Protocol):
         return ""
 
 
+@dataclass(frozen=True, eq=False)
+class OneWork:
+    """The plan of most analyses: one work, whose results are those of the study. gathered: the dataset of the arrays of its
+    cases, unless that is `work.gathered(arrays).dataset`."""
+
+    work: Work
+    summary: str
+    gathered: Callable[[Sequence[Arrays]], xr.Dataset] | None = None
+    content: str = ""
+    condition: str = ""
+    reads: tuple[Path, ...] = ()
+
+    @property
+    def works(self) -> Mapping[str, Work]:
+        return {"": self.work}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        gathered = self.gathered or (lambda arrays: self.work.gathered(arrays).dataset)  # type: ignore[attr-defined]
+        return gathered(results[""])
+
+
 @runtime_checkable
 class SearchingPlan(Plan, Protocol):
     """A plan that goes on from its cases by a search, whose own cases are kept as well."""

@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from stickslip.analyses.controlled_response import ControlledResponseWork, HeldMotion
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan, summary_of
+from stickslip.study.analysis import Asked, Kind, OneWork, summary_of
 from stickslip.study.fields import Positive
 from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.units import ACCELERATION, LENGTH, VELOCITY, Dimension, in_si, scaled
 from stickslip.support.checks import counted, fault
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Held = Literal["displacement", "velocity", "acceleration"]
 DIMENSIONS: dict[Held, Dimension] = {"displacement": LENGTH, "velocity": VELOCITY, "acceleration": ACCELERATION}
@@ -36,44 +29,25 @@ ControlledResponseTable = table_of(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class ControlledResponsePlan(Plan):
+def plan(asked: Asked) -> OneWork:
     """A curve for each held amplitude."""
-
-    sweep: ForcedResponseSettings
-    work: ControlledResponseWork
-
-    @classmethod
-    def of(cls, asked: Asked) -> ControlledResponsePlan:
-        """The plan of a study."""
-        sweep, values = sweep_of(asked), in_si(asked.tables[TABLE], asked.units)
-        if sweep.harmonics == "auto":
-            raise fault("[sweep]: harmonics", "must be a number or a list for a controlled response", "auto")
-        names = list(sweep.problem.output_names)
-        if values["output"] not in (None, *names):
-            raise fault(f"[{TABLE}]: output", f"must be one of {', '.join(names)}", values["output"])
-        values["output"] = 0 if values["output"] is None else names.index(values["output"])
-        values["amplitude"] = scaled(values["amplitude"], asked.units.factor(DIMENSIONS[values["quantity"]]))
-        base = ForcedResponseWork.of(sweep)
-        fineness: dict[str, Any] = {"harmonics": base.harmonics, "samples": base.samples}
-        return cls(sweep, ControlledResponseWork(sweep.problem, sweep.band, **values, **fineness))
-
-    @property
-    def summary(self) -> str:
-        held = counted(len(self.work.amplitudes), "held amplitude")
-        name = self.sweep.problem.output_names[self.work.output]
-        return f"{summary_of(self.sweep)}; {held} of the {self.work.quantity} of {name}"
-
-    @property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.work}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.work.gathered(results[""]).dataset
+    sweep, values = sweep_of(asked), in_si(asked.tables[TABLE], asked.units)
+    if sweep.harmonics == "auto":
+        raise fault("[sweep]: harmonics", "must be a number or a list for a controlled response", "auto")
+    names = list(sweep.problem.output_names)
+    if values["output"] not in (None, *names):
+        raise fault(f"[{TABLE}]: output", f"must be one of {', '.join(names)}", values["output"])
+    values["output"] = 0 if values["output"] is None else names.index(values["output"])
+    values["amplitude"] = scaled(values["amplitude"], asked.units.factor(DIMENSIONS[values["quantity"]]))
+    base = ForcedResponseWork.of(sweep)
+    fineness: dict[str, Any] = {"harmonics": base.harmonics, "samples": base.samples}
+    work = ControlledResponseWork(sweep.problem, sweep.band, **values, **fineness)
+    held = counted(len(work.amplitudes), "held amplitude")
+    return OneWork(work, f"{summary_of(sweep)}; {held} of the {work.quantity} of {names[work.output]}")
 
 
 KIND = Kind(
-    ControlledResponsePlan.of,
+    plan,
     {TABLE: ControlledResponseTable},
     required=(TABLE,),
     checks={TABLE: check_of(HeldMotion)},

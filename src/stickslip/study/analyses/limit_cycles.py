@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field, Tag
 
 from stickslip.analyses.modes.limit_cycles import LimitCyclesWork
-from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.nonlinear_modes import FORMS, modes_settings, modes_summary
-from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.analysis import Asked, Kind, OneWork
 from stickslip.study.fields import by_form
 from stickslip.study.settings_table import check_of, table_of
 from stickslip.support.checks import counted
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 DampingRatio = Annotated[float, Field(gt=-1.0, lt=1.0, allow_inf_nan=False)]
 
@@ -33,34 +27,16 @@ LimitCyclesTable = table_of(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class LimitCyclesPlan(Plan):
+def plan(asked: Asked) -> OneWork:
     """The limit cycles of the modes of a problem."""
-
-    work: LimitCyclesWork
-
-    @classmethod
-    def of(cls, asked: Asked) -> LimitCyclesPlan:
-        """The plan of a study."""
-        work = LimitCyclesWork(**modes_settings(asked, asked.tables.get(TABLE, LimitCyclesTable())))
-        work.refuse_amplitudes()
-        return cls(work)
-
-    @property
-    def summary(self) -> str:
-        ratios = counted(len(self.work.ratios), "aerodynamic damping", "values of the aerodynamic damping")
-        return f"{modes_summary(self.work)}; limit cycles at {ratios}"
-
-    @property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.work}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.work.gathered(results[""]).dataset
+    work = LimitCyclesWork(**modes_settings(asked, asked.tables.get(TABLE, LimitCyclesTable())))
+    work.refuse_amplitudes()
+    ratios = counted(len(work.ratios), "aerodynamic damping", "values of the aerodynamic damping")
+    return OneWork(work, f"{modes_summary(work)}; limit cycles at {ratios}")
 
 
 KIND = Kind(
-    LimitCyclesPlan.of,
+    plan,
     {TABLE: LimitCyclesTable},
     checks={TABLE: check_of(LimitCyclesWork)},
     without=("force_levels", "tolerance", "peak_tolerance", "quantity", "measure"),

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from stickslip.analyses.modes.work import Modes, NonlinearModesWork
-from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.problem import Problem
-from stickslip.runs.work import Arrays, Work
 from stickslip.solve.balance.orders import in_words
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.analysis import Asked, Kind, OneWork
 from stickslip.study.fields import Table
 from stickslip.study.further_curves import ModeNumbers
 from stickslip.study.settings_table import check_of, table_of
@@ -22,10 +18,6 @@ from stickslip.study.tables import Ends
 from stickslip.study.units import LENGTH, in_si
 from stickslip.support.checks import InputError, counted, fault
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 TABLE = "nonlinear_modes"
 FORMS: dict[str, Any] = {
@@ -41,31 +33,11 @@ ModesTable = table_of(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class ModesPlan(Plan):
+def plan(asked: Asked) -> OneWork:
     """The nonlinear modes of a problem."""
-
-    sweep: ForcedResponseSettings
-    work: NonlinearModesWork
-
-    @classmethod
-    def of(cls, asked: Asked) -> ModesPlan:
-        """The plan of a study."""
-        settings = modes_settings(asked, asked.tables.get(TABLE, ModesTable()))
-        work = NonlinearModesWork(**settings)
-        work.refuse_amplitudes()
-        return cls(sweep_of(asked), work)
-
-    @property
-    def summary(self) -> str:
-        return modes_summary(self.work)
-
-    @property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.work}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.work.dataset(results[""], self.sweep.levels)
+    work, levels = NonlinearModesWork(**modes_settings(asked, asked.tables.get(TABLE, ModesTable()))), sweep_of(asked).levels
+    work.refuse_amplitudes()
+    return OneWork(work, modes_summary(work), lambda results: work.dataset(results, levels))
 
 
 def modes_settings(asked: Asked, table: Table) -> dict[str, Any]:
@@ -103,7 +75,7 @@ def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
 
 
 KIND = Kind(
-    ModesPlan.of,
+    plan,
     {TABLE: ModesTable},
     checks={TABLE: check_of(NonlinearModesWork)},
     without=("tolerance", "peak_tolerance", "quantity", "measure"),

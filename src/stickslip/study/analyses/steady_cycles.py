@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from stickslip.analyses.damper_alone.cycles import SteadyCyclesWork
-from stickslip.runs.work import Arrays
 from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, Steps, rig_and_motion, suitable
-from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.analysis import Asked, Kind, OneWork
 from stickslip.study.fields import Positive
 from stickslip.study.settings_table import table_of
 from stickslip.study.units import LENGTH, in_si
 from stickslip.support.checks import counted
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 SliderStartsTable = table_of(
     SteadyCyclesWork,
@@ -28,37 +21,16 @@ SliderStartsTable = table_of(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class SteadyCyclesPlan(Plan):
+def plan(asked: Asked) -> OneWork:
     """Every steady cycle that the initial states lead to."""
-
-    work: SteadyCyclesWork
-
-    @classmethod
-    def of(cls, asked: Asked) -> SteadyCyclesPlan:
-        """The plan of a study."""
-        settings = in_si(asked.tables.get("steady_cycles") or SliderStartsTable(), asked.units)
-        return cls(SteadyCyclesWork(*rig_and_motion(asked), starts=settings.pop("count"), **settings))
-
-    @property
-    def content(self) -> str:
-        """Identifies a measured motion."""
-        return self.work.motion.digest
-
-    @property
-    def summary(self) -> str:
-        return f"{self.work.rig.title}, {counted(self.work.starts, 'initial state')}, {self.work.steps} steps a cycle"
-
-    @property
-    def works(self) -> Mapping[str, SteadyCyclesWork]:
-        return {"": self.work}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.work.gathered(results[""]).dataset
+    settings = in_si(asked.tables.get("steady_cycles") or SliderStartsTable(), asked.units)
+    work = SteadyCyclesWork(*rig_and_motion(asked), starts=settings.pop("count"), **settings)
+    words = f"{work.rig.title}, {counted(work.starts, 'initial state')}, {work.steps} steps a cycle"
+    return OneWork(work, words, content=work.motion.digest)
 
 
 KIND = Kind(
-    SteadyCyclesPlan.of,
+    plan,
     {"damper": DamperTable, "motion": MotionTable, "steady_cycles": SliderStartsTable},
     required=("damper", "motion"),
     checks={"damper": suitable},
