@@ -16,7 +16,7 @@ from stickslip.cli import app
 from stickslip.model import rigs
 from stickslip.model.structure.stress import COMPONENTS, TENSOR, critical_plane, normal_rows, principal_size, von_mises
 from stickslip.show import report
-from stickslip.show.plots.haigh import haigh_diagram
+from stickslip.show.plots.stress import haigh_diagram
 from stickslip.show.report.fatigue import fatigue_headline, fatigue_table
 from stickslip.support.checks import InputError
 

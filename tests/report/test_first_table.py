@@ -10,7 +10,7 @@ from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.analyses.damper_alone.cycles import damper_evolution, steady_cycles
 from stickslip.model.dampers import in_phase, out_of_phase
 from stickslip.model.rigs import laboratory_damper
-from stickslip.show.plots.damper_cycles import damper_cycles
+from stickslip.show.plots.damper_cycle import damper_cycles
 from stickslip.show.report import plain
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.plain import overview

@@ -20,9 +20,8 @@ import stickslip as ss
 from stickslip.cli import app
 from stickslip.results.shown_units import attributes_of, in_system, shown_dataset, shown_sentence, shown_table, system_of
 from stickslip.runs.checkpoint import CheckpointFolder
-from stickslip.show.plots.chart import Axis, Bars, Chart, Line, Panel, Rule
+from stickslip.show.plots.chart import Axis, Bars, Chart, Line, Panel, Rule, shown_chart
 from stickslip.show.plots.look import Style
-from stickslip.show.plots.shown_chart import shown_chart
 from stickslip.show.report.page import page
 from stickslip.show.report.presentation import presentation_of
 from stickslip.study.reading import job

@@ -13,7 +13,7 @@ from stickslip.analyses.performance.design_constraints import LargestForce, Line
 from stickslip.analyses.performance.design_ranges import design_ranges
 from stickslip.analyses.performance.design_search import Designs
 from stickslip.analyses.performance.design_starts import AllStarts
-from stickslip.show.plots.design import design_space
+from stickslip.show.plots.performance_curve import design_space
 from stickslip.show.report.design import failures, sentences, tables
 
 KD = 0.5

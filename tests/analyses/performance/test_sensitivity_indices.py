@@ -9,7 +9,7 @@ from scipy.stats import qmc
 import stickslip as ss
 from stickslip.analyses.performance.sampled_peaks import DrawsWork
 from stickslip.analyses.performance.sensitivity_indices import _indices, _intervals, gathered
-from stickslip.show.plots.sensitivity_indices import tornado
+from stickslip.show.plots.variability import tornado
 from stickslip.show.report.sensitivity_indices import sentences, tables
 
 BAND = ss.radians_per_second(0.85, 1.35)

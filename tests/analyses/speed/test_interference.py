@@ -57,7 +57,7 @@ def test_the_line_of_excitation_folds_at_no_and_half_the_sectors(tmp_path):
 
 
 def _layers(disk, highest):
-    from stickslip.show.plots.campbell import interference
+    from stickslip.show.plots.speed_sweep import interference
 
     return interference(ss.interference_diagram(disk, 3000.0, [1, highest]).dataset).panels[0].layers
 

@@ -11,11 +11,8 @@ from stickslip.analyses.variability.freedom import friction_freedom
 from stickslip.analyses.variability.history import response_history
 from stickslip.analyses.variability.samples import response_samples
 from stickslip.model.rigs import three_mass_wedge
-from stickslip.show.plots.bound_cycles import contact_forces, force_ratios, loops
-from stickslip.show.plots.cycles import Cycles, sample_cycles
-from stickslip.show.plots.force_plane import paths_in
-from stickslip.show.plots.response_bounds import loss_factors, start_states
-from stickslip.show.plots.response_samples import response_cloud, response_percentiles
+from stickslip.show.plots.bound_cycles import Cycles, contact_forces, force_ratios, loops, paths_in, sample_cycles
+from stickslip.show.plots.variability import loss_factors, response_cloud, response_percentiles, start_states
 from stickslip.show.report.bounds import bounds_table
 from stickslip.show.report.percentiles import percentiles_table
 from stickslip.support.checks import InputError

@@ -12,7 +12,7 @@ from stickslip.analyses.variability.percentiles import percentiles
 from stickslip.analyses.variability.samples import SamplesWork, response_samples
 from stickslip.analyses.variability.start_draws import draw, named_law
 from stickslip.model.rigs import three_mass_wedge
-from stickslip.show.plots.response_samples import response_percentiles
+from stickslip.show.plots.variability import response_percentiles
 from stickslip.solve.starts.solutions import StartSolutions
 from stickslip.solve.starts.states import virgin_solutions
 from stickslip.support.checks import InputError

@@ -25,12 +25,11 @@ from stickslip.results.view import (
     size_text,
 )
 from stickslip.show.explorer.solving import Answer
-from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule
+from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule, shown_chart
 from stickslip.show.plots.interactive import plotly_figure
 from stickslip.show.plots.look import Style, contact
 from stickslip.show.plots.performance_curve import performance_curves
 from stickslip.show.plots.response_curves import HERTZ, LINEAR, response_axis
-from stickslip.show.plots.shown_chart import shown_chart
 
 THIS, PINNED = "this study", "reference"
 

@@ -1,22 +1,90 @@
-"""Contact forces, friction ratios and loops over a cycle at both bounds, with samples in the background."""
+"""Contact motion and forces over a cycle, from bounds, samples or histories, per contact or summed over a surface; and the plane
+of tangential forces of a damper: static limit lines, and the paths of the forces at both bounds."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, closed
-from stickslip.show.plots.cycles import Cycles, bound_cycles, sample_cycles
-from stickslip.show.plots.look import LOWER, SAMPLE, UPPER, contact
-from stickslip.support.checks import Array, fault
+from stickslip.analyses.damper_alone.force_plane import ForcePlane
+from stickslip.show.plots.chart import Area, Axis, Chart, Layer, Line, Panel, closed
+from stickslip.show.plots.look import LOWER, SAMPLE, UPPER, Style, contact
+from stickslip.support.checks import Array, Index, fault, nearest
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import um
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Cycles:
+    """Curves over one period: motion [m] and force [N], (curve, row, sample), of rows "CONTACT DIRECTION"."""
+
+    rows: tuple[str, ...]
+    motion: Array
+    force: Array
+
+    @property
+    def phase(self) -> Array:
+        """Share of the period of each sample."""
+        return np.asarray(np.arange(self.force.shape[-1]) / self.force.shape[-1])
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Contacts that have both a first tangential and a normal direction."""
+        return tuple(row[:-3] for row in self.rows if row.endswith(" t1") and f"{row[:-3]} n" in self.rows)
+
+    def row(self, name: str) -> int:
+        """The place of a row."""
+        if name not in self.rows:
+            raise fault("row", "must be a known one", name, nearest(name, self.rows))
+        return self.rows.index(name)
+
+    def summed(self) -> Cycles:
+        """Forces summed and motions averaged over points of one surface, "left flat 1", "left flat 2", ...: "left flat"."""
+        surfaces = tuple(dict.fromkeys(_surface(row) for row in self.rows))
+        share = np.array([[float(_surface(row) == surface) for row in self.rows] for surface in surfaces])
+        mean = share / share.sum(axis=1, keepdims=True)
+        return Cycles(surfaces, *(np.einsum("sr,crt->cst", m, x) for m, x in ((mean, self.motion), (share, self.force))))
+
+
+def bound_cycles(dataset: xr.Dataset, case: int = 0, frequency: float | None = None, summed: bool = False) -> Cycles:
+    """The lower and the upper bound of one force level, at the frequency nearest to the given one."""
+    k = 0 if frequency is None else int(np.nanargmin(np.abs(dataset["frequency"].values - frequency)))
+    rows = tuple(str(name) for name in dataset["row"].values)
+    cycles = Cycles(rows, dataset["contact_motion"].values[case, :, k], dataset["contact_force"].values[case, :, k])
+    return cycles.summed() if summed else cycles
+
+
+def sample_cycles(dataset: xr.Dataset, level: float, summed: bool = False) -> Cycles:
+    """All samples of one force level at their highest peak, or at the one frequency that they were solved at."""
+    cases = np.flatnonzero(np.isclose(dataset["force_level"].values, level))
+    motion, force = dataset["loop_motion"].values[cases], dataset["loop_force"].values[cases]
+    names = [f"{contact} {direction}" for contact in dataset["contact"].values for direction in dataset["direction"].values]
+    flat = (motion.shape[0], len(names), motion.shape[-1])
+    there = np.any(np.isfinite(force), axis=(0, 3)).ravel()
+    rows = tuple(name for name, used in zip(names, there, strict=True) if used)
+    cycles = Cycles(rows, motion.reshape(flat)[:, there], force.reshape(flat)[:, there])
+    return cycles.summed() if summed else cycles
+
+
+def run_cycles(dataset: xr.Dataset, runs: Index, summed: bool = False) -> Cycles:
+    """Some runs of a history, each at its largest point."""
+    rows = tuple(str(name) for name in dataset["row"].values)
+    cycles = Cycles(rows, dataset["largest_contact_motion"].values[runs], dataset["largest_contact_force"].values[runs])
+    return cycles.summed() if summed else cycles
+
+
+def _surface(row: str) -> str:
+    """The row without the number of its point."""
+    contact, _, direction = row.rpartition(" ")
+    surface, _, number = contact.rpartition(" ")
+    return f"{surface} {direction}" if surface and number.isdigit() else row
+
 
 BOUNDS = (("lower", replace(LOWER, marker="")), ("upper", replace(UPPER, marker="")))
 MOST_ROWS = 8
@@ -116,3 +184,46 @@ def _labels(dataset: xr.Dataset, case: int, frequency: float | None) -> list[str
     k = 0 if frequency is None else int(np.nanargmin(np.abs(dataset["frequency"].values - frequency)))
     at = dataset["resonance"].values[case, :, k]
     return [f"{word} bound, {hertz:.1f} Hz" for (word, _), hertz in zip(BOUNDS, at, strict=True)]
+
+
+SLIPPING = 1.0 - 1e-6
+"""Share of its own limit μN at which a side slips."""
+
+
+@FIGURES.of("ResponseBounds", "force_plane")
+def force_plane(
+    dataset: xr.Dataset, plane: ForcePlane, case: int = 0, frequency: float | None = None, summed: bool = False
+) -> Chart:
+    """T of one side of a damper against T of the other at both bounds; dots: where a side slips; grey: the limit lines.
+
+    Slip off the lines and forces beyond them are what the static picture leaves out: inertia, other springs, rotation, lift-off.
+    """
+    cycles = bound_cycles(dataset, case, frequency, summed)
+    paths = paths_in(cycles, plane)
+    reach = 1.15 * max(float(np.abs(paths).max()), float(np.abs(plane.corners()).max()))
+    layers: list[Layer] = []
+    for side, sense in ((0, -1), (0, 1), (1, -1), (1, 1)):
+        x, y = plane.limit(side, sense, np.array([-reach, reach])).T
+        layers.append(Line(x, y, Style("grey", width=0.9), "a side slips, statically"))
+    x, y = plane.corners().T
+    layers.append(Area(x, y, Style("grey", opacity=0.12), "both stick, statically"))
+    for k, (word, style) in enumerate(BOUNDS):
+        path, label = paths[k], f"{word} bound"
+        layers.append(Line(closed(path[:, 0]), closed(path[:, 1]), style, label))
+        slipping, dots = path[slips(cycles, plane, k)], replace(style, dash="none", marker="circle")
+        layers.append(Line(slipping[:, 0], slipping[:, 1], dots, label, listed=False))
+    left, right = (Axis(f"tangential force of {side}", "N", limits=(-reach, reach)) for side in plane.sides)
+    title = f"Tangential forces of both sides, force {float(dataset['force_level'][case]):g}"
+    return Chart(title, [Panel(left, right, layers, height=4.0, equal=True)])
+
+
+def paths_in(cycles: Cycles, plane: ForcePlane) -> Array:
+    """Tangential forces of both sides over the period, (curve, sample, 2)."""
+    return np.stack([cycles.force[:, cycles.row(f"{side} t1")] for side in plane.sides], axis=-1)
+
+
+def slips(cycles: Cycles, plane: ForcePlane, curve: int) -> Array:
+    """Where a side of a curve has reached its own limit μN, (sample,)."""
+    loads = np.stack([cycles.force[curve, cycles.row(f"{side} n")] for side in plane.sides], axis=-1)
+    reached = np.abs(paths_in(cycles, plane)[curve]) >= SLIPPING * plane.friction * loads
+    return np.asarray(np.any(reached, axis=-1))

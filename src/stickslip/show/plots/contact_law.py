@@ -1,4 +1,4 @@
-"""Figures of a contact law from measured loops: loops and fit, parameters over the cycles, errors of the laws."""
+"""Figures of contact laws: measured loops and fit, parameters over the cycles, errors of the laws; stiffness over the load."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.results.representative import spread
-from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, band, closed
+from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule, band, closed, from_zero
 from stickslip.show.plots.look import Style, contact
 from stickslip.support.checks import Array
 from stickslip.support.renderers import FIGURES
@@ -84,3 +84,19 @@ def held_out(dataset: xr.Dataset) -> Chart:
 def _with_band(number: Array, value: Array, error: Array) -> list[Layer]:
     line = Line(number, value, contact(0, width=1.0, marker="circle", size=2.5), "fitted", {"standard deviation": error})
     return [band(number, value - error, value + error, contact(0, opacity=0.2), "one standard deviation"), line]
+
+
+@FIGURES.of("ContactStiffness")
+def stiffness_over_load(dataset: xr.Dataset) -> Chart:
+    """Normal stiffness by every formula, the initial tangential ones dotted (across) and dashed (along), the load of interest."""
+    load, at = dataset["load"].values, float(dataset.attrs["load_of_interest"])
+    layers: list[Layer] = [
+        Line(load, dataset["normal_stiffness"].sel(formula=formula).values / 1e6, contact(k), f"normal, {formula}")
+        for k, formula in enumerate(dataset["formula"].values)
+    ]
+    across, along = (dataset[f"tangential_{direction}"].values / 1e6 for direction in ("across", "along"))
+    layers.append(Line(load, across, Style("ink", "dot"), "tangential, across the line (initial)"))
+    layers.append(Line(load, along, Style("grey", "dash"), "tangential, along the line (initial)"))
+    layers += [Rule(at, Style("grey", width=0.9), f"{at:.4g} N")] if np.isfinite(at) else []
+    panel = Panel(from_zero(Axis("normal load", "N")), Axis("stiffness", "N/µm"), layers, height=3.5)
+    return Chart("Stiffness of the line contact", [panel])

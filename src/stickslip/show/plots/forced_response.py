@@ -12,18 +12,14 @@ from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.stress import has_stress
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.analyses.variability.percentiles import has_percentiles
-from stickslip.show.plots.bound_cycles import contact_forces, force_ratios, loops
+from stickslip.show.plots.bound_cycles import bound_cycles, contact_forces, force_ratios, loops
 from stickslip.show.plots.chart import Chart
-from stickslip.show.plots.contacts import contact_states, hysteresis_loops
-from stickslip.show.plots.cycles import bound_cycles
+from stickslip.show.plots.contacts import contact_states, dissipation, hysteresis_loops, loss_factor
 from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
-from stickslip.show.plots.energy import dissipation, loss_factor
 from stickslip.show.plots.files import Figures, write_figures
-from stickslip.show.plots.haigh import haigh_diagram
-from stickslip.show.plots.response_bounds import loss_factors, response_bounds
 from stickslip.show.plots.response_curves import peaks_over_force, response_curves
-from stickslip.show.plots.response_samples import response_cloud, response_percentiles
-from stickslip.show.plots.stress import stress_curves
+from stickslip.show.plots.stress import haigh_diagram, stress_curves
+from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,14 +1,19 @@
-"""Figures of an identification: measured and fitted loops, residuals, posterior, contact laws."""
+"""Figures of identifications and predictions: measured and fitted loops and responses, posterior, and what was predicted with its
+intervals."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.laboratory.identification.response.prediction_result import held_share
 from stickslip.results.representative import spread
-from stickslip.show.plots.chart import Area, Axis, Bars, Chart, Layer, Line, Panel, closed
-from stickslip.show.plots.look import CONTACTS, MOST_PANELS, Style, contact
+from stickslip.results.view import shown_unit
+from stickslip.show.plots.chart import Area, Axis, Bars, Chart, Layer, Line, Panel, band, closed, spans
+from stickslip.show.plots.look import CONTACTS, MOST_PANELS, Style, contact, entries, level
+from stickslip.show.plots.response_curves import HERTZ
+from stickslip.show.plots.time_response import HEIGHT
 from stickslip.support.checks import Array
 from stickslip.support.renderers import FIGURES
 
@@ -104,3 +109,151 @@ def _axis(dataset: xr.Dataset, name: str) -> Axis:
         f"{symbol} of {lines}" if lines else symbol,
         "" if str(dataset["parameter_units"].sel(parameter=name).values) == "1" else "N/µm",
     )
+
+
+@FIGURES.of("ResponseIdentification")
+def measured_and_computed(dataset: xr.Dataset) -> Chart:
+    """Response per force of every test over frequency, measured (dots) and computed (lines), or the area between its bounds; the
+    phase where it is known."""
+    count, names = dataset.sizes["test"], [str(name) for name in dataset["test"].values]
+    quantity = str(dataset["quantity"].values[0])
+    units = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s2 N)"}[quantity]
+    unit = shown_unit(units, float(np.nanmax(dataset["measured"].values)))
+    listed = entries(names)
+    top: list[Layer] = []
+    bottom: list[Layer] = []
+    for t, name in enumerate(names):
+        test, shown = dataset.isel(test=t), name in listed
+        style, dots = level(t, count), level(t, count, dash="none", marker="circle", size=2.5)
+        f = test["frequency"].values
+        if "lower" in dataset:
+            low, high = (test[key].values / unit.metres for key in ("lower", "upper"))
+            top.append(band(f, low, high, level(t, count, opacity=0.25), "between the bounds" if count == 1 else ""))
+        for key, look, own in (("measured", dots, False), ("computed", style, shown)):
+            top.append(Line(f, test[key].values / unit.metres, look, name, listed=own))
+            if np.isfinite(test["measured_phase"].values).any():
+                bottom.append(Line(f, test[f"{key}_phase"].values, look, name, listed=own))
+    size = Axis(
+        f"{quantity} per force", unit.name, log=spans(dataset["measured"].values[np.isfinite(dataset["measured"].values)], 8.0)
+    )
+    panels = [Panel(HERTZ, size, top, height=3.2)]
+    panels += [Panel(HERTZ, Axis("phase", "°"), bottom, height=1.9)] if bottom else []
+    title = "Measured responses (dots), those between the bounds nearest to them (lines), bounds (areas)"
+    if "lower" not in dataset:
+        title = "Measured (dots) and computed (lines) responses"
+    return Chart(title, panels, shared_x=True)
+
+
+@FIGURES.of("ResponseIdentification", "misfits")
+def misfits(dataset: xr.Dataset) -> Chart:
+    """Misfit of each test, and what the others predict of it where tests were left out."""
+    names = {float(t): str(name) for t, name in enumerate(dataset["test"].values)}
+    places = np.arange(len(names), dtype=float)
+    shown = [("misfit", "fitted", 0)]
+    if np.isfinite(dataset["held_out"].values).any():
+        shown.append(("held_out", "predicted by the other tests", 1))
+    width = 0.8 / len(shown)
+    across: dict[str, Any] = {"width": 0.9 * width, "horizontal": True}
+    layers: list[Layer] = [
+        Bars(places + (k - 0.5 * (len(shown) - 1)) * width, 100.0 * dataset[key].values, contact(k), label, **across)
+        for key, label, k in shown
+    ]
+    axes = Axis("misfit relative to the largest response", "%"), Axis("", names=names, upside_down=True)
+    return Chart("Misfit of each test", [Panel(*axes, layers, height=0.8 + 0.3 * len(names))])
+
+
+@FIGURES.of("ResponseIdentification", "intervals")
+def intervals(dataset: xr.Dataset) -> Chart:
+    """95 % intervals of the parameters, relative to their values."""
+    names = {float(k): str(name) for k, name in enumerate(dataset["parameter"].values)}
+    value = np.abs(dataset["value"].values)
+    low, high = (
+        100.0 * (dataset[key].values - dataset["value"].values) / np.where(value > 0.0, value, 1.0) for key in ("low", "high")
+    )
+    places = np.arange(len(names), dtype=float)
+    bars = Bars(places, high - low, Style("contact 0"), "95 % interval", base=low, horizontal=True)
+    axes = Axis("distance from the value", "%"), Axis("", names=names, upside_down=True)
+    return Chart("Intervals of the parameters", [Panel(*axes, [bars], height=0.6 + 0.3 * len(names))])
+
+
+def _largest(values: Array) -> float:
+    """The largest number of an array, 0 of none."""
+    return float(values[np.isfinite(values)].max(initial=0.0))
+
+
+@FIGURES.of("ResponsePrediction")
+def predicted(dataset: xr.Dataset) -> Chart:
+    """Of each level the median of the draws (lines) and the 95 % band (areas) over frequency, and measured points (dots)."""
+    levels, count = dataset["level"], dataset.sizes["level"]
+    names = [f"{value:.4g} {levels.attrs['units']}" for value in levels.values]
+    listed, values = entries(names), dataset["amplitude"].values
+    unit = shown_unit(dataset["amplitude"].attrs["units"], _largest(values))
+    layers: list[Layer] = []
+    for k, name in enumerate(names):
+        one = dataset.isel(level=k)
+        f, low, high = (one[key].values for key in ("frequency", "amplitude_low", "amplitude_high"))
+        label = f"{held_share(dataset):.0f} % interval" if count == 1 else ""
+        layers.append(band(f, low / unit.metres, high / unit.metres, level(k, count, opacity=0.25), label))
+        layers.append(Line(f, one["amplitude"].values / unit.metres, level(k, count), name, listed=name in listed))
+    for t in range(dataset.sizes.get("measured", 0)):
+        one = dataset.isel(measured=t)
+        dots = level(int(one["predicted_level"]), count, dash="none", marker="circle", size=2.5)
+        f, size = one["measured_frequency"].values, one["measured_amplitude"].values / unit.metres
+        layers.append(Line(f, size, dots, hover={"": [str(one["measured"].values)] * f.size}))
+    quantity = f"{dataset.attrs['quantity']}{' per force' if dataset.attrs['held'] == 'response' else ''}"
+    axis = Axis(quantity, unit.name, log=spans(values[np.isfinite(values)], 8.0))
+    dotted = ", measured points (dots)" if "measured" in dataset.sizes else ""
+    return Chart(
+        f"Predicted responses (lines) with {held_share(dataset):.0f} % bands (areas){dotted}",
+        [Panel(HERTZ, axis, layers, height=3.6)],
+    )
+
+
+@FIGURES.of("ResponsePrediction", "peaks")
+def predicted_peaks(dataset: xr.Dataset) -> Chart:
+    """Peak response and peak frequency over the levels with their 95 % intervals."""
+    levels = dataset["level"]
+    at = Axis(str(levels.attrs["long_name"]), str(levels.attrs["units"]), log=levels.size > 1)
+    unit = shown_unit(dataset["peak_amplitude"].attrs["units"], _largest(dataset["peak_amplitude"].values))
+    panels: list[Panel] = []
+    share = f"{held_share(dataset):.0f} % interval"
+    order = np.argsort(levels.values)
+    for key, axis, factor in (
+        ("peak_amplitude", Axis(f"peak {dataset.attrs['quantity']}", unit.name), unit.metres),
+        ("peak_frequency", Axis("peak frequency", "Hz"), 1.0),
+    ):
+        low, middle, high = (dataset[f"{key}{end}"].values[order] / factor for end in ("_low", "", "_high"))
+        x = levels.values[order]
+        points = level(0, 1, dash="none", marker="circle", size=4.0)
+        whiskers = np.column_stack([low, high, np.full(x.size, np.nan)]).ravel()
+        bars = Line(np.repeat(x, 3), whiskers, level(0, 1), share, listed=not panels)
+        panels.append(Panel(at, axis, [bars, Line(x, middle, points, "median", listed=not panels)], height=2.2))
+    return Chart(f"Predicted peaks with {share}s", panels, shared_x=True)
+
+
+@FIGURES.of("DecayPrediction")
+def predicted_decay(dataset: xr.Dataset) -> Chart:
+    """The median of the draws (line) and the 95 % band (area) of frequency and damping ratio over the amplitude, and the
+    windows of measured decays (dots)."""
+    size = dataset["amplitude"].values
+    unit, share = shown_unit("m", float(size.max()), dataset), f"{held_share(dataset):.0f} % interval"
+    count = dataset.sizes.get("decay", 0)
+
+    def along(key: str, factor: float) -> list[Layer]:
+        low, middle, high = (factor * dataset[f"{key}{end}"].values for end in ("_low", "", "_high"))
+        x = size / unit.metres
+        layers: list[Layer] = [band(x, low, high, level(0, count + 1, opacity=0.25), share)]
+        layers.append(Line(x, middle, level(0, count + 1), "predicted"))
+        for t in range(count):
+            one = dataset.isel(decay=t)
+            dots = level(t + 1, count + 1, dash="none", marker="circle", size=2.5)
+            at, values = one["measured_amplitude"].values / unit.metres, factor * one[f"measured_{key}"].values
+            layers.append(Line(at[np.isfinite(at)], values[np.isfinite(at)], dots, str(one["decay"].values)))
+        return layers
+
+    across = Axis("amplitude", unit.name, log=True)
+    panels = [
+        Panel(across, Axis("frequency", "Hz"), along("frequency", 1.0), "Frequency", HEIGHT),
+        Panel(across, Axis("damping ratio", "%"), along("damping_ratio", 100.0), "Damping", HEIGHT),
+    ]
+    return Chart(str(dataset.attrs["title"]), panels, columns=2)

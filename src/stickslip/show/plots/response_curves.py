@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.results.curve_kind import CurveKind, kinds_in
-from stickslip.results.representative import is_cloud, levels_of
+from stickslip.results.representative import is_cloud, levels_of, representative_starts
 from stickslip.results.stability import has_stability, split, unstable_steps
 from stickslip.results.view import (
     Length,
     along_curve,
     along_curve_as,
     failed_points,
+    force_text,
     frequencies,
     has_linear_curves,
     highest_maximum,
@@ -27,9 +28,8 @@ from stickslip.results.view import (
     periods_of,
     quantity_unit,
 )
-from stickslip.show.plots.case_lines import THIN, case_lines
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, from_zero, spans
-from stickslip.show.plots.look import CROSS, FREE, STUCK, Style, contact
+from stickslip.show.plots.look import CROSS, FREE, STUCK, Style, contact, entries, level
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, quantity_named
 from stickslip.support.checks import Array, fault, nearest
 from stickslip.support.outcome import Outcome
@@ -37,6 +37,29 @@ from stickslip.support.renderers import FIGURES
 
 if TYPE_CHECKING:
     import xarray as xr
+
+THIN = 0.6
+"""Width of the line of a start state."""
+
+
+def case_lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
+    """Style, label and whether a legend lists it, of the line of each case. Lines of one level have one label."""
+    groups = levels_of(dataset)
+    styles: dict[int, Style] = {}
+    labels: dict[int, str] = {}
+    for place, cases in enumerate(groups):
+        starts = representative_starts(dataset, cases)
+        middle = starts[len(starts) // 2]  # the start state whose highest peak is the median one
+        for case in cases:
+            thin = is_cloud(dataset) and case != middle
+            styles[case] = level(place, len(groups), **({"width": THIN, "opacity": 0.45} if thin else {}))
+            if not is_cloud(dataset):
+                labels[case] = level_text(dataset, case)
+            else:
+                labels[case] = f"{force_text(dataset, case)}, {f'{len(cases)} start states' if thin else 'median'}"
+    listed = entries([labels[case] for case in range(len(labels))])
+    return [{"style": styles[case], "label": labels[case], "listed": labels[case] in listed} for case in range(len(labels))]
+
 
 LINEAR = {"free": ("no contacts", FREE), "stuck": ("contacts stuck", STUCK)}
 """Words and line of the linear responses."""

@@ -1,4 +1,4 @@
-"""Last period of a time integration: outputs over time, and loops of the contacts that move most."""
+"""Motions in time: the last period of an integration, stepped sines, a response before and after other cycles, free decays."""
 
 from __future__ import annotations
 
@@ -6,8 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.show.plots.chart import Axis, Chart, Line, Panel, closed
-from stickslip.show.plots.look import contact, level
+from stickslip.results.view import shown_unit, unit_for
+from stickslip.show.plots.bound_cycles import MOST_ROWS, PERIOD, run_cycles
+from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, band, closed
+from stickslip.show.plots.look import Dash, Style, contact, entries, level, level_lines
+from stickslip.show.plots.response_curves import HERTZ
+from stickslip.support.checks import Index, fault
 from stickslip.support.renderers import FIGURES
 
 if TYPE_CHECKING:
@@ -46,3 +50,134 @@ def widest_loops(dataset: xr.Dataset) -> list[tuple[int, int]]:
     area = np.abs(np.nan_to_num(np.sum(force * np.roll(motion, -1, axis=-1) - np.roll(force, -1, axis=-1) * motion, axis=-1)))
     ranked = sorted(np.ndindex(size.shape), key=lambda place: (-area[place], -size[place]))
     return sorted(place for place in ranked[:MOST_LOOPS] if size[place] > 0.0)
+
+
+@FIGURES.of("SteppedSine")
+def stepped_sine(dataset: xr.Dataset) -> Chart:
+    """Amplitude of the outputs over the frequency of the dwells, in their order, beside that of the harmonic balance (dashed)
+    where there is one; and the distance from the steady motion."""
+    names = [str(name) for name in dataset["output"].values]
+    unit, f, listed = unit_for(float(dataset["amplitude"].values.max())), dataset["frequency"].values, entries(names)
+    shown = [(k, name) for k, name in enumerate(names) if name in listed]
+
+    def lines(key: str, **more: str | float) -> list[Line]:
+        after = "" if key == "amplitude" else ", harmonic balance"
+        values = dataset[key].values / unit.metres
+        return [Line(f, values[:, k], level(k, len(names), **more), name + after) for k, name in shown]
+
+    sizes = lines("balance_amplitude", dash="dash", width=1.1) if "balance_amplitude" in dataset else []
+    distance = np.where(np.isfinite(dataset["distance"].values), dataset["distance"].values, np.nan)
+    apart = Line(f, distance, level(0, 1, marker="circle", size=2.5))
+    amplitude = Axis("amplitude at the end of the dwell", unit.name)
+    panels = [
+        Panel(HERTZ, amplitude, [*sizes, *lines("amplitude", marker="circle", size=2.5)], height=2.9),
+        Panel(HERTZ, Axis("distance from the steady motion", log=True), [apart], height=1.9),
+    ]
+    return Chart(f"{dataset.attrs['title']}: stepped sine, {int(dataset.attrs['dwell'])} periods a step", panels, shared_x=True)
+
+
+@FIGURES.of("ResponseHistory")
+def before_and_after(dataset: xr.Dataset, level: float | None = None, summed: bool = False) -> Chart:
+    """Contact forces over a cycle at the largest point of every run at a level: of the rows that change most.
+
+    level: the one repeated level at which the mean forces change most, unless given; summed: over the points of a surface.
+    """
+    runs = repeated_runs(dataset, level)
+    cycles = run_cycles(dataset, runs, summed)
+    change = np.ptp(cycles.force.mean(axis=-1), axis=0)
+    rows = sorted(np.argsort(-change, kind="stable")[:MOST_ROWS].tolist())
+    hertz = dataset["largest_frequency"].values[runs, 0]
+    names = [f"run {run + 1}, {at:.1f} Hz" for run, at in zip(runs, hertz, strict=True)]
+    panels = []
+    for row in rows:
+        lines = [Line(cycles.phase, cycles.force[k, row], **look) for k, look in enumerate(level_lines(names))]
+        panels.append(Panel(PERIOD, Axis("contact force", "N"), lines, cycles.rows[row], 1.7))
+    level = float(dataset["force_level"].values[runs[0]])
+    return Chart(f"One force, {level:g}, before and after others: {dataset.attrs['title']}", panels, columns=2)
+
+
+def repeated_runs(dataset: xr.Dataset, level: float | None = None) -> Index:
+    """The runs at a level; of the repeated level at which the mean forces change most, unless given."""
+    levels, forces = dataset["force_level"].values, dataset["largest_contact_force"].values
+    repeated = [float(value) for value in np.unique(levels) if np.count_nonzero(levels == value) > 1]
+    if level is None and repeated:
+        level = max(repeated, key=lambda value: float(np.ptp(forces[levels == value].mean(axis=-1), axis=0).max()))
+    runs = np.flatnonzero(np.isclose(levels, np.nan if level is None else level))
+    if runs.size < 2:
+        raise fault("level", f"must be run more than once, as {repeated} are", level)
+    return np.asarray(runs, dtype=np.int64)
+
+
+DECAY_HEIGHT = 2.9
+
+MODE_DASHES: tuple[Dash, ...] = ("dash", "dot", "dashdot")
+"""Of nonlinear modes."""
+
+
+@FIGURES.of("FreeDecay")
+def decay(dataset: xr.Dataset) -> Chart:
+    """Displacement of the outputs against time; frequency and damping ratio of each half cycle against its amplitude, beside
+    those of nonlinear modes (dashed) where there are any."""
+    names = [str(name) for name in dataset["output"].values]
+    unit = unit_for(float(np.abs(dataset["displacement"].values).max(initial=0.0)))
+    milliseconds, amplitude = 1e3 * dataset["time"].values, dataset["amplitude"].values / unit.metres
+
+    def lines(name: str, factor: float) -> list[Line]:
+        values = factor * dataset[name].values
+        found = [Line(amplitude[k], values[k], level(k, len(names)), each) for k, each in enumerate(names)]
+        found += _modes(dataset, name, unit.metres, factor)
+        return found
+
+    motion = [
+        Line(milliseconds, dataset["displacement"].values[k] / unit.metres, level(k, len(names)), each)
+        for k, each in enumerate(names)
+    ]
+    panels = [
+        Panel(Axis("time", "ms"), Axis("displacement", unit.name), motion, "Outputs", DECAY_HEIGHT),
+        Panel(Axis("amplitude", unit.name), Axis("frequency", "Hz"), lines("frequency", 1.0), "Half cycles", DECAY_HEIGHT),
+        Panel(
+            Axis("amplitude", unit.name), Axis("damping ratio", "%"), lines("damping_ratio", 100.0), "Half cycles", DECAY_HEIGHT
+        ),
+    ]
+    return Chart(f"{dataset.attrs['title']}: free decay", panels, columns=3)
+
+
+def _modes(dataset: xr.Dataset, name: str, metres: float, factor: float) -> list[Line]:
+    """Frequency or damping ratio of the nonlinear modes beside a decay, over the amplitude of the first output, and the frequency
+    of a phase resonance test."""
+    lines = []
+    for mode in range(dataset.sizes.get("mode", 0)):
+        x, y = dataset["mode_amplitude"].values[mode, :, 0] / metres, factor * dataset[f"mode_{name}"].values[mode]
+        look = Style("ink", MODE_DASHES[mode % len(MODE_DASHES)], 1.1)
+        lines.append(Line(x, y, look, f"nonlinear mode {int(dataset['mode'].values[mode])}"))
+    if name == "frequency" and "resonance_amplitude" in dataset:
+        x, y = dataset["resonance_amplitude"].values / metres, factor * dataset["resonance_frequency"].values
+        known = np.isfinite(x) & np.isfinite(y)
+        lines.append(
+            Line(x[known], y[known], Style("ink", "none", 1.1, marker="circle", size=3.0), "force and displacement at 90°")
+        )
+    return lines
+
+
+@FIGURES.of("MeasuredDecay")
+def measured(dataset: xr.Dataset) -> Chart:
+    """The measured signal against time; frequency and damping ratio of its windows against the amplitude, with areas of two
+    standard errors to either side."""
+    unit = unit_for(float(dataset["amplitude"].values.max(initial=0.0)))
+    quantity = str(dataset.attrs["quantity"])
+    own = unit if quantity == "displacement" else shown_unit(dataset["signal"].attrs["units"], 1.0)
+    amplitude, style = dataset["amplitude"].values / unit.metres, level(0, 1)
+
+    def along(name: str, factor: float) -> list[Layer]:
+        values, error = factor * dataset[name].values, 2.0 * factor * dataset[f"{name}_error"].values
+        area = band(amplitude, values - error, values + error, level(0, 1, opacity=0.25), "two standard errors")
+        return [area, Line(amplitude, values, style, "measured"), *_modes(dataset, name, unit.metres, factor)]
+
+    signal = Line(1e3 * dataset["time"].values, dataset["signal"].values / own.metres, style, "measured")
+    across = Axis("amplitude", unit.name)
+    panels = [
+        Panel(Axis("time", "ms"), Axis(quantity, own.name), [signal], "Signal", DECAY_HEIGHT),
+        Panel(across, Axis("frequency", "Hz"), along("frequency", 1.0), "Windows", DECAY_HEIGHT),
+        Panel(across, Axis("damping ratio", "%"), along("damping_ratio", 100.0), "Windows", DECAY_HEIGHT),
+    ]
+    return Chart(str(dataset.attrs["title"]), panels, columns=3)

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.results.view import measure_in
-from stickslip.show.plots.response_bounds import bound_unit, response_bounds
+from stickslip.show.plots.variability import bound_unit, response_bounds
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.markup import cell, section, table
 from stickslip.show.report.numbers import hertz, number, percent

@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.show.plots.chart import Chart
+from stickslip.show.plots.chart import Chart, shown_chart
 from stickslip.show.plots.interactive import Combination, description, escaped
 from stickslip.show.plots.look import colour
 from stickslip.show.plots.moving_picture import MovingPicture
-from stickslip.show.plots.shown_chart import shown_chart
 from stickslip.show.report.markup import picture, text
 from stickslip.support.checks import Array
 from stickslip.support.units import UnitSystem

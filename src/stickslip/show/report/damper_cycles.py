@@ -10,7 +10,7 @@ import pandas as pd
 
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
 from stickslip.results.shown_units import in_system, system_of
-from stickslip.show.plots.damper_cycles import cycle_names, damper_cycles
+from stickslip.show.plots.damper_cycle import cycle_names, damper_cycles
 from stickslip.show.report.damper_cycle import microjoules
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import counted, rounded

@@ -12,8 +12,8 @@ from stickslip.laboratory.identification.response.decay_prediction_result import
     summary,
     whole_tables,
 )
-from stickslip.show.plots.decay_prediction import predicted_decay
 from stickslip.show.plots.files import Figures
+from stickslip.show.plots.identification import predicted_decay
 from stickslip.show.report.presentation import Presentation, presents
 
 if TYPE_CHECKING:

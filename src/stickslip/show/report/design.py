@@ -9,8 +9,8 @@ import numpy as np
 
 from stickslip.analyses.performance.design import no_optimum
 from stickslip.results.view import measure_in, size_text
-from stickslip.show.plots.design import design_space
 from stickslip.show.plots.files import Figures
+from stickslip.show.plots.performance_curve import design_space
 from stickslip.show.report.numbers import percent
 from stickslip.show.report.presentation import Presentation, presents
 

@@ -9,7 +9,7 @@ import numpy as np
 from stickslip.analyses.fatigue import EQUIVALENTS, Margin, has_fatigue, margins, smallest_margin, smallest_margins
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import level_text, peak_unit
-from stickslip.show.plots.haigh import haigh_diagram
+from stickslip.show.plots.stress import haigh_diagram
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.markup import cell, table
 from stickslip.show.report.numbers import hertz, number

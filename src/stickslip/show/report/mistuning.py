@@ -12,8 +12,8 @@ from stickslip.analyses.fatigue import has_fatigue
 from stickslip.analyses.mistuning.fatigue import blade_margins, smallest_blade_margin
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import energy_text, size_text
+from stickslip.show.plots.disk import all_blades, amplification, busiest_damper, worst_blade
 from stickslip.show.plots.files import Figures
-from stickslip.show.plots.mistuning import all_blades, amplification, busiest_damper, worst_blade
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import Array, counted
 

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.analyses.variability.percentiles import percentiles as percentiles_of
 from stickslip.results.view import peak_unit
-from stickslip.show.plots.response_samples import response_percentiles
+from stickslip.show.plots.variability import response_percentiles
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.markup import cell, section, table
 from stickslip.show.report.numbers import hertz, number

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 from stickslip.results.schema import analysis_of
 from stickslip.results.shown_units import shown_sentence, shown_table, system_of
 from stickslip.show import report
-from stickslip.show.plots.chart import Chart
-from stickslip.show.plots.shown_chart import shown_chart
+from stickslip.show.plots.chart import Chart, shown_chart
 from stickslip.support.checks import fault
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.laboratory.identification.response.result import summary, times
 from stickslip.show.plots.files import Figures
-from stickslip.show.plots.response_identification import intervals, measured_and_computed, misfits
+from stickslip.show.plots.identification import intervals, measured_and_computed, misfits
 from stickslip.show.report.presentation import Presentation, presents
 
 if TYPE_CHECKING:

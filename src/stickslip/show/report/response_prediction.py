@@ -13,7 +13,7 @@ from stickslip.laboratory.identification.response.prediction_result import (
     summary,
 )
 from stickslip.show.plots.files import Figures
-from stickslip.show.plots.response_prediction import predicted, predicted_peaks
+from stickslip.show.plots.identification import predicted, predicted_peaks
 from stickslip.show.report.presentation import Presentation, presents
 
 if TYPE_CHECKING:

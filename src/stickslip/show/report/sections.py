@@ -32,8 +32,7 @@ from stickslip.results.view import (
     points,
 )
 from stickslip.show.plots.chart import Chart
-from stickslip.show.plots.contacts import contact_states, loops_at, loops_of
-from stickslip.show.plots.energy import dissipation, loss_factor
+from stickslip.show.plots.contacts import contact_states, dissipation, loops_at, loops_of, loss_factor
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
 from stickslip.show.report.answer import engine_order, peaks_at_a_glance
 from stickslip.show.report.charts import Charts, Choice, Opening

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.results.view import measure_in, shown_unit
 from stickslip.show.plots.files import Figures
-from stickslip.show.plots.sensitivity_indices import tornado
+from stickslip.show.plots.variability import tornado
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 
