@@ -17,8 +17,8 @@ from stickslip.laboratory.identification.damper.model import LINE_LAWS
 from stickslip.laboratory.identification.damper.result import Identification
 from stickslip.laboratory.identification.damper.work import identify
 from stickslip.laboratory.measurement.contact_record import ContactRecord
+from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.laboratory.measurement.records import Record
-from stickslip.laboratory.measurement.rig_errors import RigErrors
 from stickslip.laboratory.measurement.stuck import stiffness_from_slopes
 from stickslip.laboratory.measurement.synthetic import NO_ERRORS, loop_of, synthetic_record, true_cycle, with_microslip
 from stickslip.model.dampers.between_platforms import BetweenPlatforms

@@ -17,7 +17,7 @@ from stickslip.model import rigs
 from stickslip.model.structure.stress import COMPONENTS, TENSOR, critical_plane, normal_rows, principal_size, von_mises
 from stickslip.show import report
 from stickslip.show.plots.stress import haigh_diagram
-from stickslip.show.report.fatigue import fatigue_headline, fatigue_table
+from stickslip.show.report.stress import fatigue_headline, fatigue_table
 from stickslip.support.checks import InputError
 
 PLACES = {"half way": (0.01, 0.1, 0.0), "root/1": (-0.01, 0.06, 0.0), "root/2": (0.01, 0.06, 0.0)}

@@ -10,8 +10,7 @@ import pytest
 import stickslip as ss
 from robustness.problems import random_case
 from robustness.run import HARMONICS, SAMPLES
-from stickslip.show.report.conclusions import headline
-from stickslip.show.report.failures import warnings_of
+from stickslip.show.report.conclusions import headline, warnings_of
 from stickslip.solve.stability.multipliers import Stability
 
 

@@ -11,7 +11,7 @@ from stickslip.analyses import truncation
 from stickslip.analyses.sampling import broken_warning
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.truncation import truncation_warning
-from stickslip.show.report.failures import warnings_of
+from stickslip.show.report.conclusions import warnings_of
 from stickslip.show.report.responses import sentences
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.more_harmonics import resolved

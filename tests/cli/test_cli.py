@@ -19,7 +19,7 @@ from stickslip.runs.checkpoint import CheckpointFolder
 from stickslip.show.report import presentation
 from stickslip.show.report.responses import PRESENTATION
 from stickslip.support import console
-from stickslip.support.written_files import LIST
+from stickslip.support.files import LIST
 
 COMMAND = [sys.executable, "-m", "stickslip"]
 

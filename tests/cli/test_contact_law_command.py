@@ -15,8 +15,7 @@ import stickslip as ss
 from stickslip.cli import app
 from stickslip.laboratory.measurement.synthetic import loop_of
 from stickslip.support import console
-from stickslip.support.files import write_text
-from stickslip.support.written_files import only_own_files
+from stickslip.support.files import only_own_files, write_text
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from stickslip.cli import app
 from stickslip.results.files import open_results
 from stickslip.support.console import WRONG_INPUT
-from stickslip.support.written_files import LIST, WrittenFiles
+from stickslip.support.files import LIST, WrittenFiles
 
 STUDY = """
 [study]

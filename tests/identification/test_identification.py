@@ -9,17 +9,21 @@ import pytest
 from scipy.optimize import least_squares
 
 from stickslip.cli import main
-from stickslip.laboratory.identification.damper.clues import plateaux_with_errors
-from stickslip.laboratory.identification.damper.diagnosis import friction_over_load, lag_remarks, never_sliding, remarks
 from stickslip.laboratory.identification.damper.fit import MeasuringChain
 from stickslip.laboratory.identification.damper.intervals import Refits, likely_gaps
-from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD
+from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD, plateaux_with_errors
 from stickslip.laboratory.identification.damper.model import over_load as of_power
-from stickslip.laboratory.identification.damper.work import IdentificationWork, identify
-from stickslip.laboratory.measurement.cycles import analysis, whole_cycles
-from stickslip.laboratory.measurement.load_removal import LoadRemoval
+from stickslip.laboratory.identification.damper.work import (
+    IdentificationWork,
+    friction_over_load,
+    identify,
+    lag_remarks,
+    never_sliding,
+    remarks,
+)
+from stickslip.laboratory.measurement.cycles import LoadRemoval, analysis, whole_cycles
+from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.laboratory.measurement.records import Record, write_record
-from stickslip.laboratory.measurement.rig_errors import RigErrors
 from stickslip.laboratory.measurement.synthetic import NO_ERRORS, synthetic_record, true_cycle, with_microslip
 from stickslip.model.contact.friction import LoadDependentFriction
 from stickslip.model.dampers import Cylinder, Wedge
@@ -31,7 +35,7 @@ from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cyc
 from stickslip.solve.platforms.relaxation import carry, elements_of, marched_cycle, relaxed_cycle, stuck_stiffness
 from stickslip.study import read
 from stickslip.study.analyses.identification import IdentificationTable
-from stickslip.study.loops import with_loops
+from stickslip.study.measured_curves import with_loops
 from stickslip.study.templates import write_new
 from stickslip.support.checks import InputError
 from stickslip.support.units import UnitSystem

@@ -5,8 +5,13 @@ import pytest
 from scipy.stats import lognorm
 
 from stickslip.laboratory.identification.contact_law.diagnosis import share_in_slip
-from stickslip.laboratory.identification.contact_law.fit import LoopFit, first_guess
-from stickslip.laboratory.identification.contact_law.intervals import SEGMENTS, errors_of_motion, errors_of_scatter
+from stickslip.laboratory.identification.contact_law.fit import (
+    SEGMENTS,
+    LoopFit,
+    errors_of_motion,
+    errors_of_scatter,
+    first_guess,
+)
 from stickslip.laboratory.identification.contact_law.model import ContactLoop, array_weights
 from stickslip.laboratory.identification.contact_law.result import LawFit
 from stickslip.laboratory.identification.contact_law.work import contact_law

@@ -4,11 +4,17 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
-from stickslip.laboratory.measurement.blade_cells import blade_damper_forces, blade_rig_forces
 from stickslip.laboratory.measurement.cycles import whole_cycles
-from stickslip.laboratory.measurement.friction import friction_from_ratios, plateau
-from stickslip.laboratory.measurement.reconstruction import damper_motion, feet_loads, reconstruct, reconstructed
+from stickslip.laboratory.measurement.reconstruction import (
+    blade_damper_forces,
+    blade_rig_forces,
+    damper_motion,
+    feet_loads,
+    reconstruct,
+    reconstructed,
+)
 from stickslip.laboratory.measurement.records import Record, read_record, write_record
+from stickslip.laboratory.measurement.stuck import friction_from_ratios, plateau
 from stickslip.laboratory.measurement.synthetic import synthetic_record, true_cycle
 from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper

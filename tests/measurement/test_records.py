@@ -5,8 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from stickslip.laboratory.measurement.cycles import whole_cycles
-from stickslip.laboratory.measurement.load_removal import LoadRemoval, read_load_removal, zero_by_load_removal
+from stickslip.laboratory.measurement.cycles import LoadRemoval, read_load_removal, whole_cycles, zero_by_load_removal
 from stickslip.laboratory.measurement.records import Record, read_record
 from stickslip.support.checks import InputError
 

@@ -9,7 +9,7 @@ from scipy import optimize
 import stickslip as ss
 from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.study import job
-from stickslip.study.model_summary import model_summary
+from stickslip.study.run_time import model_summary
 from stickslip.study.templates import write_new
 
 WEDGE = ss.rigs.three_mass_wedge()

@@ -15,7 +15,7 @@ import pytest
 from readers.conftest import Chain
 
 from stickslip.runs import dask_cluster
-from stickslip.runs.processes import _safe_paths
+from stickslip.runs.cases import _safe_paths
 
 COMMAND = Path(sys.executable).with_name("stickslip")
 NAMES = {

@@ -16,9 +16,8 @@ ROOT = Path(stickslip.__file__).parent
 
 # From the bottom up. A module imports from its own component and from the rows above its own; never sideways or downwards.
 LAYERS = (
-    ("support/checks", "support/machine", "support/outcome", "support/interrupts", "support/notebook_bar", "support/renamed"),
+    ("support/checks", "support/machine", "support/outcome", "support/interrupts", "support/renamed"),
     ("support/library_settings",),
-    ("support/written_files",),
     ("support/compilation", "support/files", "support/renderers", "support/units"),
     ("support/console", "support/kernels"),
     ("model/structure", "model/contact", "model/loads"),

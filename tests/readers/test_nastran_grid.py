@@ -6,7 +6,7 @@ from each import each
 from readers import nastran_files
 
 import stickslip as ss
-from stickslip.model.readers.bulk_cards import BULK_CARDS
+from stickslip.model.readers.nastran_cards import BULK_CARDS
 from stickslip.model.readers.nastran_grid import ELEMENTS, read_grid
 
 

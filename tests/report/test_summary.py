@@ -14,10 +14,9 @@ import stickslip as ss
 from stickslip import analyses, laboratory
 from stickslip.results.result import Result
 from stickslip.results.stability import NOT_JUDGED
-from stickslip.show.report.conclusions import headline, level_sentence
-from stickslip.show.report.failures import warnings_of
+from stickslip.show.report.conclusions import headline, level_sentence, warnings_of
+from stickslip.show.report.markup import number
 from stickslip.show.report.nonlinear_modes import PRESENTATION
-from stickslip.show.report.numbers import number
 from stickslip.show.report.page import common_title
 from stickslip.show.report.plain import _sentence
 from stickslip.show.report.presentation import presentation_of

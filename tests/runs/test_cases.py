@@ -13,12 +13,12 @@ import pytest
 from runs.logged_cases import Broken, KilledWhileItAnswers, KillsWhatStarts, LoggedCases, SlowToArrive, Stoppable, Unprepared
 
 import stickslip as ss
-from stickslip.runs import processes
+from stickslip.runs import cases
 from stickslip.runs.cases import all_cases
 from stickslip.runs.checkpoint import ABOUT, CheckpointFolder
 from stickslip.runs.work import Stopped
 from stickslip.support.checks import Faults
-from stickslip.support.written_files import LIST
+from stickslip.support.files import LIST
 
 LEVELS = [0.4, 0.5, 0.7, 1.0, 1.4, 2.0]
 BAND = ss.radians_per_second(0.5, 2.0)
@@ -115,8 +115,8 @@ def test_a_process_killed_in_the_middle_of_its_answer_costs_that_case_only(delay
     began = work.lines("began")
     others = [case for case, process in began if process != os.getpid()]
     assert others
-    cases = [case for case, _ in began]
-    again = {case for case in cases if cases.count(case) > 1}
+    handed_out = [case for case, _ in began]
+    again = {case for case in handed_out if handed_out.count(case) > 1}
     assert again <= {others[-1]}  # the first, or the next one where the first was sent in time
     assert len(again) <= len(caught) <= 1
 
@@ -254,10 +254,10 @@ def test_a_thread_interrupted_in_the_middle_of_its_answer_closes_the_pipe(tmp_pa
         if threading.current_thread() is not threading.main_thread():
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(processes, "_answer", lambda work, case, fractions: np.zeros(100_000))
+    monkeypatch.setattr(cases, "_answer", lambda work, case, fractions: np.zeros(100_000))
     monkeypatch.setattr(connection.Connection, "_send", interrupted)
     got = []
-    with processes._thread(LoggedCases(str(tmp_path / "log"), 1, 0.0), [0.0]) as (here, _):
+    with cases._thread(LoggedCases(str(tmp_path / "log"), 1, 0.0), [0.0]) as (here, _):
         here.send(0)
         while here.poll(1.0):  # False where the rest never comes
             try:
@@ -275,11 +275,11 @@ def test_a_process_that_is_stopped_before_its_first_case_says_nothing(tmp_path, 
     """What stops it waits in its pipe when it begins to listen, as it does where all are stopped while a process still starts."""
     context = get_context("spawn")
     here, there = context.Pipe()
-    process = context.Process(target=processes._serve, args=(context.RawArray("d", 1), there))
+    process = context.Process(target=cases._serve, args=(context.RawArray("d", 1), there))
     process.start()
     there.close()
     work = LoggedCases(str(tmp_path / "log"), 1, 0.0)
-    for sent in (type(work), work, processes.STOP):
+    for sent in (type(work), work, cases.STOP):
         here.send(sent)
     assert here.poll(60.0)  # it has begun, or has ended
     process.join(1.0)
@@ -300,7 +300,7 @@ def test_processes_apart_are_ended_at_once_in_the_middle_of_a_case(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(Stopped) as stopped:
-        all_cases(work, workers=processes.Processes(2, apart=True), progress=stop)
+        all_cases(work, workers=cases.Processes(2, apart=True), progress=stop)
     assert time.monotonic() - stopped_at < 2.0
     assert stopped.value.results == {}
     assert os.getpid() not in [process for _, process in work.lines("began")]
@@ -309,5 +309,5 @@ def test_processes_apart_are_ended_at_once_in_the_middle_of_a_case(tmp_path):
 
 def test_processes_apart_give_the_same_results(tmp_path):
     work = LoggedCases(str(tmp_path / "log"), 2, 0.0)
-    assert [int(each["square"]) for each in all_cases(work, workers=processes.Processes(1, apart=True))] == [0, 1]
+    assert [int(each["square"]) for each in all_cases(work, workers=cases.Processes(1, apart=True))] == [0, 1]
     assert {process for _, process in work.lines("began")} != {os.getpid()}

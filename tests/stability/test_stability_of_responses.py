@@ -16,8 +16,7 @@ from stickslip.model import rigs
 from stickslip.model.problem.loose_motions import soft_springs
 from stickslip.results.stability import stability_sentences
 from stickslip.show.plots.response_curves import response_curves
-from stickslip.show.report.conclusions import headline
-from stickslip.show.report.failures import warnings_of
+from stickslip.show.report.conclusions import headline, warnings_of
 from stickslip.show.report.responses import sentences, tables
 from stickslip.solve.stability.multipliers import Stability
 

@@ -15,7 +15,7 @@ import pytest
 from stickslip.results.files import open_results
 from stickslip.support import console
 from stickslip.support.checks import counted
-from stickslip.support.written_files import LIST
+from stickslip.support.files import LIST
 
 resource = pytest.importorskip("resource", reason="limits of file sizes need a Unix")
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from stickslip.study.model_summary import model_summary
 from stickslip.study.reading import job
+from stickslip.study.run_time import model_summary
 from stickslip.study.templates import write_new
 
 

@@ -11,7 +11,7 @@ from stickslip.cli import main
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation import continuation
 from stickslip.study import job, read
-from stickslip.study.model_summary import model_summary
+from stickslip.study.run_time import model_summary
 from stickslip.study.templates import write_new
 from stickslip.support.checks import InputError
 

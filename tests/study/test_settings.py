@@ -16,11 +16,10 @@ from stickslip.analyses.work_parts import EXECUTION
 from stickslip.laboratory.identification.contact_law.work import ContactLawWork
 from stickslip.study import job
 from stickslip.study.kinds import KINDS
-from stickslip.study.lines import with_line
 from stickslip.study.tables import SweepTable
 from stickslip.study.templates import KINDS as TEMPLATES
 from stickslip.study.templates import write_new
-from stickslip.study.toml_text import toml_text
+from stickslip.study.toml_text import toml_text, with_line
 from stickslip.support.checks import Faults, InputError
 from stickslip.support.units import Band
 

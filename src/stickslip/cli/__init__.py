@@ -2,14 +2,12 @@
 
 from stickslip.cli.app import app, main
 from stickslip.cli.compile_kernels import compile_kernels
-from stickslip.cli.contact_law import contact_law
-from stickslip.cli.contact_stiffness import contact_stiffness
+from stickslip.cli.contact_law import contact_law, contact_stiffness
 from stickslip.cli.decay import decay
-from stickslip.cli.explore import explore
 from stickslip.cli.identify_response import identify_response
 from stickslip.cli.models import info
 from stickslip.cli.predict import predict
-from stickslip.cli.results import export, peaks, plot, report
+from stickslip.cli.results import explore, export, peaks, plot, report
 from stickslip.cli.studies import check, demo, identify, new, run
 
 __all__ = ["COMMANDS", "app", "main"]

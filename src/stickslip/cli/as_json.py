@@ -94,7 +94,7 @@ def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
 def of_peaks(name: str, dataset: xr.Dataset, table: pd.DataFrame) -> dict[str, Any]:
     """The peaks of one result, a record each, with the units of their columns and everything that was warned of."""
     from stickslip.results.schema import analysis_of
-    from stickslip.show.report.failures import failures_of, warnings_of
+    from stickslip.show.report.conclusions import failures_of, warnings_of
 
     heads = {str(head): UNIT.fullmatch(str(head)) for head in table}
     names = {head: match[1] if match else head for head, match in heads.items()}

@@ -37,7 +37,7 @@ def compile_all(workers: int = 2) -> None:
 
     Both are others than this one, which thus answers Ctrl-C and SIGTERM at once instead of when a kernel is compiled.
     """
-    from stickslip.runs.processes import Processes
+    from stickslip.runs.cases import Processes
 
     work, logged, done = Compilation(), not progress_is_seen(), list[int]()
     with progress_bar("Compiling") as report:

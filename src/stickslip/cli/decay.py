@@ -14,7 +14,7 @@ from stickslip.cli.places import claimed, free_folder
 from stickslip.cli.studies import Figures, Overwrite, finish
 from stickslip.support.checks import existing, fault, nearest
 from stickslip.support.console import progress_bar, say
-from stickslip.support.written_files import only_own_files
+from stickslip.support.files import only_own_files
 
 if TYPE_CHECKING:
     import xarray as xr

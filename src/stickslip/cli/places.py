@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from stickslip.support.checks import InputError, counted, fault
-from stickslip.support.written_files import WrittenFiles, refuse_linked_folder, refuse_obstacle
+from stickslip.support.files import WrittenFiles, refuse_linked_folder, refuse_obstacle
 
 
 def writable_folder(folder: Path) -> Path:

@@ -1,4 +1,4 @@
-"""Commands on results: `report`, `peaks`, `plot` and `export`."""
+"""Commands on results: `report`, `peaks`, `plot`, `export` and `explore`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stickslip.cli.as_json import Json, of_peaks, say_json
 from stickslip.cli.places import results_in, writable_folder
 from stickslip.support.checks import fault, nearest
 from stickslip.support.console import say
-from stickslip.support.written_files import WrittenFiles, only_own_files, refuse_obstacle
+from stickslip.support.files import WrittenFiles, only_own_files, refuse_obstacle
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,7 +54,7 @@ def peaks(
     from stickslip.results.files import open_results
     from stickslip.results.quantities import peak_table
     from stickslip.results.shown_units import shown_table
-    from stickslip.show.report.failures import failures_of, warnings_of
+    from stickslip.show.report.conclusions import failures_of, warnings_of
     from stickslip.show.report.presentation import presentation_of
 
     datasets = {name: open_results(file) for name, file in results_in(results).items()}
@@ -284,3 +284,16 @@ def drawn(dataset: xr.Dataset, folder: Path, names: Sequence[str] = (), formats:
         WrittenFiles(folder).refuse_others(path)
     paths = write_figures(drawings, dataset, folder, tuple(as_figures))
     return paths + [picture.save(path) for path, picture in pictures.items()]
+
+
+@guarded
+def explore(
+    ctx: typer.Context,
+    study: Annotated[Path, typer.Argument(help="Study file of a forced response, or of any analysis with a [sweep].")],
+    port: Annotated[int, typer.Option(help="Port on this computer; default: any free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
+) -> None:
+    """Change a study with sliders on a local page and watch its response. Needs `pip install 'stickslip[explore]'`."""
+    from stickslip.show.explorer.server import explore as serve
+
+    serve(study, port, browser)

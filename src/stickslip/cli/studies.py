@@ -16,8 +16,7 @@ from stickslip.cli.places import claimed, free_folder, refuse_other_than_folder
 from stickslip.cli.results import FIGURES, write_reports
 from stickslip.support.checks import Faults, InputError, counted, fault, listed, positive, unique
 from stickslip.support.console import INCOMPLETE, WRONG_INPUT, progress_bar, say, warn
-from stickslip.support.files import write_text
-from stickslip.support.written_files import left_sentence, only_own_files
+from stickslip.support.files import left_sentence, only_own_files, write_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -109,8 +108,7 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Check a study without computing its curves, and list all its errors. Exit code 2 if there are any."""
-    from stickslip.study.model_summary import model_summary
-    from stickslip.study.run_time import estimated_seconds, run_time
+    from stickslip.study.run_time import estimated_seconds, model_summary, run_time
 
     if as_json:
         check_as_json(study, show)
@@ -165,7 +163,7 @@ def run(
 ) -> None:
     """Compute a study, or several side by side, and write results.nc of each and one report.html. All are checked before the
     first is computed. Exit code 3 if a curve is incomplete."""
-    from stickslip.runs.processes import Processes
+    from stickslip.runs.cases import Processes
     from stickslip.study.run import Run
     from stickslip.study.run_time import BRIEF, WORTH_SAYING, estimated_seconds, run_time, stays_long
 
@@ -207,7 +205,7 @@ def identify(
     figures: Figures = False,
 ) -> None:
     """Find contact stiffness and friction of a damper, with intervals, from measured loops."""
-    from stickslip.study.loops import with_loops
+    from stickslip.study.measured_curves import with_loops
     from stickslip.study.run import Run
 
     job = with_loops(read_job(damper), loops, law or (), load_removal or ())

@@ -1,16 +1,313 @@
 """The common loop of all analyses over independent cases; completed cases go into the checkpoint.
 
-An `Executor` computes them: this process or several of this machine (`processes.py`), or a cluster (`dask_cluster.py`).
+An `Executor` computes them: this process or several of this machine (`Processes`), or a cluster (`dask_cluster.py`).
+
+Of those that work in parallel this process solves cases too, in a thread: it has its modules and kernels already, so that work
+begins while the others start.
+
+Each place has a pipe of its own. Python's `ProcessPoolExecutor` shares one among all: a process killed while it writes a
+result leaves half a message there, and the pool waits for the other half for ever.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import ctypes
+import os
+import queue
+import signal
+import threading
+import traceback
+import warnings
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
+from functools import partial
+from multiprocessing import connection, current_process, get_context, reduction
+from time import monotonic
+from typing import TYPE_CHECKING, Any
 
-from stickslip.runs.processes import Processes
-from stickslip.runs.work import Arrays, Checkpoint, Executor, Progress, Report, Stopped, Work, Workers, checked_progress
+from stickslip.runs.work import (
+    Arrays,
+    CaseStopped,
+    Checkpoint,
+    Executor,
+    Keep,
+    Progress,
+    Report,
+    Stopped,
+    Work,
+    Workers,
+    checked_progress,
+)
 from stickslip.support.checks import fault
+from stickslip.support.interrupts import for_this_process_only
+from stickslip.support.machine import one_blas_thread
+
+if TYPE_CHECKING:
+    from multiprocessing.context import SpawnProcess
+
+POLL = 0.1
+"""Seconds between two looks at the progress of the processes."""
+
+STOP, GRACE = -1, 30.0
+"""What stops a process in the middle of its case, and seconds in which it may then answer with what there is of the result."""
+
+_SAFE_PATH = "PYTHONSAFEPATH"
+"""The variable by which a process of Python keeps the folder in which it starts off its import path."""
+_STARTING = threading.Lock()
+
+_KILLED = "A process was killed while it computed {words}, which is computed again. If memory ran out, take fewer workers."
+_NOT_STARTED = (
+    "A process ended while it started; the cases are computed without it. If memory ran out, take fewer workers. "
+    "In a script of your own put the work under `if __name__ == '__main__':`."
+)
+
+
+@dataclass(frozen=True)
+class Processes:
+    """Cases in parallel, by this process and `workers - 1` others of this machine.
+
+    apart: by `workers` others alone. This process then answers Ctrl-C at once, whatever they are in the middle of, and ends them:
+    for cases that stay in one call of a library for minutes, and of which no part is of use.
+    """
+
+    workers: int = 1
+    apart: bool = False
+
+    def __post_init__(self) -> None:
+        if type(self.workers) is bool or not hasattr(self.workers, "__index__") or self.workers < 1:
+            raise fault("workers", "must be a whole number from 1 on", self.workers, "A cluster is a `DaskCluster`.")
+
+    def compute(self, work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> None:
+        workers = min(self.workers, len(cases))
+        if workers > 1 or (self.apart and cases):
+            _side_by_side(work, cases, workers, keep, progress, self.apart)
+        else:
+            _here(work, cases, keep, progress)
+
+
+def _here(work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> None:
+    """One case after the other in this process."""
+    for number, case in enumerate(cases):
+
+        def report(fraction: float, number: int = number, words: str = work.words[case]) -> None:
+            progress((number + _fraction(fraction)) / len(cases), words)
+
+        report(0.0)
+        try:
+            with one_blas_thread():
+                arrays = work.solve(case, report)
+        except CaseStopped as stop:
+            raise Stopped({case: stop.arrays}) from stop
+        keep(case, arrays)
+
+
+def _fraction(value: float) -> float:
+    return min(max(value, 0.0), 1.0)
+
+
+def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, progress: Progress, apart: bool) -> None:
+    """Solve the cases in several places at once. The case of a process that is killed goes to another place.
+
+    A process takes a case when it has begun, so that cases that are done by then never wait for it.
+    """
+    left, kept = deque(cases), 0
+    fractions = get_context("spawn").RawArray("d", len(work.names))
+    with (
+        _processes(work, workers if apart else workers - 1, fractions) as started,
+        nullcontext((None, None)) if apart else _thread(work, fractions) as (here, interrupt_here),
+    ):
+        busy: dict[connection.Connection, int | None] = dict.fromkeys(started)
+        free = [] if here is None else [here]
+        try:
+            while kept < len(cases):
+                if not (busy or free):  # none of the processes could start
+                    return _here(work, list(left), keep, progress)
+                while left and free:
+                    pipe, case = free.pop(), left.popleft()
+                    busy[pipe] = case
+                    with suppress(OSError):
+                        pipe.send(case)
+                ready = connection.wait(list(busy), POLL)
+                for pipe in [pipe for pipe in busy if pipe in ready]:
+                    done = busy.pop(pipe)
+                    try:
+                        answer = pipe.recv()
+                    except (EOFError, OSError):
+                        what = _NOT_STARTED if done is None else _KILLED.format(words=work.words[done])
+                        warnings.warn(what, RuntimeWarning, stacklevel=2)
+                        left.extendleft([] if done is None else [done])
+                        continue
+                    if isinstance(answer, Exception):
+                        raise answer
+                    free.append(pipe)
+                    if done is not None:
+                        keep(done, answer)
+                        kept += 1
+                share = sum(fractions[case] for case in cases) / len(cases)
+                at_once = len(free) + sum(case is not None for case in busy.values())
+                progress(max(share, kept / len(cases)), f"{kept} of {len(cases)} done, {at_once} at once")
+        except KeyboardInterrupt as stop:
+            if apart:
+                raise
+            for pipe in busy:
+                if pipe is here and interrupt_here is not None:
+                    interrupt_here(KeyboardInterrupt)
+                else:
+                    with suppress(OSError):
+                        pipe.send(STOP)
+            raise Stopped(_unfinished(busy)) from stop
+
+
+def _unfinished(busy: Mapping[connection.Connection, int | None]) -> dict[int, Arrays]:
+    """What the places have of the cases in whose middle they were interrupted."""
+    results: dict[int, Arrays] = {}
+    waiting, until = {pipe: case for pipe, case in busy.items() if case is not None}, monotonic() + GRACE
+    while waiting and (ready := connection.wait(list(waiting), max(until - monotonic(), 0.0))):
+        for pipe in [pipe for pipe in waiting if pipe in ready]:
+            case = waiting.pop(pipe)
+            with suppress(EOFError, OSError):
+                answer = pipe.recv()
+                if isinstance(answer, CaseStopped):
+                    results[case] = answer.arrays
+                elif isinstance(answer, Mapping):  # completed at the same time
+                    results[case] = answer
+    return results
+
+
+@contextmanager
+def _thread(work: Work, fractions: Any) -> Iterator[tuple[connection.Connection, Callable[[type[BaseException]], None]]]:
+    """A thread of this process that solves the cases sent to it, as the pipe to it and what raises an exception in it.
+
+    An error in the block ends it in the middle of a case: between two instructions of Python, where Ctrl-C acts as well.
+    """
+    here, there = get_context("spawn").Pipe()
+
+    def serve() -> None:
+        # Interrupted in the middle of an answer, it closes the pipe: the other end would wait for the rest of it for ever.
+        with there, suppress(EOFError, OSError, SystemExit, KeyboardInterrupt):
+            while True:
+                there.send(_answer(work, there.recv(), fractions))
+
+    thread = threading.Thread(target=serve, name="stickslip cases")
+    with one_blas_thread():
+        thread.start()
+        try:
+            yield here, partial(_raise_in, thread)
+        except BaseException:
+            _raise_in(thread, SystemExit)
+            raise
+        finally:
+            here.close()
+            thread.join()
+
+
+def _raise_in(thread: threading.Thread, error: type[BaseException]) -> None:
+    """Raise an exception in a thread, between two of its instructions of Python."""
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(error))
+
+
+@contextmanager
+def _processes(work: Work, count: int, fractions: Any) -> Iterator[list[connection.Connection]]:
+    """Fresh processes that solve the cases sent to them, as the pipes to them. Each sends None when it has begun.
+
+    They end when the block does or this process, whatever ends it, since each then finds its pipe closed. Each first receives the
+    class of the work, whose modules it imports while this one prepares the work. That follows when all have begun: a process
+    takes large data only after its own start, for which the next one would have to wait.
+    """
+    if getattr(current_process(), "_inheriting", False):
+        raise SystemExit  # a process that imports a script without the guard; the one that started it says so
+    context = get_context("spawn")
+    with ExitStack() as ends:
+        pipes = []
+        with _safe_paths(), for_this_process_only():
+            for _ in range(count):
+                here, there = context.Pipe()
+                process = context.Process(target=_serve, args=(fractions, there))
+                ends.callback(_ended, process, here)
+                process.start()
+                there.close()
+                pipes.append(here)
+                with suppress(OSError):
+                    here.send(type(work))
+        work.prepare()
+        data = reduction.ForkingPickler.dumps(work)
+        for pipe in pipes:
+            with suppress(OSError):
+                pipe.send_bytes(data)
+        yield pipes
+
+
+@contextmanager
+def _safe_paths() -> Iterator[None]:
+    """Processes of Python that are started in this block import nothing from the working folder, which may be that of a model.
+
+    Multiprocessing starts them and its resource tracker by `python -c`, which has the working folder first on the import path
+    until the path of this process arrives. One thread at a time: another's end would take the variable away.
+    """
+    with _STARTING:
+        before = os.environ.get(_SAFE_PATH)
+        try:
+            os.environ[_SAFE_PATH] = "1"
+            yield
+        finally:
+            if before is None:
+                os.environ.pop(_SAFE_PATH, None)
+            else:
+                os.environ[_SAFE_PATH] = before
+
+
+def _ended(process: SpawnProcess, pipe: connection.Connection) -> None:
+    pipe.close()
+    if process.pid is not None:
+        process.terminate()  # it may still be importing
+        process.join()
+
+
+def _serve(fractions: Any, pipe: connection.Connection) -> None:
+    """A process: solves the cases that come through the pipe after the class of the work and the work, until it closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        pipe.recv()
+        work = pipe.recv()
+    except (EOFError, OSError):
+        return
+    cases: queue.Queue[int] = queue.Queue()
+    with suppress(OSError, KeyboardInterrupt), one_blas_thread():
+        threading.Thread(target=_receive, args=(pipe, cases), daemon=True).start()  # STOP may have come before the first case
+        pipe.send(None)
+        while True:
+            pipe.send(_answer(work, cases.get(), fractions))
+
+
+def _receive(pipe: connection.Connection, cases: queue.Queue[int]) -> None:
+    """Pass on what comes through the pipe; when it closes, the process ends in the middle of whatever it does."""
+    with suppress(EOFError, OSError):
+        while True:
+            case = pipe.recv()
+            if case == STOP:
+                _raise_in(threading.main_thread(), KeyboardInterrupt)
+            else:
+                cases.put(case)
+    os._exit(1)
+
+
+def _answer(work: Work, case: int, fractions: Any) -> Arrays | Exception | CaseStopped:
+    """The result of a case, or what there is of it after Ctrl-C, or the error it ended with and where."""
+
+    def report(fraction: float) -> None:
+        fractions[case] = _fraction(fraction)
+
+    try:
+        arrays = work.solve(case, report)
+    except CaseStopped as stop:
+        return CaseStopped(stop.arrays)
+    except Exception as error:
+        error.add_note("Where it was computed:\n" + "".join(traceback.format_exception(error)))
+        return error
+    report(1.0)
+    return arrays
 
 
 def all_cases(

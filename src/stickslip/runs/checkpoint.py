@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from stickslip.model.readers import numpy_archive
 from stickslip.support.checks import InputError
-from stickslip.support.files import write_arrays, write_text
-from stickslip.support.written_files import WrittenFiles, only_own_files
+from stickslip.support.files import WrittenFiles, only_own_files, write_arrays, write_text
 
 ABOUT = "about.json"
 _NAME = "__name__"

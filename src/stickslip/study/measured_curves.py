@@ -1,15 +1,21 @@
-"""The study that `identify-response` stands for: the problem of a study file, or a rig, and measured curves."""
+"""The study that `identify-response` stands for: the problem of a study file, or a rig, and measured curves.
+
+Measured loops from the command line, which replace those of a study.
+"""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from stickslip.laboratory.identification.damper.model import LINE_LAWS
 from stickslip.model.rigs import RIGS
+from stickslip.study.analyses.identification import IdentificationPlan
 from stickslip.study.analyses.response_identification import (
     FACTORS,
     KIND,
@@ -20,8 +26,8 @@ from stickslip.study.analyses.response_identification import (
 )
 from stickslip.study.faults import parsed
 from stickslip.study.kinds import COMMON_KEYS
-from stickslip.study.reading import text_of, toml
-from stickslip.support.checks import fault, nearest, similar_file
+from stickslip.study.reading import Job, text_of, toml
+from stickslip.support.checks import existing, fault, nearest, similar_file
 
 UNSTATED = 10.0
 """Factor to either side of its value between which a parameter is searched that has no bounds."""
@@ -134,3 +140,18 @@ def _of_rig(name: str, values: Sequence[float], present: Any) -> list[float]:
         return [number, number / UNSTATED, number * UNSTATED]
     low, high = values
     return [start_between(number, low, high), low, high]
+
+
+def with_loops(job: Job, loops: Sequence[Path], laws: Sequence[str] = (), removals: Sequence[Path] = ()) -> Job:
+    """A job for other loops than those of its study with their own load removals if there are any, and other laws if named."""
+    if not isinstance(job.plan, IdentificationPlan):
+        raise fault("--damper", 'must be a study with analysis = "identification"', job.analysis)
+    for what, paths in (("LOOPS", loops), ("--load-removal", removals)):
+        existing(what, paths)
+    for law in laws:
+        if law not in LINE_LAWS:
+            raise fault("--law", "must be a known one", law, nearest(law, LINE_LAWS))
+    note = f"# loops: {', '.join(map(str, loops))}; law: {', '.join(laws) or 'as above'}"
+    note += f"; load removals: {', '.join(map(str, removals)) or 'none'}"
+    plan = job.plan.with_loops(loops, laws, removals)
+    return replace(job, plan=plan, content=plan.content, text=f"{job.text}{note}\n")

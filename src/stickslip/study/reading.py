@@ -23,19 +23,26 @@ from stickslip.model.structure.damping import Dashpot
 from stickslip.model.structure.matrices import Structure
 from stickslip.solve.balance.orders import harmonics_for
 from stickslip.study import build
-from stickslip.study.aerodynamics import AerodynamicsTable, with_aerodynamics
 from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.build import Names, dofs_in
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
-from stickslip.study.fatigue import NO_STRESS
 from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.fields import Table
 from stickslip.study.kinds import KINDS, StudyTable, all_keys, keys_of, owners
-from stickslip.study.lines import with_line
-from stickslip.study.names import Names, dofs_in
-from stickslip.study.parts import Messages, Parts, bodies_of, body_note, structures_of, together
 from stickslip.study.plausibility import check_static_loads, other_speed, plausibility_warnings
 from stickslip.study.renamed import with_new_names
 from stickslip.study.settings_table import check_of, values_of
+from stickslip.study.stress import NO_STRESS
+from stickslip.study.structure import (
+    AerodynamicsTable,
+    Messages,
+    Parts,
+    bodies_of,
+    body_note,
+    structures_of,
+    together,
+    with_aerodynamics,
+)
 from stickslip.study.surfaces import contacts_on, force_on, surfaces_in, turning_notes
 from stickslip.study.tables import (
     BaseTable,
@@ -49,6 +56,7 @@ from stickslip.study.tables import (
     StructureTable,
     SweepTable,
 )
+from stickslip.study.toml_text import with_line
 from stickslip.study.units import SYSTEMS, Units
 from stickslip.support.checks import Faults, InputError, fault, nearest, similar_file, storable
 from stickslip.support.machine import one_blas_thread

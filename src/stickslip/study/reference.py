@@ -14,13 +14,12 @@ from typing import Any, Literal, get_args, get_origin
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic.fields import FieldInfo
 
-from stickslip.study.aerodynamics import AerodynamicsTable
-from stickslip.study.contacts import LAWS
+from stickslip.study.contacts import LAWS, LoadDependentFrictionTable
 from stickslip.study.faults import tables_in
 from stickslip.study.fields import Table, Words
-from stickslip.study.friction import LoadDependentFrictionTable
 from stickslip.study.kinds import KINDS, StudyTable
 from stickslip.study.starts import StartTable
+from stickslip.study.structure import AerodynamicsTable
 from stickslip.study.tables import (
     AtSpeedTable,
     AxisTable,

@@ -20,7 +20,7 @@ from stickslip.runs.work import Arrays, Progress, StoppableWork, Stopped, Work, 
 from stickslip.study.analysis import SearchingPlan
 from stickslip.study.reading import Job
 from stickslip.support.checks import InputError
-from stickslip.support.written_files import WrittenFiles, only_own_files
+from stickslip.support.files import WrittenFiles, only_own_files
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,30 +1,42 @@
-"""[structure] tables with a model file or small matrices, converted to a `Structure` in SI."""
+"""The structure of a study: [structure] tables with a model file or small matrices, rigid bodies, and the gas forces of
+[aerodynamics], put together as one structure in SI."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
+from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
 from stickslip.model.readers.content import Content
 from stickslip.model.readers.describe import implausible
 from stickslip.model.readers.model import Model, model_of
 from stickslip.model.readers.named_rows import with_names
-from stickslip.model.readers.places import places_of
 from stickslip.model.readers.read import read_content
 from stickslip.model.readers.reduction import Progress, structure_of
 from stickslip.model.readers.sector import Faces, disks_of
-from stickslip.model.readers.stress_places import StrainGauge, StressRows, stress_rows_of
-from stickslip.model.structure.cyclic import CyclicStructure, HeldDiameters
+from stickslip.model.readers.stress_places import StrainGauge, StressRows, places_of, stress_rows_of
+from stickslip.model.structure.aerodynamics import Aerodynamics
+from stickslip.model.structure.assembly import assemble
+from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameters, with_bodies
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.model.structure.rotation_axis import RotationAxis
-from stickslip.study.tables import AxisTable, FilesTable, GaugeTable, MatricesTable, SectorTable, StructureTable
-from stickslip.study.units import SYSTEMS, Units
-from stickslip.support.checks import Array, InputError, fault
+from stickslip.results.shown_units import in_system
+from stickslip.study import build
+from stickslip.study.faults import Found
+from stickslip.study.fields import Groups, Number, Place, Positive, Table, Words
+from stickslip.study.tables import AxisTable, BodyTable, FilesTable, GaugeTable, MatricesTable, SectorTable, StructureTable
+from stickslip.study.units import FREQUENCY, MASS, STIFFNESS, SYSTEMS, Units, in_si
+from stickslip.support.checks import MOST, Array, InputError, fault
+from stickslip.support.units import UnitSystem
 
 OF_A_COPY = ("name", "keep", "modes", "shift", "stress", "speed", "axis")
 """What structures of one and the same model may differ in."""
@@ -154,3 +166,191 @@ def _rectangular(name: str, rows: Sequence[Sequence[float]]) -> Array:
     if len(lengths) != 1:
         raise fault(name, "must have rows of one length", [len(row) for row in rows])
     return np.array(rows, dtype=float)
+
+
+MOST_CORNERS = 8
+"""Corners of a section that a note lists; a round one has more."""
+Messages = tuple[Progress, list[str]]
+"""The progress callback for long work, and the list that collects notes on the model."""
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """What contacts can join: the assembled structure, and the rigid bodies in it by name."""
+
+    structure: Structure
+    bodies: Mapping[str, RigidBody]
+    disks: Mapping[float, CyclicStructure] = field(default_factory=dict)
+    """Of a sector whose speed is given, the disks with these bodies by rotor speed in rev/min."""
+    sets: tuple[str, ...] = ()
+    """Names of all sets of nodes of the models, which a wrong name may have meant."""
+
+
+def structures_of(
+    tables: Sequence[StructureTable | None],
+    several: bool,
+    surfaces: Sequence[str],
+    damping: Damping | None,
+    folder: Path,
+    units: Units,
+    found: Found,
+    messages: Messages,
+    engine_order: int | None,
+) -> dict[str, Built]:
+    """The structures that could be made, by name, "" for one alone; each keeps those `surfaces` that are its own, a sector the
+    nodal diameters that an engine order can excite."""
+    made: dict[str, Built] = {}
+    models: dict[str, Model] = {}
+    progress, notes = messages
+    for number, table in enumerate(tables, start=1):
+        place = f"[[structure]] {number}" if several else "[structure]"
+        name = None if table is None else found.attempt(place, _name, table, several, made)
+        if name is None:
+            continue
+        own = [surface.removeprefix(f"{name}/") for surface in surfaces if not name or surface.startswith(f"{name}/")]
+        if table is not None and table.sector is not None:
+            own = list(dict.fromkeys(surface.removeprefix(NEXT) for surface in own))
+        built = found.attempt(place, structure, table, damping, folder, units, progress, own, models, engine_order)
+        if built:
+            made[name] = built
+            notes += [f"{name}: {note}" if name else note for note in built.notes]
+    return made
+
+
+def _name(table: StructureTable, several: bool, taken: Mapping[str, Any]) -> str:
+    """The name of one structure of a study, "" where there is one only."""
+    if table.rig is not None:
+        raise fault("rig", "must stand in a [structure] of its own", table.rig, "A ready rig brings its contacts.")
+    if several and table.sector is not None:
+        raise fault(
+            "sector", "must stand in a [structure] of its own", "[[structure]]", "Blades of other disks are no neighbours."
+        )
+    if not several and table.name is not None:
+        raise fault("name", "must go with several, [[structure]]", table.name, "Leave it out.")
+    if several and table.name is None:
+        raise InputError("name must be given where there are several structures, but is missing.")
+    if table.name in taken:
+        raise fault("name", "must be another one for each", table.name)
+    return table.name or ""
+
+
+def bodies_of(
+    tables: Sequence[BodyTable | None], units: Units, taken: Collection[str], found: Found
+) -> tuple[dict[str, RigidBody], tuple[Force, ...]]:
+    """The rigid bodies by name, and the static forces that pull them."""
+    bodies: dict[str, RigidBody] = {}
+    pulls: tuple[Force, ...] = ()
+    for number, table in enumerate(tables, start=1):
+        made = None if table is None else found.attempt(f"[[body]] {number}", build.body, table, units)
+        if table is None or made is None:
+            continue
+        if table.name in (*bodies, *taken):
+            found.messages.append(f"[[body]] {number}: {fault('name', 'must be another one for each', table.name)}")
+            continue
+        bodies[table.name], pulls = made[0], (*pulls, *made[1])
+    return bodies, pulls
+
+
+def body_note(name: str, body: RigidBody, system: UnitSystem) -> str:
+    """Mass, mass centre and section of a body, in the units of the study."""
+    metre, length = in_system("m", system)
+    kilogram, unit = in_system("kg", system)
+
+    def place(point: Any) -> str:
+        return f"({', '.join(f'{axis + 0.0:.4g}' for axis in np.round(metre * np.asarray(point), 9))})"
+
+    corners = body.centre + np.reshape(body.outline, (-1, 3))
+    section = f", corners of its section {', '.join(map(place, corners))}" if 0 < len(corners) <= MOST_CORNERS else ""
+    return f"{name}: {kilogram * body.mass:.4g} {unit}, mass centre {place(body.centre)} {length}{section}"
+
+
+def together(built: Mapping[str, Built], bodies: Mapping[str, RigidBody], damping: Damping | None) -> Parts:
+    """One structure of all, with a damping rule for the whole; a model alone stays as it is."""
+    structures = {name: each.structure for name, each in built.items()}
+    sets = tuple(f"{name}/{own}" if name else own for name, each in built.items() for own in each.sets)
+    disk = structures.get("")
+    if isinstance(disk, CyclicStructure):
+        free = {name: body.structure() for name, body in bodies.items()}
+
+        def whole_disk(sector: CyclicStructure) -> CyclicStructure:
+            return (with_bodies(sector, free) if free else sector).with_damping(damping)
+
+        return Parts(whole_disk(disk), bodies, {speed: whole_disk(each) for speed, each in built[""].disks.items()}, sets)
+    if not bodies and list(structures) == [""]:
+        return Parts(structures[""], {}, sets=sets)
+    bare = {name: part if part.damping is None else part.with_damping(None) for name, part in structures.items()}
+    whole = assemble(bare | {name: body.structure() for name, body in bodies.items()})
+    return Parts(whole if damping is None else whole.with_damping(damping), bodies, sets=sets)
+
+
+Complex = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
+Influence = Annotated[list[Number], Field(min_length=3, max_length=3), Words("list of three numbers")]
+
+
+class AerodynamicsTable(Table):
+    """Gas forces on the blades of a tuned disk, or of the mistuned ones made of it, that are proportional to their motion.
+
+    Lists by nodal diameter have one entry for each wave, n = 0, 1, ..., N − 1; n = N − 1 is −1,
+    against the numbering of the sectors.
+    """
+
+    exactly_one: ClassVar[Groups] = (("influence", "stiffness", "damping_ratio"),)
+
+    influence: Annotated[
+        list[Influence] | None,
+        STIFFNESS,
+        Field(
+            min_length=1,
+            description="[k, Re L, Im L]: force on a blade per motion of the k-th blade after it; blades left out: 0",
+        ),
+    ] = None
+    stiffness: Annotated[
+        list[Complex] | None, STIFFNESS, Field(min_length=1, description="[Re A, Im A] of every nodal diameter")
+    ] = None
+    damping_ratio: Annotated[
+        list[Number] | None,
+        Field(min_length=1, description="of the blade alone, for every nodal diameter; negative where gas feeds the vibration"),
+    ] = None
+    frequency_shift: Annotated[
+        list[Number] | None, Field(min_length=1, description="of the blade alone, relative, for every nodal diameter; else none")
+    ] = None
+    frequency: Annotated[Positive | None, FREQUENCY, Field(description="at which the coefficients hold")] = None
+    direction: Annotated[
+        Place | None,
+        Field(description="of the sector, on which they act; default: the coordinate of the blade-alone mode `mode`"),
+    ] = None
+    modal_mass: Annotated[Positive | None, MASS, Field(description="of damping ratios along a direction")] = None
+    mode: Annotated[int, Field(ge=1, le=MOST, description="number of the blade-alone mode, where no direction is given")] = 1
+
+
+def with_aerodynamics(problem: Problem, table: AerodynamicsTable, units: Units) -> TunedDisk:
+    """A tuned disk with the gas forces of a table."""
+    if not isinstance(problem, TunedDisk):
+        raise fault("[structure]", 'must be a tuned disk, such as rig = "lumped_blisk"', type(problem).__name__)
+    given = in_si(table, units)
+    influence = None if table.influence is None else _numbered(table.influence)
+    stiffness = None if table.stiffness is None else [complex(*pair) for pair in table.stiffness]
+    return problem.with_aerodynamics(
+        Aerodynamics(
+            influence=influence,
+            stiffness=stiffness,
+            damping_ratio=table.damping_ratio,
+            frequency_shift=table.frequency_shift,
+            frequency=given["frequency"],
+            direction=table.direction,
+            modal_mass=given["modal_mass"],
+            mode=table.mode,
+        )
+    )
+
+
+def _numbered(rows: list[list[float]]) -> dict[int, complex]:
+    """Coefficients by blade."""
+    found: dict[int, complex] = {}
+    for number, real, imaginary in rows:
+        if number != int(number):
+            raise fault("influence, k", "must be a whole number", number)
+        if int(number) in found:
+            raise fault("influence", "must hold every blade once", int(number))
+        found[int(number)] = complex(real, imaginary)
+    return found

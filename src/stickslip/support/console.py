@@ -13,9 +13,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from stickslip.support.checks import Faults, InputError
-from stickslip.support.compilation import EVERY, NOTICE
+from stickslip.support.compilation import EVERY, NOTICE, NotebookBar, in_notebook
 from stickslip.support.interrupts import deferred, is_behind
-from stickslip.support.notebook_bar import NotebookBar, in_notebook
 
 Report = Callable[[float, str], None]
 """Called with the fraction done (0 to 1) and what is being done."""

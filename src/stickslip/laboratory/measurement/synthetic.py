@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.laboratory.measurement.reconstruction import RigErrors, distorted
 from stickslip.laboratory.measurement.records import Record
-from stickslip.laboratory.measurement.rig_errors import RigErrors, distorted
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.platform_motion import PlatformMotion

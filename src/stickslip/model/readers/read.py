@@ -32,9 +32,8 @@ from stickslip.model.readers.describe import implausible
 from stickslip.model.readers.limits import refuse_packed
 from stickslip.model.readers.model import Model, model_of
 from stickslip.model.readers.named_rows import with_names
-from stickslip.model.readers.places import Keep, Where, places_of
 from stickslip.model.readers.reduction import Progress, quiet, structure_of
-from stickslip.model.readers.stress_places import StrainGauge, stress_rows_of
+from stickslip.model.readers.stress_places import Keep, StrainGauge, Where, places_of, stress_rows_of
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rotation_axis import AxisLike, RotationAxis

@@ -9,8 +9,7 @@ import numpy as np
 import scipy
 from scipy import sparse
 
-from stickslip.model.structure.cyclic_reduction import MATCH, Sector, partners, sector_of, spacing
-from stickslip.model.structure.reduced_waves import lowest_frequencies
+from stickslip.model.structure.cyclic_reduction import MATCH, Sector, lowest_frequencies, partners, sector_of, spacing
 from stickslip.model.structure.solid import Solid
 from stickslip.support.checks import Array, Index, InputError, counted, fault
 

@@ -22,7 +22,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.results.shown_units import attributes_of
 from stickslip.show.explorer.sliders import Slider, sliders_of, varied
-from stickslip.show.report.failures import failures_of, warnings_of
+from stickslip.show.report.conclusions import failures_of, warnings_of
 from stickslip.solve.balance.orders import in_words
 from stickslip.study.analyses.performance_curve import PerformanceTable
 from stickslip.study.faults import parsed

@@ -13,10 +13,8 @@ from stickslip.analyses.truncation import ALL_MODES, ALL_NODES
 from stickslip.results.representative import representatives
 from stickslip.results.stability import peak_is_unstable
 from stickslip.results.view import Peak, highest_peak, is_listed, level_text, measure_in, peak_unit
-from stickslip.show.report.conclusions import SAME, level_sentence, linear_limits, reference, unbroken
-from stickslip.show.report.failures import failures_of, warnings_of
-from stickslip.show.report.markup import cell, table, text
-from stickslip.show.report.numbers import hertz, number, percent
+from stickslip.show.report.conclusions import SAME, failures_of, level_sentence, linear_limits, reference, unbroken, warnings_of
+from stickslip.show.report.markup import cell, hertz, number, percent, table, text
 from stickslip.support.checks import counted
 from stickslip.support.outcome import Outcome
 

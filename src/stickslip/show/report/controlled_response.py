@@ -11,7 +11,7 @@ from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import size_text
 from stickslip.show.plots.controlled_response import controlled_response, resonances
 from stickslip.show.plots.files import Figures
-from stickslip.show.report.numbers import hertz
+from stickslip.show.report.markup import hertz
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import counted
 from stickslip.support.outcome import Outcome

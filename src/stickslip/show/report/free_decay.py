@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.results.view import length_text
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.time_response import decay, measured
-from stickslip.show.report.numbers import hertz, percent
+from stickslip.show.report.markup import hertz, percent
 from stickslip.show.report.presentation import Presentation, presents
 
 if TYPE_CHECKING:

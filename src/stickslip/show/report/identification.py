@@ -11,7 +11,7 @@ from stickslip.laboratory.identification.damper.result import CERTAINTY, chain_s
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.identification import loops_and_fit, posterior, residuals
-from stickslip.show.report.numbers import percent
+from stickslip.show.report.markup import percent
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import counted
 

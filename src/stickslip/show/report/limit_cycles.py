@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.results.view import length_text
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.nonlinear_modes import frequency_over_damping, over_damping
-from stickslip.show.report.numbers import hertz, number
+from stickslip.show.report.markup import hertz, number
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.outcome import Outcome
 

@@ -1,4 +1,7 @@
-"""HTML as strings: all data enter the page through `text` or `cell`, which escape them."""
+"""HTML as strings: all data enter the page through `text` or `cell`, which escape them.
+
+Numbers as text: Hz, per cent, energies with prefix.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import base64
 import gzip
 import html
 import io
+import math
 import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Literal
@@ -74,3 +78,22 @@ def packed(identifier: str, content: str) -> str:
     """A text that report.js unpacks: gzipped and in base64 it takes a third of its size, and cannot leave its element."""
     encoded = base64.b64encode(gzip.compress(content.encode(), 5, mtime=0)).decode()
     return f'<script type="text/plain" id="{identifier}">{encoded}</script>'
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number with so many digits, never in exponents where a reader would not write them."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.{digits}g}" if not 1e4 <= abs(value) < 1e7 else f"{value:.0f}"
+
+
+def hertz(value: float) -> str:
+    """A frequency, to a hundredth, or to five digits below 10 Hz."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.2f}" if abs(value) >= 10.0 else f"{value:.5g}"
+
+
+def percent(value: float) -> str:
+    """A share in percent; more digits where it is near 100 %."""
+    return f"{100.0 * value:.1f} %" if 0.0 < abs(1.0 - value) < 0.02 or abs(value) < 0.1 else f"{100.0 * value:.0f} %"

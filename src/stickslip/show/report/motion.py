@@ -1,4 +1,5 @@
-"""The section of moving pictures: dampers and the deformed shape at the highest peaks, or the steady cycles of a damper alone."""
+"""Report sections of pictures: a bladed disk with its mode shape, dampers and diagrams; dampers and the deformed shape in
+motion at the highest peaks, or the steady cycles of a damper alone."""
 
 from __future__ import annotations
 
@@ -9,16 +10,46 @@ from typing import TYPE_CHECKING
 from stickslip.analyses.damper_alone.cycle_motion import cycle_motion
 from stickslip.analyses.deformed_shape import has_shapes, kept_shapes
 from stickslip.analyses.kept_motion import has_motion, kept_cases, kept_motion
+from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.results.representative import spread
 from stickslip.results.view import level_text
 from stickslip.show.plots.animation import Animation
 from stickslip.show.plots.deformed_shape import DeformedShape
+from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, wave_damping
 from stickslip.show.plots.moving_picture import MovingPicture
 from stickslip.show.report.charts import Charts, Choice
-from stickslip.show.report.markup import section, text
+from stickslip.show.report.markup import picture, section, text
 
 if TYPE_CHECKING:
     import xarray as xr
+
+OF_DISK = (
+    '<p class="note">Dampers are shown at the largest amplitude. In a tuned disk all of them behave alike, each later than the '
+    "one before. The mean normal load under vibration differs from the static one where slip reduces the part of the centrifugal "
+    "load that friction carries.</p>"
+)
+
+
+def disk(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
+    """All figures of every disk."""
+    disks = {label: dataset for label, dataset in datasets.items() if has_disk(dataset)}
+    parts = []
+    for k, (label, dataset) in enumerate(disks.items()):
+        parts += [f"<h3>{text(label)}</h3>"] if len(disks) > 1 else []
+        if "disk_shape" in dataset.variables:
+            parts.append(picture(disk_mode(dataset), "The disk in its first mode", "png"))
+        if dataset.sizes["contact"]:
+            parts.append(picture(damper_ring(dataset), "States of the dampers around the disk"))
+            parts.append(charts.drawn(f"chart-load-{k}", mean_normal_load(dataset), "Mean normal load over the force level"))
+        if "disk_frequency" in dataset.variables:
+            description = "Natural frequencies over the nodal diameter"
+            parts.append(charts.drawn(f"chart-diameters-{k}", nodal_diameter_diagram(dataset), description))
+            if "wave_damping_ratio" in dataset.variables:
+                description = "Damping of the waves of the first stuck mode over the nodal diameter"
+                parts.append(charts.drawn(f"chart-wave-damping-{k}", wave_damping(dataset), description))
+            parts.append(charts.drawn(f"chart-campbell-{k}", campbell(dataset), "Campbell diagram"))
+    return section("disk", "Disk", OF_DISK, *parts)
+
 
 MOST = 4
 """Cases that are shown in motion: 150 kB of the page each."""
@@ -66,9 +97,9 @@ def moving_pictures(dataset: xr.Dataset) -> dict[str, MovingPicture]:
     shapes = {level: DeformedShape(shape) for level, shape in kept_shapes(dataset).items()} if has_shapes(dataset) else {}
     animations = _animations(dataset) if has_motion(dataset) or "damper_motion" in dataset else {}
     for name, pictures in (("motion", animations), ("deformed_shape", shapes)):
-        for words, picture in pictures.items():
+        for words, moving in pictures.items():
             ending = re.sub(r"[^\w.]+", "_", words).strip("_")
-            found[f"{name}_{ending}" if len(pictures) > 1 else name] = picture
+            found[f"{name}_{ending}" if len(pictures) > 1 else name] = moving
     return found
 
 

@@ -12,7 +12,7 @@ from stickslip.results.representative import spread
 from stickslip.results.view import length_text
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.nonlinear_modes import contact_states, over_amplitude, over_energy, peaks_over_force, shape
-from stickslip.show.report.numbers import hertz, percent
+from stickslip.show.report.markup import hertz, percent
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.outcome import Outcome
 

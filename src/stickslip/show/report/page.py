@@ -22,12 +22,10 @@ from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.results.shown_units import system_of
 from stickslip.show.plots.moving_picture import step_script
 from stickslip.show.report import plain, sections
-from stickslip.show.report.bounds import bounds
+from stickslip.show.report.bounds import bounds, percentiles
 from stickslip.show.report.charts import Charts
-from stickslip.show.report.disk import disk
 from stickslip.show.report.markup import packed, text
-from stickslip.show.report.motion import motions, moves
-from stickslip.show.report.percentiles import percentiles
+from stickslip.show.report.motion import disk, motions, moves
 from stickslip.show.report.presentation import presentation_of
 from stickslip.show.report.stress import stress
 from stickslip.support.checks import fault

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.results.view import size_text
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.performance_curve import performance_band
-from stickslip.show.report.numbers import percent
+from stickslip.show.report.markup import percent
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.outcome import Outcome
 

@@ -14,8 +14,7 @@ import numpy as np
 from stickslip.results.view import energy_unit, shown_unit
 from stickslip.show.report.answer import warnings_at_a_glance
 from stickslip.show.report.charts import Charts
-from stickslip.show.report.markup import cell, section, table, text
-from stickslip.show.report.numbers import number
+from stickslip.show.report.markup import cell, number, section, table, text
 from stickslip.show.report.presentation import presentation_of
 
 if TYPE_CHECKING:

@@ -26,12 +26,17 @@ from stickslip.results.stability import (
 from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in, shown_unit
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.forced_response import figures_of
-from stickslip.show.report.bounds import bounds_table
-from stickslip.show.report.failures import bounds_failures, bounds_warnings
-from stickslip.show.report.fatigue import fatigue_sentences, fatigue_table
-from stickslip.show.report.percentiles import percentiles_table
+from stickslip.show.report.bounds import bounds_table, percentiles_table
+from stickslip.show.report.conclusions import bounds_failures, bounds_warnings
 from stickslip.show.report.presentation import Presentation, presents
-from stickslip.show.report.stress import strain_sentences, strain_table, stress_sentences, stress_table
+from stickslip.show.report.stress import (
+    fatigue_sentences,
+    fatigue_table,
+    strain_sentences,
+    strain_table,
+    stress_sentences,
+    stress_table,
+)
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.solve.balance.orders import of_attribute
 from stickslip.support.checks import counted

@@ -36,11 +36,16 @@ from stickslip.show.plots.contacts import contact_states, dissipation, loops_at,
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
 from stickslip.show.report.answer import engine_order, peaks_at_a_glance
 from stickslip.show.report.charts import Charts, Choice, Opening
-from stickslip.show.report.conclusions import bounds_headline, further_curves_sentence, headline, level_sentence
-from stickslip.show.report.failures import failures_of, warnings_of
-from stickslip.show.report.fatigue import fatigue_headline
-from stickslip.show.report.markup import cell, section, table, text
-from stickslip.show.report.numbers import hertz, number
+from stickslip.show.report.conclusions import (
+    bounds_headline,
+    failures_of,
+    further_curves_sentence,
+    headline,
+    level_sentence,
+    warnings_of,
+)
+from stickslip.show.report.markup import cell, hertz, number, section, table, text
+from stickslip.show.report.stress import fatigue_headline
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
 from stickslip.support.checks import Array, counted
 

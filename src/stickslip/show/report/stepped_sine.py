@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.results.view import length_text
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.time_response import stepped_sine
-from stickslip.show.report.numbers import hertz
+from stickslip.show.report.markup import hertz
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import Index, counted
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from stickslip.laboratory.identification.contact_law.intervals import LoopErrors
+from stickslip.laboratory.identification.contact_law.fit import LoopErrors
 from stickslip.laboratory.identification.contact_law.work import ContactLawWork, contact_law_work
 from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan

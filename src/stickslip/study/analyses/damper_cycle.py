@@ -18,8 +18,8 @@ from stickslip.runs.work import Arrays
 from stickslip.solve.time.methods import GeneralisedAlpha, Method, Newmark
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.build import shape_of
+from stickslip.study.contacts import Frictions, friction_in_si
 from stickslip.study.fields import NotNegative, Number, Positive, Positives, Table
-from stickslip.study.friction import Frictions, friction_in_si
 from stickslip.study.tables import ShapeKey
 from stickslip.study.units import FORCE, FREQUENCY, LENGTH, STIFFNESS, Units, in_si
 from stickslip.support.checks import MOST, counted, fault

@@ -12,10 +12,8 @@ from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of
-from stickslip.study.fatigue import FatigueTable, fatigue_of
 from stickslip.study.further_curves import BranchesTable, FurtherCurves, IsolatedTable, ordered
-from stickslip.study.stability import StabilityTable, stability_of
-from stickslip.study.stress import StressTable, recovery_of
+from stickslip.study.stress import FatigueTable, StabilityTable, StressTable, fatigue_of, recovery_of, stability_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,11 +13,9 @@ from pydantic import Field
 
 from stickslip.laboratory.identification.damper.model import parameters, usual_unknowns
 from stickslip.laboratory.identification.damper.work import IdentificationWork
-from stickslip.laboratory.measurement.cycles import CycleSet, whole_cycles
-from stickslip.laboratory.measurement.load_removal import read_load_removal, zeroed
-from stickslip.laboratory.measurement.reconstruction import damper_motion
+from stickslip.laboratory.measurement.cycles import CycleSet, read_load_removal, whole_cycles, zeroed
+from stickslip.laboratory.measurement.reconstruction import RigErrors, damper_motion
 from stickslip.laboratory.measurement.records import read_record
-from stickslip.laboratory.measurement.rig_errors import RigErrors
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.runs.work import Arrays
 from stickslip.solve.platforms.relaxation import elements_of

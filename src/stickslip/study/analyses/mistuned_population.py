@@ -18,9 +18,8 @@ from stickslip.model.disks.tuned import TunedDisk
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of
-from stickslip.study.fatigue import FatigueTable, fatigue_of
 from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
-from stickslip.study.stress import recovery_of
+from stickslip.study.stress import FatigueTable, fatigue_of, recovery_of
 from stickslip.support.checks import Faults, InputError, counted
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.laboratory.identification.contact_law.intervals import interval
+from stickslip.laboratory.identification.contact_law.fit import interval
 from stickslip.laboratory.identification.contact_law.model import ContactLoop, force_of, work_along
 from stickslip.model.contact.friction import LoadDependentFriction
 from stickslip.results.result import Result

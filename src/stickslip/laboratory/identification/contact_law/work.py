@@ -13,9 +13,15 @@ import numpy as np
 
 from stickslip.analyses.settings import takes
 from stickslip.laboratory.identification.contact_law.diagnosis import least_friction, warnings_about
-from stickslip.laboratory.identification.contact_law.fit import LONGEST, fitted, judged
-from stickslip.laboratory.identification.contact_law.friction import friction_over_load, under_friction
-from stickslip.laboratory.identification.contact_law.intervals import LoopErrors, standard_errors
+from stickslip.laboratory.identification.contact_law.fit import (
+    LONGEST,
+    LoopErrors,
+    fitted,
+    friction_over_load,
+    judged,
+    standard_errors,
+    under_friction,
+)
 from stickslip.laboratory.identification.contact_law.model import FITTED, LAWS, ContactLoop, advanced, force_of, smoothed
 from stickslip.laboratory.identification.contact_law.result import ContactLaw, LawFit, contact_law_dataset, with_friction
 from stickslip.laboratory.measurement.contact_cycles import ContactCycles, contact_cycles, smoothed_motion

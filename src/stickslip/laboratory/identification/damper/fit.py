@@ -15,11 +15,19 @@ from typing import Any
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
-from stickslip.laboratory.identification.damper.clues import Clues
-from stickslip.laboratory.identification.damper.model import BOUNDS, LINE_LAWS, PARTS, TENFOLD, Parameter, microslip, over_load
+from stickslip.laboratory.identification.damper.model import (
+    BOUNDS,
+    LINE_LAWS,
+    PARTS,
+    TENFOLD,
+    Clues,
+    Parameter,
+    microslip,
+    over_load,
+)
 from stickslip.laboratory.identification.least_squares import LeastSquares, Solution
 from stickslip.laboratory.measurement.cycles import CycleSet, analysis, delayed, synthesis
-from stickslip.laboratory.measurement.rig_errors import SIGNALS, RigErrors
+from stickslip.laboratory.measurement.reconstruction import SIGNALS, RigErrors
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.solve.platforms.relaxation import Elements, elements_of, relaxed_cycle
 from stickslip.support.checks import Array, InputError

@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.laboratory.identification.damper.fit import ALIKE, COARSE, EVALUATIONS, DamperFit
 from stickslip.laboratory.measurement.cycles import CycleSet, analysis, synthesis
-from stickslip.laboratory.measurement.rig_errors import distorted
+from stickslip.laboratory.measurement.reconstruction import distorted
 from stickslip.support.checks import Array
 
 COST = 2.0

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.laboratory.identification.damper.clues import Clues
 from stickslip.laboratory.identification.damper.fit import COARSE, EVALUATIONS, DamperFit
+from stickslip.laboratory.identification.damper.model import Clues
 from stickslip.laboratory.measurement.cycles import synthesis
 from stickslip.laboratory.measurement.reconstruction import reconstruct
 from stickslip.model.dampers.between_platforms import BetweenPlatforms

@@ -4,6 +4,8 @@
 2. A search of the whole range (differential evolution), then least squares on whole loops of all cases at once.
 3. Intervals from refits to resampled cycles with drawn errors of cells and lasers, with the misfit itself turned about and
    with contacts between macroslip and microslip: the formal covariance is too small by 1.5 to 20 times.
+
+Plausibility checks of measured cycles before a fit and of the result after it.
 """
 
 from __future__ import annotations
@@ -14,8 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stickslip.laboratory.identification.damper.clues import Clues, clues
-from stickslip.laboratory.identification.damper.diagnosis import checked_cases, lag_remarks, never_sliding, remarks
+from stickslip.analyses.damper_alone.cycle_dataset import slip_work
 from stickslip.laboratory.identification.damper.fit import (
     COARSE,
     EVALUATIONS,
@@ -26,15 +27,226 @@ from stickslip.laboratory.identification.damper.fit import (
     population,
 )
 from stickslip.laboratory.identification.damper.intervals import Refits, refits
-from stickslip.laboratory.identification.damper.model import LINE_LAWS, parameters, usual_unknowns
-from stickslip.laboratory.identification.damper.result import CERTAINTY, Identification, identification_dataset, with_slip
-from stickslip.laboratory.measurement.cycles import CycleSet
-from stickslip.laboratory.measurement.load_removal import LoadRemoval, zeroed
+from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD, Clues, clues, parameters, usual_unknowns
+from stickslip.laboratory.identification.damper.result import (
+    CERTAINTY,
+    Identification,
+    identification_dataset,
+    misfits,
+    with_slip,
+)
+from stickslip.laboratory.measurement.cycles import CycleSet, LoadRemoval, synthesis, whole_cycles, zeroed
+from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.laboratory.measurement.records import Record
-from stickslip.laboratory.measurement.rig_errors import RigErrors
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.runs.work import Arrays
-from stickslip.support.checks import Array, between, fault, nearest, seed_of
+from stickslip.solve.platforms.cycle import CycleModel, steady_cycle
+from stickslip.support.checks import Array, InputError, between, fault, nearest, seed_of
+
+TURN = 2.0
+"""Largest rotation, relative to the platform's motion over the mean distance of the contacts from the mass centre."""
+
+REFUSED, POOR = 0.25, 0.06
+"""Misfit of forces, relative to their varying part, from which a fit is refused, and from which it is called poor."""
+
+STILL = 1e-6
+"""Friction work of a line, relative to the largest, below which it counts as never sliding."""
+
+LAG_ALLOWED = 5e-3
+"""Standard deviation [s] of a lag that is looked for in a fit without one."""
+
+STRAINED = 3.0
+"""Gain error or zero found, in standard deviations stated for it, from which a scale, the geometry or the zero is doubted."""
+
+SEEN = 3e-3
+"""Angle of the first harmonic [rad] from which a lag of the forces is reported: 0.1 ms at 5 Hz."""
+
+WIDE = 0.3
+"""Standard deviation of a logarithm from which a parameter counts as unknown still."""
+
+
+def checked_cases(
+    loops: Sequence[CycleSet | Record] | CycleSet | Record, rig: BetweenPlatforms, errors: RigErrors
+) -> tuple[CycleSet, ...]:
+    """The cases as cycles, refused where they cannot be those of this damper."""
+    several = [loops] if isinstance(loops, CycleSet | Record) else list(loops)
+    if not several:
+        raise fault("loops", "must be at least one", 0)
+    cases = tuple(whole_cycles(one) if isinstance(one, Record) else one for one in several)
+    if len({case.name for case in cases}) < len(cases):
+        raise fault("Names of the loops", "must differ", [case.name for case in cases])
+    if len({case.harmonics.shape[2] for case in cases}) > 1:
+        raise fault("All loops", "must be smoothed to the same number of harmonics", [c.harmonics.shape[2] for c in cases])
+    for case in cases:
+        for name in ("force_x", "force_y"):
+            case.channel(name)
+        pull = float(rig.pull[1]) if case.pull is None else case.pull
+        _check_forces(case, pull, errors.with_zeros(case.zero_errors))
+        _check_work(case)
+        _check_rotation(case, rig)
+    return cases
+
+
+def _check_forces(case: CycleSet, pull: float, errors: RigErrors) -> None:
+    """Zeroed cells of a damper under its pull press both ways, and by no more than a few times the pull."""
+    zeros = {axis: errors.zero_of(f"force_{axis}") for axis in "xy"}
+    if max(zeros.values()) > 0.2 * pull:
+        return
+    x, y = float(case.channel("force_x")[0]), float(case.channel("force_y")[0])
+    remedy = "Are signs, units and zeros of the cells right?"
+    if y <= -3.0 * zeros["y"] or x <= -3.0 * zeros["x"]:
+        raise fault(f"Mean force_x, force_y of {case.name}", "must press the right platform", (round(x, 3), round(y, 3)), remedy)
+    if not 0.02 * pull <= y <= 3.0 * pull or x > 20.0 * pull:
+        raise fault(
+            f"Mean forces of {case.name}", f"must be of the size of the pull, {pull:g} N", (round(x, 4), round(y, 4)), remedy
+        )
+
+
+def _check_work(case: CycleSet) -> None:
+    """A damper takes energy out: the loop ∮(H dh + V dw) runs one way, against the package's sense of the axes."""
+    done, scale = 0.0, 0.0
+    for axis in "xy":
+        if case.has(f"platform_{axis}"):
+            u, f = case.cycle(f"platform_{axis}"), case.cycle(f"force_{axis}")
+            done += float(np.sum(f * (np.roll(u, -1) - np.roll(u, 1)))) / 2.0
+            scale += float(np.ptp(u) * np.ptp(f))
+    if done < -0.01 * scale:
+        rule = "must be taken out of the platforms, a positive area"
+        raise fault(f"The energy of {case.name}", rule, float(f"{done:.3g}"), "Is a sign reversed, or time?")
+
+
+def _check_rotation(case: CycleSet, rig: BetweenPlatforms) -> None:
+    """Rotation cannot exceed a few times the platform's motion over the size of the damper."""
+    if not case.has("rotation"):
+        return
+    motion = max(float(np.ptp(case.cycle(f"platform_{a}"))) for a in "xy" if case.has(f"platform_{a}"))
+    size = float(np.mean([np.hypot(*point.arm) for point in rig.points]))
+    found = float(np.ptp(case.cycle("rotation")))
+    if found > TURN * motion / size:
+        rule = f"must be below {TURN * motion / size:.3g} rad for this motion"
+        raise fault(f"rotation of {case.name}", rule, float(f"{found:.3g}"), "Is its unit right?")
+
+
+def never_sliding(fit: DamperFit, theta: Array, rig: BetweenPlatforms) -> tuple[str, ...]:
+    """Which friction coefficients belong to lines that stick throughout every steady cycle."""
+    if fit.law != "macroslip":
+        return ()
+    values, work = fit.values(theta), np.zeros(len(fit.lines))
+    for pull, drive in zip(fit.pulls, fit.drives, strict=True):
+        mu = values["mu"] * values[TENFOLD] ** np.log10(pull / (fit.at * len(fit.lines)))
+        model = CycleModel.of(rig.with_pull(pull)).with_parameters(values["kt"], values["kn"], mu)
+        work += np.abs(slip_work(model, steady_cycle(model, drive)))
+    still = work <= STILL * work.max()
+    return tuple(
+        f"{p.name}: its contact never slides in the steady cycles. The value follows from slip while the centrifugal "
+        "load was applied to sliders that are assumed to be virgin; the loops themselves only show a lower bound."
+        for p in fit.unknowns
+        if p.part == "mu" and all(still[p.lines(fit.lines)])
+    )
+
+
+def strained_gains(fit: DamperFit, computed: Array) -> tuple[str, ...]:
+    """Which channels fit only with a gain error that the stated errors hardly allow: parameters are then wrong all the same."""
+    stated = {name: fit.errors.gain(name) for name in fit.channels}
+    return tuple(
+        f"{name} fits only with a gain error of {gain:+.0%}, against {stated[name]:.0%} stated. The parameters are wrong if a "
+        "scale of the record, a dimension or an angle of the damper, or its pull is: check them."
+        for name, gain in zip(fit.channels, fit.chain(computed).gains, strict=True)
+        if stated[name] > 0.0 and abs(gain) > STRAINED * stated[name]
+    )
+
+
+def strained_zeros(fit: DamperFit, computed: Array) -> tuple[str, ...]:
+    """Which cells fit only with a zero that its stated error hardly allows."""
+    zeros, warnings = fit.zeros(computed, fit.chain(computed)), []
+    for case, of_case in zip(fit.cases, zeros, strict=True):
+        for c, zero in zip(fit.forces, of_case, strict=True):
+            name = fit.channels[c]
+            stated = fit.errors.with_zeros(case.zero_errors).zero_of(name)
+            if stated > 0.0 and abs(zero) > STRAINED * stated:
+                warnings.append(
+                    f"{case.name}: {name} fits only with a zero of {zero:+.3g} N, against {stated:.2g} N stated. Where the zeros "
+                    f"of the cells are not known, give a load removal, or in `errors` what they may be off by (zero_{name[-1]})."
+                )
+    return tuple(warnings)
+
+
+def lag_remarks(fit: DamperFit, theta: Array, error: float) -> tuple[str, ...]:
+    """A lag of the forces that matters: corrected where it was fitted, stated where `errors.lag` of 0 excludes it."""
+    computed = fit.predicted(theta)
+    assert computed is not None
+    fitted = bool(fit.errors.lag)
+    lag = (fit if fitted else fit.with_lag(LAG_ALLOWED)).chain(computed).lag
+    angle = 2.0 * np.pi * lag * max(case.frequency for case in fit.cases)
+    if abs(angle) < SEEN or (fitted and abs(lag) < CERTAINTY * error):
+        return ()
+    delay = f"{abs(1e3 * lag):.2g} ms {'behind' if lag > 0.0 else 'before'} the motions"
+    if not fitted:
+        return (
+            f"The forces seem to come {delay}, which `errors` exclude (lag = 0): contact stiffness is then wrong. Give `lag` as "
+            "much as it may be to fit it.",
+        )
+    alike = "viscous damping beside the damper, or a filter of the motions," if lag < 0.0 else "a filter of the forces"
+    return (
+        f"The forces come {delay}. The fit corrects it as a lag, which {alike} resembles: a record at another frequency shows "
+        "whether it is the same time there.",
+    )
+
+
+def friction_over_load(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
+    """What the unknown `tenfold` says: the power of the load that the coefficients follow, or that the loops do not show one."""
+    names = [p.name for p in fit.unknowns]
+    if TENFOLD not in names:
+        return ()
+    k = names.index(TENFOLD)
+    exponent, error = theta[k] / np.log(10.0), CERTAINTY * scatter[k] / np.log(10.0)
+    if not abs(exponent) > error:  # NaN too
+        if len({*fit.pulls}) == 1:
+            return (f"All loops have one pull, which hardly shows {TENFOLD}: measure at another pull, too, or leave it out.",)
+        return (
+            f"The loops do not show that friction depends on the load: {TENFOLD} = 1 lies within its interval. Remove {TENFOLD} "
+            "from unknown, or measure at pulls that differ more.",
+        )
+    return (
+        f"The friction coefficients are those at a normal load of {fit.at:.4g} N on a line, and follow the power {exponent:.3f} "
+        f"of the load (95 % interval {exponent - error:.3f} to {exponent + error:.3f}). In a study write mu = {{ value = ..., at "
+        f"= {fit.at:.4g}, exponent = {exponent:.3f} }}.",
+    )
+
+
+def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
+    """What must be known of the result; a fit that explains the loops badly is refused."""
+    computed = fit.predicted(theta)
+    assert computed is not None
+    found, bare = misfits(fit, fit.recorded(computed, fit.chain(computed))), misfits(fit, computed)  # a gain may turn a sign
+    warnings = [*strained_gains(fit, computed), *strained_zeros(fit, computed)]
+    table = synthesis(200, (fit.data.shape[2] - 1) // 2)
+    for k, case in enumerate(fit.cases):
+        for c, channel in enumerate(fit.channels):
+            a, b = table @ fit.data[k, c], table @ computed[k, c]
+            alike = float(np.corrcoef(a, b)[0, 1])
+            if alike < -0.5 and bare[k, c] > REFUSED:
+                raise InputError(
+                    f"{channel} of {case.name} runs against the model (correlation {alike:.2f}). Is its sign reversed?"
+                )
+            if channel.startswith("force") and found[k, c] > REFUSED:
+                raise InputError(
+                    f"The best contact parameters miss {channel} of {case.name} by {found[k, c]:.0%} of its varying part. "
+                    "Check geometry, pull, signs and units; no parameters are given."
+                )
+            if found[k, c] > (POOR if channel.startswith("force") else 0.3):
+                warnings.append(f"{case.name}: {channel} is missed by {found[k, c]:.0%} of its varying part.")
+    low, high = fit.bounds
+    for p, t, s, a, b in zip(fit.unknowns, theta, scatter, low, high, strict=True):
+        if min(t - a, b - t) < 1e-3:
+            warnings.append(f"{p.name} lies at the end of its range ({np.exp(t):.4g}): the loops do not bound it.")
+        elif s > WIDE and not (p.name == TENFOLD and len({*fit.pulls}) == 1):
+            warnings.append(f"{p.name} is hardly seen by these loops: its interval is wide.")
+    warnings += friction_over_load(fit, theta, scatter)
+    if "rotation" not in fit.channels:
+        warnings.append("No rotation was measured: another minimum may fit as well.")
+    return tuple(warnings)
+
 
 LAG_PRIOR = 5e-3
 """Standard deviation [s] of a lag that is looked for."""

@@ -10,8 +10,7 @@ import numpy as np
 from stickslip.laboratory.identification.response.enclosed import EnclosedTest
 from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
 from stickslip.laboratory.identification.response.intervals import FEWEST_TESTS, TOGETHER, FitStatistics, above_noise
-from stickslip.laboratory.identification.response.mistakes import notes_on_mistakes
-from stickslip.laboratory.identification.response.outliers import moved, notes_on_outliers
+from stickslip.laboratory.identification.response.mistakes import moved, notes_on_mistakes, notes_on_outliers
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units
 from stickslip.support.checks import Array, first_of, rounded
 

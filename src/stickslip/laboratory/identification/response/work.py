@@ -19,9 +19,8 @@ from stickslip.laboratory.identification.response.diagnosis import notes
 from stickslip.laboratory.identification.response.enclosed import EnclosedTest, padded
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import enclosed, friction_bounds, statistics
-from stickslip.laboratory.identification.response.mistakes import POOR, amplitudes_alone
+from stickslip.laboratory.identification.response.mistakes import POOR, amplitudes_alone, fitted_without
 from stickslip.laboratory.identification.response.model import FittedTest
-from stickslip.laboratory.identification.response.outliers import fitted_without
 from stickslip.laboratory.identification.response.result import ResponseIdentification, dataset_of_fit
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, by_joint
 from stickslip.model.problem import Problem
