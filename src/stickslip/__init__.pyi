@@ -103,13 +103,13 @@ from .analyses.mistuning.population import (
     mistuned_population as mistuned_population,
     mistuned_response as mistuned_response,
 )
-from .analyses.mistuning.run_in import run_in as run_in
+from .analyses.mistuning.work import run_in as run_in
 from .analyses.damping_by_nodal_diameter import (
     DampingByNodalDiameter as DampingByNodalDiameter,
     damping_by_nodal_diameter as damping_by_nodal_diameter,
 )
 from .analyses.speed.campbell import Campbell as Campbell, campbell as campbell
-from .analyses.speed.interference import InterferenceDiagram as InterferenceDiagram, interference_diagram as interference_diagram
+from .analyses.speed.campbell import InterferenceDiagram as InterferenceDiagram, interference_diagram as interference_diagram
 from .analyses.speed.run_up import RunUp as RunUp, run_up as run_up
 from .analyses.speed.speed_sweep import SpeedSweep as SpeedSweep, speed_sweep as speed_sweep
 from .analyses.nodal_diameters import NodalDiameters as NodalDiameters, nodal_diameters as nodal_diameters
@@ -124,7 +124,7 @@ from .analyses.damper_alone.harmonic_cycle import harmonic_cycle as harmonic_cyc
 from .analyses.damper_alone.routine import blade_with_routine as blade_with_routine
 
 # Measurements and identification
-from .laboratory.identification.contact_law.intervals import LoopErrors as LoopErrors
+from .laboratory.identification.contact_law.fit import LoopErrors as LoopErrors
 from .laboratory.identification.contact_law.model import ContactLoop as ContactLoop
 from .laboratory.identification.contact_law.result import ContactLaw as ContactLaw
 from .laboratory.identification.contact_law.work import contact_law as contact_law, identify_law as identify_law
@@ -148,17 +148,17 @@ from .laboratory.measurement.cycles import whole_cycles as whole_cycles
 from .laboratory.measurement.measured_response import MeasuredResponse as MeasuredResponse
 from .laboratory.measurement.response_table import read_measured_response as read_measured_response
 from .laboratory.measurement.response_table import read_measured_responses as read_measured_responses
-from .laboratory.measurement.load_removal import read_load_removal as read_load_removal
+from .laboratory.measurement.cycles import read_load_removal as read_load_removal
 from .laboratory.measurement.reconstruction import reconstruct as reconstruct
 from .laboratory.measurement.records import Record as Record, read_record as read_record
-from .laboratory.measurement.rig_errors import RigErrors as RigErrors
+from .laboratory.measurement.reconstruction import RigErrors as RigErrors
 
 # Results, execution, errors
 from .support.checks import InputError as InputError
 from .support.console import progress_bar as progress_bar
 from .support.outcome import Outcome as Outcome
 from .results.files import open_results as open_results
-from .results.matlab import save_mat as save_mat
+from .results.files import save_mat as save_mat
 from .results.quantities import as_quantity as as_quantity, peak_table as peak_table, quantity_table as quantity_table
 from .runs.checkpoint import CheckpointFolder as CheckpointFolder
 from .runs.dask_cluster import DaskCluster as DaskCluster

@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 import stickslip as ss
 from stickslip import study
 from stickslip.cli import app
+from stickslip.show.report.identification import response_tables as tables
 from stickslip.show.report.page import page
-from stickslip.show.report.response_identification import tables
 from stickslip.study.measured_curves import with_curves
 from stickslip.support import console
 

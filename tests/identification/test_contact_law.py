@@ -14,7 +14,7 @@ from stickslip.laboratory.identification.contact_law.model import array_weights,
 from stickslip.laboratory.measurement.contact_cycles import contact_cycles
 from stickslip.laboratory.measurement.synthetic import loop_of
 from stickslip.show.plots.contact_law import over_cycles
-from stickslip.show.report.contact_law import tables
+from stickslip.show.report.identification import law_tables as tables
 from stickslip.support.checks import InputError
 
 KT, MU, N = 20e6, 0.4, 100.0

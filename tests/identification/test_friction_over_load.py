@@ -6,7 +6,7 @@ import pytest
 import stickslip as ss
 from stickslip.laboratory.identification.contact_law.result import sentences
 from stickslip.laboratory.measurement.synthetic import loop_of
-from stickslip.show.report.contact_law import tables
+from stickslip.show.report.identification import law_tables as tables
 from stickslip.support.checks import InputError
 
 KT, LOADS = 20e6, np.array([20.0, 60.0, 180.0])

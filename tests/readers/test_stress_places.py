@@ -11,7 +11,7 @@ from structure.cantilever import LENGTH, THICKNESS, cantilever, static_stress
 
 import stickslip as ss
 from stickslip.analyses.fatigue import margins, smallest_margin
-from stickslip.analyses.mistuning.fatigue import blade_margins, smallest_blade_margin
+from stickslip.analyses.mistuning.dataset import blade_margins, smallest_blade_margin
 from stickslip.analyses.stress import own_recovery
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.readers.node_axes import OWN_AXES

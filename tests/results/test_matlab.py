@@ -7,8 +7,7 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.results.files import save
-from stickslip.results.matlab import LARGEST, save_mat
+from stickslip.results.files import LARGEST, save, save_mat
 from stickslip.support.checks import InputError
 
 
@@ -39,7 +38,7 @@ def test_as_velocity_per_force(dataset, tmp_path):
 
 
 def test_too_large_for_the_format(dataset, tmp_path, monkeypatch):
-    monkeypatch.setattr("stickslip.results.matlab.LARGEST", 100)
+    monkeypatch.setattr("stickslip.results.files.LARGEST", 100)
     assert LARGEST == 2**31 - 1
     with pytest.raises(InputError, match="must have less than 2 GiB"):
         save_mat(dataset, tmp_path / "r.mat")

@@ -143,7 +143,7 @@ def export(
         export_shapes(datasets, out, overwrite)
         return
     if out.suffix == ".mat":
-        from stickslip.results.matlab import save_all_mat
+        from stickslip.results.files import save_all_mat
 
         refuse_existing([out], overwrite)
         say(f"Wrote {save_all_mat(datasets, out, quantity, per_force)}")

@@ -10,9 +10,7 @@ from stickslip.analyses.performance import design as design_module
 from stickslip.analyses.performance import design_search, worst_case
 from stickslip.analyses.performance.design import DesignSettings
 from stickslip.analyses.performance.design_constraints import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
-from stickslip.analyses.performance.design_ranges import design_ranges
-from stickslip.analyses.performance.design_search import Designs
-from stickslip.analyses.performance.design_starts import AllStarts
+from stickslip.analyses.performance.design_search import AllStarts, Designs, design_ranges
 from stickslip.show.plots.performance_curve import design_space
 from stickslip.show.report.design import failures, sentences, tables
 

@@ -7,10 +7,10 @@ import pytest
 from scipy.stats import qmc
 
 import stickslip as ss
-from stickslip.analyses.performance.sampled_peaks import DrawsWork
-from stickslip.analyses.performance.sensitivity_indices import _indices, _intervals, gathered
+from stickslip.analyses.performance.sensitivity_indices import DrawsWork, _indices, _intervals, gathered
 from stickslip.show.plots.variability import tornado
-from stickslip.show.report.sensitivity_indices import sentences, tables
+from stickslip.show.report.performance import index_sentences as sentences
+from stickslip.show.report.performance import index_tables as tables
 
 BAND = ss.radians_per_second(0.85, 1.35)
 

@@ -8,8 +8,7 @@ from stickslip.model.rigs import single_blade, three_mass_wedge
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, measure_of
-from stickslip.solve.starts.extreme_peak import AtPeak
-from stickslip.solve.starts.extremes import AtFrequency, loss_factor, size_of
+from stickslip.solve.starts.extremes import AtFrequency, AtPeak, loss_factor, size_of
 from stickslip.solve.starts.states import explored_space
 
 STEP = 1e-6

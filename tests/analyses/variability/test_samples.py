@@ -8,8 +8,7 @@ from scipy import stats
 from scipy.stats import qmc
 
 from stickslip.analyses.variability import samples
-from stickslip.analyses.variability.percentiles import percentiles
-from stickslip.analyses.variability.samples import SamplesWork, response_samples
+from stickslip.analyses.variability.samples import SamplesWork, percentiles, response_samples
 from stickslip.analyses.variability.start_draws import draw, named_law
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.show.plots.variability import response_percentiles

@@ -5,9 +5,8 @@ import pandas as pd
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.variability.bounds import response_bounds
-from stickslip.analyses.variability.bounds_dataset import attached, detached, has_bounds
-from stickslip.analyses.variability.percentiles import percentiles
+from stickslip.analyses.variability.bounds import attached, detached, has_bounds, response_bounds
+from stickslip.analyses.variability.samples import percentiles
 from stickslip.cli import main
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.results.files import open_results, save

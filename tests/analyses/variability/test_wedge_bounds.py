@@ -15,9 +15,8 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.solve.continuation.continuation import TURNED_BACK
 from stickslip.solve.continuation.curve_points import LostCurveError
-from stickslip.solve.starts import extreme_peak
-from stickslip.solve.starts.extreme_peak import AtPeak, highest_peak
-from stickslip.solve.starts.extremes import AtFrequency, Extreme, size_of
+from stickslip.solve.starts import extremes
+from stickslip.solve.starts.extremes import AtFrequency, AtPeak, Extreme, highest_peak, size_of
 from stickslip.solve.starts.solutions import UnsolvedError
 from stickslip.solve.starts.states import explored_space
 from stickslip.support.outcome import Outcome
@@ -162,11 +161,11 @@ def test_a_curve_that_turns_back_has_no_highest_peak(monkeypatch):
     first = AtPeak(balance, explored_space(balance, (start, end), 1.0), 0, DISPLACEMENT_AMPLITUDE, (start, end), 1.0)
     solved = first.begin.solve(np.zeros(2))[1]
     assert highest_peak(solved, balance, 0, end, DISPLACEMENT_AMPLITUDE) is not None
-    whole = extreme_peak.trace
+    whole = extremes.trace
 
     def turned_back(*arguments):
         yield from (point for point in whole(*arguments) if point.point.omega < 0.99 * end)
         raise LostCurveError(TURNED_BACK)
 
-    monkeypatch.setattr(extreme_peak, "trace", turned_back)
+    monkeypatch.setattr(extremes, "trace", turned_back)
     assert highest_peak(solved, balance, 0, end, DISPLACEMENT_AMPLITUDE) is None

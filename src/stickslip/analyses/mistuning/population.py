@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from stickslip.analyses.fatigue import Equivalent
-from stickslip.analyses.mistuning.dataset import population_dataset
+from stickslip.analyses.mistuning.dataset import population_dataset, with_blade_fatigue
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
-from stickslip.analyses.mistuning.fatigue import with_blade_fatigue
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.settings import takes
 from stickslip.model.disks.tuned import TunedDisk

@@ -31,7 +31,7 @@ from stickslip.analyses.performance.resonance_band import no_resonance, resonanc
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation
 from stickslip.analyses.performance.work import Pull
 from stickslip.analyses.settings import Execution, Setting, Whole, takes
-from stickslip.analyses.variability.bounds_work import BoundsWork
+from stickslip.analyses.variability.bounds import BoundsWork
 from stickslip.analyses.work_parts import Measured
 from stickslip.model.problem import Problem
 from stickslip.results.result import Result

@@ -23,12 +23,9 @@ from stickslip.analyses.arguments import (
     ranges_of,
 )
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.performance.conditions import Conditions
 from stickslip.analyses.performance.design_constraints import Constraint
-from stickslip.analyses.performance.design_ranges import DesignRanges, design_ranges
-from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
-from stickslip.analyses.performance.design_starts import AllStarts
-from stickslip.analyses.performance.worst_case import WorstCase, searched_peak, worst_case
+from stickslip.analyses.performance.design_search import AllStarts, DesignRanges, Designs, Record, design_ranges, evolve, refine
+from stickslip.analyses.performance.worst_case import Conditions, WorstCase, searched_peak, worst_case
 from stickslip.analyses.settings import Execution, OfKind, OneOf, Setting, Whole, takes
 from stickslip.analyses.work_parts import Measured
 from stickslip.model.problem import Problem

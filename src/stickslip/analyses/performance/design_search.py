@@ -1,8 +1,14 @@
-"""Designs computed on demand and cached, and the searches that request them: differential evolution, then a simplex."""
+"""Designs computed on demand and cached, and the searches that request them: differential evolution, then a simplex.
+
+Sensitivity of the best design: slopes to both sides of every variable, and the range in which it may vary alone.
+
+Selection of the best design over all start states with as few searches as possible.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -11,7 +17,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import differential_evolution, minimize
 
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Work, Workers
 from stickslip.support.checks import Array, InputError
 
 POPULATION = 5
@@ -172,3 +178,171 @@ def refine(designs: Designs, most: int) -> None:
         box = [(0.0, 1.0)] * unit.size
         found = minimize(lambda unit: designs.at([unit])[0], unit, method="Nelder-Mead", bounds=box, options=options)  # type: ignore[call-overload]
         left -= int(found.nfev)
+
+
+NEAR = 0.05
+"""A variable may go alone to where the worst-case peak is higher by this share."""
+
+STEP = 0.02
+"""The first step to each side, which gives the slope, and the width to which ends of ranges are found, as shares of the box."""
+
+CLOSE = 0.005
+"""An end of a range is found, too, where the worst-case peak is higher by `NEAR` to within this share."""
+
+Walk = Generator[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class DesignRanges:
+    """slopes (variables, 2): relative rise of the worst-case peak per relative change of a variable that becomes less, and more;
+    NaN at the end of the box and beside a design that is not allowed. low, high (variables,): how far each variable may go alone.
+    """
+
+    slopes: Array
+    low: Array
+    high: Array
+
+
+def design_ranges(designs: Designs, best: Record) -> DesignRanges:
+    """Slopes at a design and the range of each variable in which the worst-case peak is at most `NEAR` higher, the others held.
+
+    All sides are walked together: a step of each is one batch of designs.
+    """
+    unit, size = designs.unit(best.point), float(best.place[0])
+    sides = [(k, sign) for k in range(unit.size) for sign in (-1.0, 1.0)]
+    room = [float(np.clip(unit[k] if sign < 0.0 else 1.0 - unit[k], 0.0, 1.0)) for k, sign in sides]
+    walks = [_walk(end) for end in room]
+    slopes, reached = np.full(len(sides), np.nan), np.zeros(len(sides))
+    asked = {j: next(walk) for j, walk in enumerate(walks) if room[j] > 1e-9}
+    first = dict(asked)
+    while asked:
+        found = designs.solved_where_possible([_moved(designs, best, *sides[j], way) for j, way in asked.items()])
+        onward = {}
+        for (j, way), record in zip(asked.items(), found, strict=True):
+            rise = float(record.place[0]) / size - 1.0 if record is not None and record.allowed else np.inf
+            k, box = sides[j][0], designs.high - designs.low
+            if way == first[j] and np.isfinite(rise):
+                slopes[j] = rise / (way * box[k]) * abs(best.point[k])
+            try:
+                onward[j] = walks[j].send(rise)
+            except StopIteration as ended:
+                reached[j] = ended.value
+        asked = onward
+    ends = [float(_moved(designs, best, *side, way)[side[0]]) for side, way in zip(sides, reached.tolist(), strict=True)]
+    return DesignRanges(slopes.reshape(-1, 2), np.array(ends[::2]), np.array(ends[1::2]))
+
+
+def _moved(designs: Designs, best: Record, variable: int, sign: float, way: float) -> Array:
+    """A design with one variable moved by a share of the box, and within it."""
+    low, high = designs.low[variable], designs.high[variable]
+    point = best.point.copy()
+    point[variable] = np.clip(point[variable] + sign * way * (high - low), low, high)
+    return point
+
+
+def _walk(end: float) -> Walk:
+    """How far one may go, at most to `end`: yields ways, is sent the rise of the peak there (infinite where it is refused).
+
+    Steps outwards as the rise predicts, at most threefold, then between the last way within `NEAR` and the first beyond.
+    """
+    inside, low, way = 0.0, 0.0, min(STEP, end)
+    while (rise := (yield way)) <= NEAR:
+        if way >= end:
+            return end
+        inside, low = way, rise
+        predicted = 1.1 * NEAR / rise * way if rise > 0.0 else np.inf
+        way = min(max(1.5 * way, min(3.0 * way, predicted)), end)
+    outside, high = way, rise
+    while outside - inside > STEP and min(abs(low - NEAR), abs(high - NEAR)) > CLOSE:
+        # By a straight line between small rises, in the middle otherwise.
+        share = float(np.clip((NEAR - low) / (high - low), 0.2, 0.8)) if high < 4.0 * NEAR else 0.5
+        way = inside + share * (outside - inside)
+        rise = yield way
+        if rise <= NEAR:
+            inside, low = way, rise
+        else:
+            outside, high = way, rise
+    return inside + (NEAR - low) / (high - low) * (outside - inside)
+
+
+BESIDE = 2
+"""Designs that are searched side by side while the best one is looked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class StartsWork:
+    """Searches of all start states as independent cases: (design, force level, friction coefficient)."""
+
+    designs: DesignCases
+    cases: tuple[tuple[float, float], ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a case depends on."""
+        return tuple(
+            f"all start states at level {level!r}, friction {mu!r} of {name}"
+            for (level, mu), name in zip(self.cases, self.designs.names, strict=True)
+        )
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(f"start states of {words}" for words in self.designs.words)
+
+    def prepare(self) -> None:
+        """As designs do."""
+        self.designs.prepare()
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """The highest resonance over all start states of one case."""
+        started = time.process_time()
+        found = self.designs.searched(case, *self.cases[case])
+        return {"highest": np.array(found), "cpu_seconds": np.array(time.process_time() - started)}
+
+
+class AllStarts:
+    """What a search of all start states finds for designs, at the force level that is worst under each friction coefficient.
+
+    each (designs, frictions, 3) as in `WorstCase`; done (designs, frictions): what is known, or cannot be.
+    """
+
+    def __init__(self, designs: Designs, frictions: Sequence[float]) -> None:
+        self.designs, self.frictions = designs, frictions
+        self.each = np.array([record.each for record in designs.records])
+        self.done = np.isfinite(self.each[:, :, 2]) | ~np.isfinite(self.each[:, :, 1])
+
+    def peak(self, design: int) -> float:
+        """The highest resonance known of a design, at least the one of its sampled start states; infinite without any."""
+        sizes = self.each[design][:, [0, 2]]
+        return float(np.nanmax(sizes)) if np.isfinite(sizes).any() else np.inf
+
+    def searches(self, design: int) -> int:
+        """Friction coefficients under which a search found something."""
+        return int(np.count_nonzero(np.isfinite(self.each[design, :, 2])))
+
+    def best(self, known: int) -> int:
+        """The design whose highest resonance over all start states is least; the first `known` ones are searched in any case.
+
+        What is known of a design can only rise: the one that is least and searched under every friction coefficient is the best.
+        """
+        records = self.designs.records
+        self._search([(k, j) for k in range(known) if records[k].allowed for j in np.flatnonzero(~self.done[k]).tolist()])
+        first = self.designs.best.rank[:2]
+        field = [k for k, record in enumerate(records) if record.rank[:2] == first]
+        while True:
+            leaders = sorted(field, key=self.peak)
+            if self.done[leaders[0]].all():
+                return leaders[0]
+            self._search([(k, self._next(k)) for k in leaders[:BESIDE] if not self.done[k].all()])
+
+    def _next(self, design: int) -> int:
+        """The friction coefficient, not searched yet, under which the sampled start states give most."""
+        return int(np.argmax(np.where(self.done[design], -np.inf, self.each[design, :, 0])))
+
+    def _search(self, cases: Sequence[tuple[int, int]]) -> None:
+        if not cases:
+            return
+        points = [self.designs.records[k].point for k, _ in cases]
+        places = tuple((float(self.each[k, j, 1]), float(self.frictions[j])) for k, j in cases)
+        results = self.designs.computed(StartsWork(self.designs.work.at(points), places))
+        for (k, j), arrays in zip(cases, results, strict=True):
+            self.each[k, j, 2], self.done[k, j] = float(arrays["highest"]), True

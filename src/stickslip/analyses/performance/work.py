@@ -1,4 +1,7 @@
-"""Performance curves as independent cases, one friction coefficient each: peak continuation, optimum and contact states."""
+"""Performance curves as independent cases, one friction coefficient each: peak continuation, optimum and contact states.
+
+Contact states over a steady period as performance curves name them: stick, microslip, slip, lift-off.
+"""
 
 from __future__ import annotations
 
@@ -26,25 +29,79 @@ from stickslip.analyses.arguments import (
     ratios_of,
 )
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.performance.contact_regions import contact_regions, whole_region
 from stickslip.analyses.performance.lowest_peak import PeakBetween, lowest_peak
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
 from stickslip.analyses.settings import Execution, Setting, Whole
 from stickslip.analyses.work_parts import Measured
+from stickslip.model.contact.law import SLIDERS
+from stickslip.model.contact.period import OPEN, STICK, friction_period
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.runs.work import Arrays, Report
-from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.balance.cycle import ContactCycle, contact_cycle, friction_limits
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
 from stickslip.solve.peaks.frequency_band import PeakBand
 from stickslip.solve.peaks.linear import linear_peak
-from stickslip.support.checks import fault, positive
+from stickslip.support.checks import Index, fault, positive
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
+
+REGIONS = ("stick", "microslip", "slip", "lift-off")
+STUCK, MICROSLIP, SLIP, LIFT_OFF = range(4)
+
+
+def contact_regions(balance: HarmonicBalance, evaluation: Evaluation, cycle: ContactCycle) -> Index:
+    """The region of each contact, (contacts,): it opens, or all, some or none of its closed elements slip.
+
+    Elements count in the tangential direction in which the contact moves most. Index into `REGIONS`.
+    """
+    slips = _slipping_elements(balance, evaluation, cycle)
+    travel = np.ptp(cycle.displacement, axis=1)
+    found, row = [], 0
+    for contact in balance.problem.contacts:
+        tangential = range(row, row + len(contact.tangential))
+        normal = row + len(contact.tangential) if contact.normal is not None else None
+        row += len(contact.directions)
+        if normal is not None and bool(np.any(cycle.state[normal] == OPEN)):
+            found.append(LIFT_OFF)
+        elif not tangential:
+            found.append(STUCK)
+        else:
+            shares = slips[max(tangential, key=lambda r: travel[r])]
+            found.append(STUCK if not any(shares) else SLIP if all(shares) else MICROSLIP)
+    return np.array(found, dtype=np.int64)
+
+
+def whole_region(regions: Index, friction: Index) -> int:
+    """The region of all contacts together: lift-off of any; slip of all with friction; stick of all; else microslip."""
+    rubbing = regions[friction]
+    if np.any(regions == LIFT_OFF):
+        return LIFT_OFF
+    if rubbing.size == 0 or np.all(rubbing == STUCK):
+        return STUCK
+    return SLIP if np.all(rubbing == SLIP) else MICROSLIP
+
+
+def _slipping_elements(balance: HarmonicBalance, evaluation: Evaluation, cycle: ContactCycle) -> dict[int, list[bool]]:
+    """For each tangential row, whether each of its elements slips; elements open all the time are left out."""
+    table, tables, w = evaluation.table, balance.tables, evaluation.w
+    samples = tables.E.shape[0]
+    y, event = np.empty(samples), np.empty(samples, dtype=np.int64)
+    found: dict[int, list[bool]] = {row: [] for row in range(balance.rows)}
+    for e, row, u, limit, landing in friction_limits(table, tables, w):
+        if table.kind[np.searchsorted(table.first_row, row, side="right") - 1] != SLIDERS:
+            found[row] = [bool(np.any((cycle.state[row] != STICK) & (cycle.state[row] != OPEN)))]
+            continue
+        kt, kind, value = table.stiffness[e], int(table.start_kind[e]), table.start_value[e]
+        friction_period(kind, value, kt, kt * u, limit, landing, kt * w[row, 0], y, event)
+        if not np.all(event == OPEN):
+            found[row].append(bool(np.any((event != STICK) & (event != OPEN))))
+    return found
+
 
 Vary = Literal["force", "preload"]
 Pull = Annotated[float | None, Setting(positive, "centrifugal load F_C of the problem; default: its largest static force")]

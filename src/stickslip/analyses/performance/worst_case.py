@@ -1,4 +1,7 @@
-"""Worst case of one design over a range of force, uncertain friction and start states."""
+"""Worst case of one design over a range of force, uncertain friction and start states.
+
+Operating conditions of a design: force levels, friction coefficients and start states.
+"""
 
 from __future__ import annotations
 
@@ -7,22 +10,46 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.analyses.performance.conditions import Case, Conditions
 from stickslip.analyses.performance.design_constraints import Constraint, Trial, is_geometric
 from stickslip.analyses.performance.resonance_band import resonance_band
+from stickslip.analyses.variability.bounds import BoundsWork
 from stickslip.analyses.variability.bounds_search import UPPER
-from stickslip.analyses.variability.bounds_work import BoundsWork
 from stickslip.model.contact.table import remembering
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.cycle import contact_cycle, friction_reach
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.solve.balance.orders import Harmonics
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
 from stickslip.solve.peaks.continuation import PeakContinuation
 from stickslip.solve.peaks.sweep import swept_peaks
 from stickslip.solve.starts.solutions import SHORTEST, UnsolvedError
 from stickslip.support.checks import Array, InputError, finite
+
+Case = tuple[float, float, int]
+"""Force level, friction and start state of one case of a design."""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a design has to stand: force levels ascending; friction coefficients; sampled start states and their seed; output;
+    whether amplitudes count per force; harmonics and samples; whether all start states are searched in the worst case; what
+    amplitudes are of. Without sampled start states contacts are virgin ones, and nothing is searched.
+    """
+
+    forces: tuple[float, ...]
+    frictions: tuple[float, ...]
+    starts: int
+    seed: int
+    output: int
+    per_force: bool
+    harmonics: Harmonics
+    samples: int
+    search: bool = False
+    measure: Measure = DISPLACEMENT_AMPLITUDE
+
 
 SHARE = 0.7
 """Drawn start states reach this share of the largest offset that a slider can have."""

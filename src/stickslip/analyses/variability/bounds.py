@@ -5,22 +5,214 @@ is what a designer needs: at a fixed frequency the lowest response is often only
 
 The loss factor is the objective of "An Experimental and Computational Comparison of the Dynamic Response Variability in a
 Turbine Blade with Under-Platform Dampers", equations 7 to 11.
+
+The search for bounds as independent cases: a range of neighbouring frequencies, or the peak, at one force level.
+
+Bounds and nominal response in one dataset, for one results file and one report.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import time
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
-from stickslip.analyses.settings import takes
-from stickslip.analyses.variability.bounds_work import BoundsWork
+import numpy as np
+
+from stickslip.analyses.arguments import (
+    ForceLevels,
+    HarmonicNumbers,
+    MeasureName,
+    OfProblem,
+    OutputNumber,
+    QuantityName,
+    Rule,
+    Samples,
+    Seed,
+    Share,
+    force_levels,
+    output_of,
+)
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.response_dataset import levels_are_newtons
+from stickslip.analyses.settings import Execution, OneOf, Setting, Whole, takes
+from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
+from stickslip.analyses.variability.start_draws import search_cloud
+from stickslip.analyses.work_parts import Measured, OneBalance
 from stickslip.model.problem import Problem
+from stickslip.model.rigs import single_mass
 from stickslip.results.result import Result
+from stickslip.results.shown_units import ATTRIBUTE
 from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Report
+from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.orders import attribute
+from stickslip.solve.starts.extremes import AtFrequency, AtPeak, Effort, loss_factor, size_of
+from stickslip.solve.starts.space import StartSpace, refuse_forgetful, rule_words
+from stickslip.solve.starts.states import explored_space
+from stickslip.support.checks import InputError, fault
 from stickslip.support.renamed import renamed_arguments
+from stickslip.support.units import Band, listed
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Target = Literal["amplitude", "loss_factor", "peak"]
+
+STRETCH = 8
+"""Frequencies of one case: optima are handed on among them, there and back."""
+
+PEAK_EFFORT = Effort(iterations=15, tolerance=1e-5, rounds=4, gain=1e-4)
+"""At the peak every value takes some five solutions."""
+
+LEVELS = 3
+"""Force levels of one case of the peak: there they are the neighbours that optima are handed on among."""
+
+
+def _upwards(name: str, band: Any) -> Band | tuple[float, ...]:
+    return band if isinstance(band, Band) else tuple(sorted(listed(band)))
+
+
+@dataclass(frozen=True, eq=False)
+class BoundsWork(OneBalance, Measured, Execution):
+    """The search for bounds as independent cases: neighbouring frequencies at one level, or the peak at neighbouring levels."""
+
+    problem: OfProblem
+    band: Annotated[Band | Sequence[float], Setting(_upwards)]
+    force: ForceLevels = 1.0
+    objective: Annotated[
+        Target, Setting(OneOf(get_args(Target)), "quantity that is bounded: at each frequency, or at the resonance")
+    ] = "amplitude"
+    _: KW_ONLY
+    output: OutputNumber = 0
+    quantity: QuantityName = "displacement"
+    measure: MeasureName = "amplitude"
+    points: Annotated[int, Setting(Whole(2), "number of frequencies in the band")] = 25
+    cloud: Annotated[int, Setting(Whole(0), "number of start states sampled at each frequency")] = 60
+    starts: Annotated[int, Setting(Whole(0), "number of the best of these states, from each of which a search begins")] = 3
+    rule: Rule = "slider_offset"
+    share: Share = "element"
+    seed: Seed = 0
+    harmonics: HarmonicNumbers = 5
+    samples: Samples = 256
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_discs(self.problem)
+        output_of(self.problem, self.output)
+        if self.objective == "peak" and len(self.frequencies) < 2:
+            raise fault("band", "must be a band for the peak", self.band)
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        return force_levels(self.force)
+
+    @cached_property
+    def frequencies(self) -> tuple[float, ...]:
+        """In Hz, upwards; for the peak only their ends count."""
+        if isinstance(self.band, Band):
+            return tuple(np.linspace(self.band.low, self.band.high, self.points).tolist())
+        return tuple(self.band)
+
+    @property
+    def cases(self) -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
+        """Force levels and frequencies of every case: neighbouring frequencies at one level, or a band at neighbouring levels."""
+        if self.objective == "peak":
+            band = (min(self.frequencies), max(self.frequencies))
+            return [(self.levels[k : k + LEVELS], band) for k in range(0, len(self.levels), LEVELS)]
+        stretches = [self.frequencies[k : k + STRETCH] for k in range(0, len(self.frequencies), STRETCH)]
+        return [((level,), stretch) for level in self.levels for stretch in stretches]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a case depends on."""
+        others = self.identity("band", "force")
+        return tuple(f"bounds, levels {levels!r}, {stretch!r} Hz, {others}" for levels, stretch in self.cases)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(
+            f"force {', '.join(f'{level:g}' for level in levels)}, {stretch[0]:.4g} to {stretch[-1]:.4g} Hz"
+            for levels, stretch in self.cases
+        )
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from disk, with the smallest problem there is."""
+        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """The bounds of one case."""
+        started = time.process_time()
+        search = self.search(case)
+        search.run(report)
+        arrays = found_arrays(search, self.balance, self.output, self.measured)
+        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+
+    def search(self, case: int) -> BoundsSearch:
+        """The search of one case, before it runs."""
+        levels, frequencies = self.cases[case]
+        places: list[AtPeak] | list[AtFrequency]
+        if self.objective == "peak":
+            ends = (2.0 * np.pi * frequencies[0], 2.0 * np.pi * frequencies[1])
+            places = [
+                AtPeak(self.balance, self._space(level, frequencies), self.output, self.measured, ends, level) for level in levels
+            ]
+        else:
+            loss = self.objective == "loss_factor"
+            target = loss_factor(EnergyBalance(self.balance)) if loss else size_of(self.output, self.measured)
+            space, level = self._space(levels[0], frequencies), levels[0]
+            places = [AtFrequency(self.balance, space, target, 2.0 * np.pi * f, level) for f in frequencies]
+        cloud = search_cloud(places[0].space.size, self.cloud, self.seed)
+        effort = PEAK_EFFORT if self.objective == "peak" else None
+        return BoundsSearch(places, cloud, self.starts, effort, self.seed, falling=self.objective == "loss_factor")
+
+    def _space(self, level: float, frequencies: tuple[float, ...]) -> StartSpace:
+        low, high = frequencies[0], frequencies[-1]
+        ends = [2.0 * np.pi * f for f in sorted({low, 0.5 * (low + high), high})]
+        return explored_space(self.balance, ends, level, self.rule, self.share)
+
+    def gathered(self, results: Sequence[Arrays]) -> xr.Dataset:
+        """All cases as one labelled dataset."""
+        import xarray as xr
+
+        data, measured = {}, {"units": self.measured.reported_units(levels_are_newtons(self.problem))}
+        for name, (dims, units, words) in VARIABLES.items():
+            axis = dims.index("frequency")
+            places = np.concatenate([result[name] for result in results], axis=axis)
+            data[name] = (
+                ("case", *dims),
+                np.stack(np.split(places, len(self.levels), axis)),
+                {"units": units, "long_name": words},
+            )
+        for name, words in (
+            ("amplitude", self.measured.words),
+            ("sampled_amplitude", f"{self.measured.words}, of sampled start states"),
+        ):
+            data[name][2].update(measured, long_name=words)
+        rows = [f"{contact.name} {d}" for contact in self.problem.contacts for d in contact.direction_names]
+        frequencies = [np.nan] if self.objective == "peak" else list(self.frequencies)
+        coords: dict[str, Any] = {"force_level": ("case", list(self.levels)), "bound": list(BOUNDS), "row": rows}
+        coords["frequency"] = ("frequency", frequencies, {"units": "Hz", "long_name": "excitation frequency"})
+        keys = ("objective", "share", "seed", "samples", "cloud", "starts")
+        attrs: dict[str, Any] = {"title": self.problem.heading, "output": self.problem.output_names[self.output]}
+        attrs["harmonics"] = attribute(self.harmonics)
+        attrs |= {"rule": rule_words(self.rule)} | {key: getattr(self, key) for key in keys} | self.measured.attributes
+        attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
+        return xr.Dataset(data, coords, attrs)
+
+
+def refuse_discs(problem: Problem) -> None:
+    """A search goes by the derivative with respect to the start state, which a friction disc does not have in closed form, and
+    which is nothing where a law forgets its start."""
+    refuse_forgetful(problem)
+    discs = [contact.name for contact in problem.contacts if contact.law.couples_directions]
+    if discs:
+        raise InputError(
+            f"Bounds must be of contacts with independent directions, but {discs[0]!r} is a friction disc: the derivative by its "
+            "start state is not available. Use macroslip, or sample start states with response_samples."
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,3 +245,32 @@ def response_bounds(work: BoundsWork) -> ResponseBounds:
     Gradients are exact; extremes are multimodal, so a bound is the best found.
     """
     return ResponseBounds(work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress)), work.problem)
+
+
+PREFIX = "bounds_"
+_SHARED = {"case", "force_level"}
+
+
+def attached(response: xr.Dataset, bounds: xr.Dataset) -> xr.Dataset:
+    """The response with the bounds of the same force levels; names and dimensions of the bounds begin with bounds_."""
+    names = {str(name) for name in (*bounds.variables, *bounds.dims)} - _SHARED
+    renamed = bounds.rename({name: PREFIX + name for name in names}).drop_vars("force_level")
+    attrs = {PREFIX + str(key): value for key, value in bounds.attrs.items()}
+    return response.assign(renamed.variables).assign_attrs(attrs)
+
+
+def has_bounds(dataset: xr.Dataset) -> bool:
+    """Whether bounds are attached."""
+    return PREFIX + "amplitude" in dataset.variables
+
+
+def detached(dataset: xr.Dataset) -> xr.Dataset:
+    """The bounds of a dataset, as `response_bounds` gives them."""
+    names = [name for name in dataset.variables if str(name).startswith(PREFIX)]
+    bounds = dataset[names]
+    every = {str(name) for name in (*bounds.variables, *bounds.dims) if str(name).startswith(PREFIX)}
+    bounds = bounds.rename({name: name.removeprefix(PREFIX) for name in every})
+    bounds = bounds.assign_coords(force_level=("case", dataset["force_level"].values))
+    bounds.attrs = {str(k).removeprefix(PREFIX): v for k, v in dataset.attrs.items() if str(k).startswith(PREFIX)}
+    bounds.attrs |= {ATTRIBUTE: dataset.attrs[ATTRIBUTE]} if ATTRIBUTE in dataset.attrs else {}
+    return bounds

@@ -17,7 +17,7 @@ from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.solve.balance.fourier import complex_harmonics
 from stickslip.solve.balance.orders import attribute
 from stickslip.solve.continuation.newton import Correction
-from stickslip.solve.starts.history import march
+from stickslip.solve.starts.states import march
 from stickslip.support.checks import Array, InputError, between, fault, numbers, of_kind, positive
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome

@@ -287,7 +287,7 @@ class Animation(MovingPicture):
 
     def _drawn(self) -> tuple[Figure, Callable[[int], Sequence[Any]]]:
         """A matplotlib figure, and what shows a frame in it."""
-        from stickslip.show.plots.notebook import NotebookFigure
+        from stickslip.show.plots.paper import NotebookFigure
 
         with house_style():
             figure = NotebookFigure(figsize=(4.2 * max(len(self.panels), 2), 5.4), layout="constrained")

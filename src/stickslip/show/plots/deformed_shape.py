@@ -149,7 +149,7 @@ class DeformedShape(MovingPicture):
         from matplotlib import cm, colormaps, colors
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-        from stickslip.show.plots.notebook import NotebookFigure
+        from stickslip.show.plots.paper import NotebookFigure
 
         motion, unit = self.motion, self._unit
         metre, length = in_system("m", motion.system)

@@ -55,7 +55,7 @@ def disk_mode(dataset: xr.Dataset) -> Figure:
     from matplotlib import colormaps
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    from stickslip.show.plots.notebook import NotebookFigure
+    from stickslip.show.plots.paper import NotebookFigure
 
     corners, sizes = placed_sectors(dataset)
     n = _folded(dataset)[0]
@@ -91,7 +91,7 @@ def damper_ring(dataset: xr.Dataset) -> Figure:
     """Dampers around the disk at the largest amplitude, a ring for each force level; colours mix shares of stick, slip, open."""
     from matplotlib.patches import Wedge
 
-    from stickslip.show.plots.notebook import NotebookFigure
+    from stickslip.show.plots.paper import NotebookFigure
 
     chosen = representatives(dataset, MOST_RINGS)
     dataset, levels = chosen.dataset, chosen.dataset.sizes["case"]

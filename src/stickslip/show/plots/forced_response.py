@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from stickslip.analyses.fatigue import has_fatigue
 from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.stress import has_stress
-from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
-from stickslip.analyses.variability.percentiles import has_percentiles
+from stickslip.analyses.variability.bounds import detached, has_bounds
+from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.show.plots.bound_cycles import bound_cycles, contact_forces, force_ratios, loops
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, hysteresis_loops, loss_factor

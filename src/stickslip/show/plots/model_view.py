@@ -142,7 +142,7 @@ class ModelView:
 
     def plot(self) -> Figure:
         """As a matplotlib figure."""
-        from stickslip.show.plots.notebook import NotebookFigure
+        from stickslip.show.plots.paper import NotebookFigure
 
         order = axes_upright(self.sides)
         figure = NotebookFigure(figsize=(8.0, 6.4))

@@ -1,7 +1,11 @@
-"""Charts drawn with matplotlib, for paper: any `Chart`, in one style, not larger than a page."""
+"""Charts drawn with matplotlib, for paper: any `Chart`, in one style, not larger than a page.
+
+Figures that notebooks show as pictures.
+"""
 
 from __future__ import annotations
 
+import io
 from typing import Any, assert_never
 
 import numpy as np
@@ -31,7 +35,17 @@ from stickslip.show.plots.chart import (
     wrapped,
 )
 from stickslip.show.plots.look import PAGE, WIDTH, Style, colour, headed, house_style, plain
-from stickslip.show.plots.notebook import NotebookFigure
+
+
+class NotebookFigure(Figure):
+    """A matplotlib figure that a notebook shows without pyplot; with pyplot's inline backend it is shown once all the same."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        with house_style():
+            self.savefig(buffer, format="png")
+        return buffer.getvalue()
+
 
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2)), "dot": (0, (1.2, 1.6)), "dashdot": "-.", "none": ""}
 MARKERS = {"": "", "circle": "o", "ring": "o", "cross": "x", "diamond": "D", "square": "s", "star": "*"}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.variability.percentiles import percentiles
+from stickslip.analyses.variability.samples import percentiles
 from stickslip.results.view import Length, along_curve_as, force_text, frequencies, measure_in, peak_unit, shown_unit
 from stickslip.show.plots.chart import Axis, Bars, Cells, Chart, Key, Layer, Line, Panel, Rule, band, edges_between, from_zero
 from stickslip.show.plots.look import (

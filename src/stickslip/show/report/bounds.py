@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
-from stickslip.analyses.variability.percentiles import has_percentiles
-from stickslip.analyses.variability.percentiles import percentiles as percentiles_of
+from stickslip.analyses.variability.bounds import detached, has_bounds
+from stickslip.analyses.variability.samples import has_percentiles
+from stickslip.analyses.variability.samples import percentiles as percentiles_of
 from stickslip.results.view import measure_in, peak_unit
 from stickslip.show.plots.variability import bound_unit, response_bounds, response_percentiles
 from stickslip.show.report.charts import Charts

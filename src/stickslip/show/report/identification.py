@@ -1,16 +1,22 @@
-"""Presentation of an identification: parameters with intervals, fit of each loop, warnings."""
+"""Presentations of identifications: parameters with intervals, the fit of each loop, test or law, warnings."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.laboratory.identification.contact_law.result import sentences as law_sentences
 from stickslip.laboratory.identification.damper.result import CERTAINTY, chain_sentences
+from stickslip.laboratory.identification.response.result import summary as response_summary
+from stickslip.laboratory.identification.response.result import times
 from stickslip.results.shown_units import in_system, system_of
+from stickslip.show.plots.contact_law import held_out, over_cycles
+from stickslip.show.plots.contact_law import loops_and_fit as law_loops_and_fit
 from stickslip.show.plots.files import Figures
-from stickslip.show.plots.identification import loops_and_fit, posterior, residuals
+from stickslip.show.plots.identification import intervals, loops_and_fit, measured_and_computed, misfits, posterior, residuals
 from stickslip.show.report.markup import percent
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import counted
@@ -102,4 +108,121 @@ def figures(dataset: xr.Dataset) -> Figures:
 PRESENTATION = presents(
     "identification",
     Presentation("Identification of contact parameters", sentences, failures, figures, tables, answer="parameters"),
+)
+
+
+def law_failures(dataset: xr.Dataset) -> list[str]:
+    """Loops that cannot be fitted are refused before there are results."""
+    return []
+
+
+def law_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Parameters of all laws, those of the chosen law cycle by cycle, and friction over the load."""
+    import pandas as pd
+
+    laws = pd.DataFrame({"law": dataset["law"].values})
+    least = dataset.attrs.get("least_mu")
+    for name, factor, unit in (("kt", 1e-6, " in N/µm"), ("mu", 1.0, "")):
+        if name == "mu" and least is not None:
+            laws["mu, at least"] = float(least)
+            continue
+        laws[f"{name}{unit}"] = factor * dataset[name].values
+        for bound in ("low", "high"):
+            laws[f"{name}, {bound} (95 %){unit}"] = factor * dataset[f"{name}_interval"].sel(bound=bound).values
+    for name in ("misfit", "held_out"):
+        laws[name.replace("_", " ")] = dataset[name].values
+    friction = {"mu": dataset["cycle_mu"].values, "standard deviation of mu": dataset["cycle_mu_error"].values}
+    cycles = pd.DataFrame(
+        {
+            "cycle": dataset["cycle_number"].values,
+            "kt in N/µm": 1e-6 * dataset["cycle_kt"].values,
+            "standard deviation of kt in N/µm": 1e-6 * dataset["cycle_kt_error"].values,
+            **(friction if least is None else {}),
+            "plateau of the force over the load": dataset["plateau"].values,
+            "energy measured in mJ": 1e3 * dataset["energy_measured"].values,
+            "energy fitted in mJ": 1e3 * dataset["energy_fitted"].values,
+        }
+    )
+    return {"laws": laws, "cycles": cycles} | _over_load(dataset)
+
+
+def _over_load(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
+    """Friction over the normal load, where it was asked for."""
+    import pandas as pd
+
+    if "friction" not in dataset:
+        return {}
+    bounds = {f"mu, {end} (95 %)": dataset["friction_interval"].sel(bound=end).values for end in ("low", "high")}
+    return {
+        "friction": pd.DataFrame(
+            {"normal load in N": dataset["friction_load"].values, "mu": dataset["friction"].values, **bounds}
+        )
+    }
+
+
+def law_figures(dataset: xr.Dataset) -> Figures:
+    """Loops and fit; with several cycles their parameters, with several laws their errors."""
+    cycles: Figures = {"cycles": over_cycles} if dataset.sizes["cycle"] > 1 else {}
+    laws: Figures = {"laws": held_out} if dataset.sizes["law"] > 1 else {}
+    return {"loops": law_loops_and_fit, **cycles, **laws}
+
+
+LAW_PRESENTATION = presents("contact_law", Presentation("Law of a contact", law_sentences, law_failures, law_figures, law_tables))
+
+
+def response_sentences(dataset: xr.Dataset) -> list[str]:
+    """Parameters with intervals, misfit, and what the tests cannot say."""
+    return response_summary(dataset)
+
+
+def response_failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each test with points that have no solution."""
+    there = np.isfinite(dataset["frequency"].values)
+    lost = (there & (dataset["solved"].values == 0.0)).sum(axis=1)
+    names = dataset["test"].values
+    return [f"{names[t]}: {lost[t]} points have no solution at the identified parameters" for t in np.flatnonzero(lost)]
+
+
+def response_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Parameters with intervals, their correlations, and the tests with their misfit and what they have by themselves."""
+    import pandas as pd
+
+    names = [str(name) for name in dataset["parameter"].values]
+    factors: dict[str, tuple[list[float], str]] = json.loads(dataset.attrs.get("factors", "{}"))
+    columns: dict[str, Any] = {"parameter": [f"{name} ×" if name in factors else name for name in names]}
+    columns |= {"value": dataset["value"].values, "low (95 %)": dataset["low"].values, "high (95 %)": dataset["high"].values}
+    if np.isfinite(dataset["least"].values).any():
+        columns["at least"] = dataset["least"].values
+    if factors:
+        values = zip(names, dataset["value"].values, dataset["least"].values, strict=True)
+        columns["in the problem"] = [_in_the_problem(*factors.get(name, ([], "")), value, least) for name, value, least in values]
+    correlations = {"parameter": names} | {f"with {name}": dataset["correlation"].values[:, k] for k, name in enumerate(names)}
+    own = {str(name): dataset["own_value"].values[:, k] for k, name in enumerate(dataset["own"].values)}
+    tests = {"test": dataset["test"].values, "misfit [1]": dataset["misfit"].values, "left out [1]": dataset["held_out"].values}
+    found = {"parameters": columns, "correlations": correlations, "tests": tests | own}
+    return {caption: pd.DataFrame(table) for caption, table in found.items()}
+
+
+def _in_the_problem(own: list[float], unit: str, value: float, least: float) -> str:
+    """What a factor makes of the values of the problem; empty where there are none."""
+    if not own:
+        return ""
+    return f"≥ {times(own, least, unit)}" if np.isfinite(least) else times(own, value, unit)
+
+
+def response_figures(dataset: xr.Dataset) -> Figures:
+    """Curves, misfits, intervals."""
+    return {"measured_and_computed": measured_and_computed, "misfits": misfits, "intervals": intervals}
+
+
+RESPONSE_PRESENTATION = presents(
+    "response_identification",
+    Presentation(
+        "Parameters from frequency responses",
+        response_sentences,
+        response_failures,
+        response_figures,
+        response_tables,
+        answer="parameters",
+    ),
 )

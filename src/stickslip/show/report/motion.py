@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from stickslip.analyses.damper_alone.cycle_motion import cycle_motion
+from stickslip.analyses.damper_alone.cycle import cycle_motion
 from stickslip.analyses.deformed_shape import has_shapes, kept_shapes
 from stickslip.analyses.kept_motion import has_motion, kept_cases, kept_motion
 from stickslip.analyses.nodal_diameters import has_disk

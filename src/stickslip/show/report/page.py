@@ -17,8 +17,8 @@ import xarray as xr
 
 from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.stress import has_stress
-from stickslip.analyses.variability.bounds_dataset import has_bounds
-from stickslip.analyses.variability.percentiles import has_percentiles
+from stickslip.analyses.variability.bounds import has_bounds
+from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.results.shown_units import system_of
 from stickslip.show.plots.moving_picture import step_script
 from stickslip.show.report import plain, sections

@@ -1,4 +1,4 @@
-"""Presentation of performance curves."""
+"""Presentations of performance curves, of their band over the start states, and of sensitivity indices."""
 
 from __future__ import annotations
 
@@ -7,10 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.results.view import measure_in, size_text
+from stickslip.results.view import measure_in, shown_unit, size_text
 from stickslip.show.plots.files import Figures
-from stickslip.show.plots.performance_curve import REGIONS, dissipation, performance_curves
+from stickslip.show.plots.performance_curve import REGIONS, dissipation, performance_band, performance_curves
+from stickslip.show.plots.variability import tornado
+from stickslip.show.report.markup import percent
 from stickslip.show.report.presentation import Presentation, presents
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.support.outcome import Outcome
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -124,3 +128,108 @@ def figures(dataset: xr.Dataset) -> Figures:
 
 
 PRESENTATION = presents("performance_curve", Presentation("Performance curves", sentences, failures, figures, tables))
+
+
+def band_sentences(dataset: xr.Dataset) -> list[str]:
+    """Where the band is widest, and which F_C/F_E has the lowest of the highest peaks."""
+    low, high = dataset["amplitude_per_force"].values.T
+    ratios, units = dataset["force_ratio"].values, dataset["amplitude_per_force"].attrs["units"]
+    if not np.isfinite(low).any():
+        return ["no bound of the resonance was found"]
+    widest, safest = int(np.nanargmax(high / low)), int(np.nanargmin(high))
+    ends = f"{size_text(low[widest], units, dataset)} to {size_text(high[widest], units, dataset)}"
+    unsolved = dataset["unsolved_share"].values
+    most = int(np.argmax(unsolved))
+    fewer = f"{percent(unsolved[most])} of the sampled start states have no solution at F_C/F_E = {ratios[most]:.4g}"
+    return [
+        f"band widest at F_C/F_E = {ratios[widest]:.4g}: the peak is {ends}, the highest "
+        f"{percent(high[widest] / low[widest] - 1.0)} above the lowest, depending on where the contacts start",
+        f"lowest of the highest peaks: {size_text(high[safest], units, dataset)} at F_C/F_E = {ratios[safest]:.4g}",
+        *([fewer] if unsolved[most] else []),
+    ]
+
+
+def band_failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each value of F_C/F_E without a bound."""
+    lines = []
+    columns = (dataset[name].values for name in ("force_ratio", "outcome", "unsolved_share"))
+    for ratio, outcomes, unsolved in zip(*columns, strict=True):
+        bad = outcomes[outcomes != Outcome.CONVERGED]
+        if bad.size:
+            share = f" {percent(unsolved)} of the sampled start states have no solution." if unsolved else ""
+            lines.append(f"F_C/F_E {ratio:.4g}: {Outcome(int(bad[0])).sentence}{share}")
+    return lines
+
+
+def band_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Both ends of the band at every point."""
+    import pandas as pd
+
+    units = dataset["amplitude_per_force"].attrs["units"]
+    columns = {"F_C/F_E": dataset["force_ratio"].values, f"virgin [{units}]": dataset["virgin_amplitude_per_force"].values}
+    for bound, name in enumerate(("lowest", "highest")):
+        columns[f"{name} [{units}]"] = dataset["amplitude_per_force"].values[:, bound]
+        columns[f"{name}, at Hz"] = dataset["frequency"].values[:, bound]
+        columns[f"{name}, loss factor"] = dataset["loss_factor"].values[:, bound]
+    columns["solutions"] = dataset["solves"].values
+    return {"band of the performance curve": pd.DataFrame(columns)}
+
+
+def band_figures(dataset: xr.Dataset) -> Figures:
+    """The band of amplitude and frequency."""
+    return {"performance_band": performance_band}
+
+
+BAND_PRESENTATION = presents(
+    "performance_band", Presentation("Band of the performance curve", band_sentences, band_failures, band_figures, band_tables)
+)
+
+
+def index_sentences(dataset: xr.Dataset) -> list[str]:
+    """Middle and spread of the resonance, and its parameters from the strongest to the weakest."""
+    names = [str(name) for name in dataset["parameter"].values]
+    lines = []
+    measure, units = measure_in(dataset), dataset["middle"].attrs["units"].removesuffix(" and Hz")
+    unit_of_size = shown_unit(units, float(dataset["middle"].values[0]), dataset)
+    what = "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
+    for q, (quantity, size, unit) in enumerate(((what, unit_of_size.metres, unit_of_size.name), ("frequency", 1.0, "Hz"))):
+        middle, spread = (float(dataset[key].values[q]) / size for key in ("middle", "spread"))
+        total, interval = dataset["total"].values[:, q], dataset["total_interval"].values[:, q]
+        ranked = ", ".join(
+            f"{names[k]} {float(total[k]):.2f} ({interval[k, 0]:.2f} to {interval[k, 1]:.2f})" for k in np.argsort(-total)
+        )
+        lines.append(f"peak {quantity} {middle:.5g} {unit} ± {spread:.2g} {unit}; total indices: {ranked}, with 95 % intervals")
+    return lines
+
+
+def index_failures(dataset: xr.Dataset) -> list[str]:
+    """None: a problem without a peak ends the run."""
+    return []
+
+
+def index_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Indices, ends and slopes of every parameter."""
+    import pandas as pd
+
+    columns = {name: dataset[name].values for name in ("parameter", "low", "high")}
+    for q, quantity in enumerate(("amplitude", "frequency")):
+        words_of = {"first_order": "alone", "total": "total", "low_end": "at the low end", "high_end": "at the high end"}
+        for key, words in words_of.items():
+            units = dataset["middle"].attrs["units"].split(" and ")[q]
+            shown = f" [{units}]" if key.endswith("_end") else ""
+            columns[f"{quantity}, {words}{shown}"] = dataset[key].values[:, q]
+            if key in ("first_order", "total"):
+                for bound, end in enumerate(("from", "to")):
+                    columns[f"{quantity}, {words}, 95 % {end}"] = dataset[f"{key}_interval"].values[:, q, bound]
+    columns["slope of ln amplitude over the range"] = dataset["slope"].values
+    return {"parameters": pd.DataFrame(columns)}
+
+
+def index_figures(dataset: xr.Dataset) -> Figures:
+    """The tornado plot."""
+    return {"tornado": tornado}
+
+
+INDEX_PRESENTATION = presents(
+    "sensitivity_indices", Presentation("Which parameter matters", index_sentences, index_failures, index_figures, index_tables)
+)

@@ -10,8 +10,8 @@ import numpy as np
 from stickslip.analyses.fatigue import has_fatigue
 from stickslip.analyses.stress import has_gauges, has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
-from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
-from stickslip.analyses.variability.percentiles import has_percentiles
+from stickslip.analyses.variability.bounds import detached, has_bounds
+from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of

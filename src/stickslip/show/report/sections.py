@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.truncation import finer_sentences
-from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
+from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results.representative import representatives, spread
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import (

@@ -2,6 +2,8 @@
 
 From it come the variables that describe a solution (several do, since a start state beyond the interval is clipped), and how
 wide the space of start states must be so that every solution lies in it.
+
+Loading history: the sliders of each solved point are the start state of the next, along frequency and between levels.
 """
 
 from __future__ import annotations
@@ -13,9 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.model.contact.period import OFFSET, friction_period, stick_interval
-from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
-from stickslip.solve.balance.cycle import friction_limits
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.cycle import contact_cycle, friction_limits
 from stickslip.solve.continuation.continuation import first_point
+from stickslip.solve.continuation.newton import Correction, correct, fixed
 from stickslip.solve.starts.solutions import StartSolutions, UnsolvedError
 from stickslip.solve.starts.space import RULES, Rules, Sharing, StartSpace, refuse_forgetful, start_space
 from stickslip.support.checks import Array, InputError
@@ -145,3 +148,29 @@ def _grown(space: StartSpace, balance: HarmonicBalance, firsts: Sequence[Evaluat
         if np.all(space.scale <= (1.0 + GROWTH) * before):
             break
     return space
+
+
+def sliders(balance: HarmonicBalance, evaluation: Evaluation) -> Array:
+    """Where the slider of every friction element stands at the last sample, s = u_last − T_last/kt, m, (elements,)."""
+    return contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega).slider
+
+
+def march(balance: HarmonicBalance, omegas: Sequence[float], levels: Sequence[float]) -> Iterator[tuple[float, Correction]]:
+    """(level, solved point) for every level in order and every frequency in rad/s; sliders carried from point to point.
+
+    A point that does not converge is handed out as it is, and the next one starts from the last converged state.
+    """
+    last: Evaluation | None = None
+    for level in levels:
+        for omega in omegas:
+            if last is None:
+                correction = first_point(balance, omega, level)
+            else:
+                carried = balance.with_starts(sliders(balance, last), OFFSET)
+                start = Point(last.point.forces, omega, level)
+                correction = correct(carried, start, fixed("omega", omega), iterations=40, halvings=10)
+                if not correction.converged:
+                    correction = first_point(carried, omega, level)
+            if correction.converged:
+                last = correction.evaluation
+            yield level, correction

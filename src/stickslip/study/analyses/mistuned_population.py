@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, Tag
 
-from stickslip.analyses.mistuning.dataset import population_dataset
+from stickslip.analyses.mistuning.dataset import population_dataset, with_blade_fatigue
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
-from stickslip.analyses.mistuning.fatigue import with_blade_fatigue
 from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork
 from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk

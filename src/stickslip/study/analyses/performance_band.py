@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.band import BandSettings, band_dataset
 from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.analyses.variability.bounds_work import refuse_discs
+from stickslip.analyses.variability.bounds import refuse_discs
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.performance_curve import Points, at_ratios, ordered, sweep_over_a_band
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over

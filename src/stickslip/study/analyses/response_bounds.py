@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.analyses.variability.bounds_dataset import attached
-from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
+from stickslip.analyses.variability.bounds import BoundsWork, attached, refuse_discs
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over

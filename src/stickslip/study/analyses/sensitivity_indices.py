@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.performance.sampled_peaks import MOST_DRAWS, DrawsWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
-from stickslip.analyses.performance.sensitivity_indices import gathered
+from stickslip.analyses.performance.sensitivity_indices import MOST_DRAWS, DrawsWork, gathered
 from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.contact.point import Contact
 from stickslip.model.contact.start import SliderOffset
