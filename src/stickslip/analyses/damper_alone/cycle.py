@@ -1,8 +1,7 @@
 """Steady cycle of a damper between two platforms with prescribed motion: loops, forces, motion, states and energies.
 
-`damper_cycle` computes one steady cycle; `damper_cycles.py` several of them.
-
-A steady damper cycle as it is drawn: the section of the damper, both platforms, contact points and loops, from its dataset.
+`damper_cycle` computes one steady cycle; `cycles.py` several of them. `cycle_motion` is one as it is drawn: the section of the
+damper, both platforms, contact points and loops, from its dataset.
 """
 
 from __future__ import annotations

@@ -2,5 +2,5 @@
 
 A chart (`chart.py`) is drawn by `paper.py` with matplotlib and by `interactive.py` with plotly. Pictures of disks are no
 charts and are drawn with matplotlib. Imports results, never an analysis that computes. Begin with `chart.py`, `look.py`
-and `energy.py`.
+and `contacts.py`.
 """
