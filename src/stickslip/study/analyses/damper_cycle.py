@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
@@ -14,19 +11,14 @@ from stickslip.analyses.damper_alone.cycle import CycleWork
 from stickslip.laboratory.measurement.cycles import read_motion
 from stickslip.model.dampers import BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
 from stickslip.model.dampers.between_platforms import LAWS, suitable_gaps
-from stickslip.runs.work import Arrays
 from stickslip.solve.time.methods import GeneralisedAlpha, Method, Newmark
-from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.analysis import Asked, Kind, OneWork
 from stickslip.study.build import shape_of
 from stickslip.study.contacts import Frictions, friction_in_si
 from stickslip.study.fields import NotNegative, Number, Positive, Positives, Table
 from stickslip.study.tables import ShapeKey
 from stickslip.study.units import FORCE, FREQUENCY, LENGTH, STIFFNESS, Units, in_si
 from stickslip.support.checks import MOST, counted, fault
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 if TYPE_CHECKING:
     LawKey: TypeAlias = str
@@ -125,54 +117,6 @@ class CycleTable(Table):
         return {"generalised_alpha": GeneralisedAlpha(), "newmark": Newmark(), None: None}[self.method]
 
 
-@dataclass(frozen=True, eq=False)
-class CyclePlan(Plan):
-    """One steady cycle."""
-
-    rig: BetweenPlatforms
-    motion: PlatformMotion
-    cycle: CycleTable
-    frequency: float | None
-
-    @classmethod
-    def of(cls, asked: Asked) -> CyclePlan:
-        """The plan of a study."""
-        damper, motion = asked.tables["damper"], asked.tables["motion"]
-        cycle = asked.tables.get("cycle") or CycleTable()
-        if not (isinstance(damper, DamperTable) and isinstance(motion, MotionTable) and isinstance(cycle, CycleTable)):
-            raise AssertionError("a sound study of a damper cycle has its tables")
-        frequency = in_si(cycle, asked.units)["frequency"]
-        plan = cls(damper.rig(asked.units), motion.motion(asked.units, asked.folder), cycle, frequency)
-        plan.motion.samples(cycle.steps)
-        return plan
-
-    @property
-    def content(self) -> str:
-        """Identifies a measured motion."""
-        return self.motion.digest
-
-    @property
-    def summary(self) -> str:
-        return f"{self.rig.title}, {counted(len(self.rig.points), 'line')} of contact, {self.cycle.steps} steps a cycle"
-
-    @cached_property
-    def works(self) -> Mapping[str, CycleWork]:
-        table = self.cycle
-        work = CycleWork(
-            self.rig,
-            self.motion,
-            steps=table.steps,
-            method=table.time_method,
-            frequency=self.frequency,
-            tolerance=table.tolerance,
-            cycles=table.cycles,
-        )
-        return {"": work}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.works[""].gathered(results[""][0]).dataset
-
-
 def rig_and_motion(asked: Asked) -> tuple[BetweenPlatforms, PlatformMotion]:
     """The damper and what drives it."""
     damper, motion = asked.tables["damper"], asked.tables["motion"]
@@ -181,8 +125,26 @@ def rig_and_motion(asked: Asked) -> tuple[BetweenPlatforms, PlatformMotion]:
     return damper.rig(asked.units), motion.motion(asked.units, asked.folder)
 
 
+def plan(asked: Asked) -> OneWork:
+    """One steady cycle."""
+    cycle = CycleTable.model_validate(asked.tables.get("cycle") or CycleTable())
+    rig, motion = rig_and_motion(asked)
+    motion.samples(cycle.steps)
+    work = CycleWork(
+        rig,
+        motion,
+        steps=cycle.steps,
+        method=cycle.time_method,
+        frequency=in_si(cycle, asked.units)["frequency"],
+        tolerance=cycle.tolerance,
+        cycles=cycle.cycles,
+    )
+    summary = f"{rig.title}, {counted(len(rig.points), 'line')} of contact, {cycle.steps} steps a cycle"
+    return OneWork(work, summary, lambda results: work.gathered(results[0]).dataset, motion.digest)
+
+
 KIND = Kind(
-    CyclePlan.of,
+    plan,
     {"damper": DamperTable, "motion": MotionTable, "cycle": CycleTable},
     required=("damper", "motion"),
     checks={"damper": suitable},

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, Tag
@@ -12,11 +10,10 @@ from pydantic import Field, Tag
 from stickslip.analyses.mistuning.dataset import population_dataset, with_blade_fatigue
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
 from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork
-from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
-from stickslip.runs.work import Arrays, Work
+from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan, summary_of
+from stickslip.study.analysis import Asked, Kind, OneWork, summary_of
 from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
 from stickslip.study.stress import FatigueTable, fatigue_of, recovery_of
 from stickslip.support.checks import Faults, InputError, counted
@@ -79,57 +76,39 @@ def checked_sweep(table: Any) -> None:
         raise Faults(faults)
 
 
-@dataclass(frozen=True, eq=False)
-class MistuningPlan(Plan):
+def plan(asked: Asked) -> OneWork:
     """One mistuned disk, or a population."""
+    sweep, table = sweep_of(asked), MistuningTable.model_validate(asked.tables["mistuned_population"])
+    disk = sweep.problem
+    if not isinstance(disk, TunedDisk):
+        raise InputError('[structure]: mistuning must have a tuned disk, such as rig = "lumped_blisk", but has another problem.')
+    assert sweep.harmonics != "auto", "refused when the study was read"
+    given = {name: getattr(table, name) for name in ("count", "seed", "peak_tolerance", "run_in")}
+    work = PopulationWork(
+        disk,
+        sweep.band,
+        scatter=table.scatter(),
+        mistuning=table.pattern(),
+        force=sweep.levels[0],
+        harmonics=sweep.harmonics,
+        samples=sweep.samples,
+        quantity=sweep.quantity,
+        measure=sweep.measure,
+        blade=table.blade_nodes,
+        **given,
+    )
+    fatigue = fatigue_of(asked, recovery_of(asked), with_blade_fatigue)
 
-    sweep: ForcedResponseSettings
-    work: PopulationWork
-    fatigue: Callable[[xr.Dataset], xr.Dataset] | None = None
+    def gathered(results: Sequence[Arrays]) -> xr.Dataset:
+        found = population_dataset(work, results)
+        return found if fatigue is None else fatigue(found)
 
-    @classmethod
-    def of(cls, asked: Asked) -> MistuningPlan:
-        """The plan of a study."""
-        sweep, table = sweep_of(asked), MistuningTable.model_validate(asked.tables["mistuned_population"])
-        disk = sweep.problem
-        if not isinstance(disk, TunedDisk):
-            raise InputError(
-                '[structure]: mistuning must have a tuned disk, such as rig = "lumped_blisk", but has another problem.'
-            )
-        assert sweep.harmonics != "auto", "refused when the study was read"
-        given = {name: getattr(table, name) for name in ("count", "seed", "peak_tolerance", "run_in")}
-        work = PopulationWork(
-            disk,
-            sweep.band,
-            scatter=table.scatter(),
-            mistuning=table.pattern(),
-            force=sweep.levels[0],
-            harmonics=sweep.harmonics,
-            samples=sweep.samples,
-            quantity=sweep.quantity,
-            measure=sweep.measure,
-            blade=table.blade_nodes,
-            **given,
-        )
-        return cls(sweep, work, fatigue_of(asked, recovery_of(asked), with_blade_fatigue))
-
-    @property
-    def summary(self) -> str:
-        return (
-            f"{summary_of(self.sweep)} a sector; {counted(self.work.count, 'mistuned disk')} of {self.work.disk.sectors} sectors"
-        )
-
-    @cached_property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.work}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        found = population_dataset(self.work, results[""])
-        return found if self.fatigue is None else self.fatigue(found)
+    summary = f"{summary_of(sweep)} a sector; {counted(work.count, 'mistuned disk')} of {disk.sectors} sectors"
+    return OneWork(work, summary, gathered)
 
 
 KIND = Kind(
-    MistuningPlan.of,
+    plan,
     {"mistuned_population": MistuningTable, "fatigue": FatigueTable},
     required=("mistuned_population",),
     without=("tolerance", "peak_tolerance"),
