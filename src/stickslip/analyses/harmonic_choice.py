@@ -12,8 +12,9 @@ import numpy as np
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.continuation.more_harmonics import resolved
-from stickslip.solve.continuation.truncation import Truncation, enough_beyond, truncation_at
+from stickslip.solve.continuation.truncation import Truncation, enough_beyond, finer_step, solved_across, truncation_at
 from stickslip.solve.curves.curve import solve_curve
+from stickslip.solve.peaks.climb import plane_at
 from stickslip.support.checks import InputError, between, fault, positive
 from stickslip.support.machine import one_blas_thread
 
@@ -54,8 +55,8 @@ class HarmonicChoice:
 def sufficient_harmonics(
     problem: Problem, frequencies: Sequence[float], levels: Sequence[float], tolerance: float = 2e-3, samples: int = 256
 ) -> HarmonicChoice:
-    """The least number of harmonics whose left-out motion of the contacts is below `tolerance` at every peak, and the samples,
-    doubled from `samples` on, whose error there is below it too.
+    """The least number of harmonics beyond which more change the motion of contacts and outputs by less than `tolerance` at every
+    peak, and the samples, doubled from `samples` on, whose error there is below it too.
 
     frequencies: the ends of the band, or the frequencies wanted, in Hz; levels: force levels. A curve with H = 3 finds the
     highest peak of each output and level (in a band without a peak the largest point); there H is raised, each solution padded,
@@ -143,23 +144,26 @@ def _raised(
         H = balance.highest
         beyond = enough_beyond(H)
         finer = HarmonicBalance(problem, beyond, _enough(problem, samples, beyond))
-        estimate = truncation_at(balance, finer, evaluation)
+        across = plane_at(balance, evaluation).at(0.0)
+        estimate = truncation_at(balance, finer, evaluation, across)
         Nt = _enough(problem, samples, H)
         if estimate.total <= tolerance:
             return HarmonicChoice(H, Nt, estimate.total, f"{H} harmonics: {reason}"), evaluation
         if H >= MOST:
-            text = f"{H} harmonics are the most tried; the left-out motion is still {estimate.total:.1e} of the whole"
+            text = f"{H} harmonics are the most tried; more would still change the motion by {estimate.total:.1e} of it"
             return HarmonicChoice(H, Nt, estimate.total, text), evaluation
         reason = _reason(problem, estimate, evaluation, tolerance)
         following = min(max(estimate.needed(tolerance), H + 2), MOST)
         balance = HarmonicBalance(problem, following, _enough(problem, samples, following))
-        correction = resolved(balance, evaluation)
-        if correction.converged:
-            evaluation = correction.evaluation
+        solution = solved_across(balance, finer_step(balance, evaluation, across))
+        if solution is None and (correction := resolved(balance, evaluation)).converged:
+            solution = correction.evaluation
+        if solution is not None:
+            evaluation = solution
             continue
         peaks = _worst_points(problem, frequencies, evaluation.point.level, following, samples)
         if not peaks:
-            text = f"{H} harmonics: with {following} the peak could not be solved; left out is {estimate.total:.1e} of the whole"
+            text = f"{H} harmonics: the peak could not be solved with {following}; more change the motion by {estimate.total:.1e}"
             return HarmonicChoice(H, Nt, estimate.total, text), evaluation
         omega = evaluation.point.omega
         evaluation = min((peak for _, peak in peaks), key=lambda peak: abs(peak.point.omega - omega))
@@ -190,15 +194,15 @@ def _sampled(problem: Problem, choice: HarmonicChoice, evaluation: Evaluation, t
 
 
 def _reason(problem: Problem, estimate: Truncation, evaluation: Evaluation, tolerance: float) -> str:
-    """The highest harmonic that alone would miss the tolerance, or the one that misses most, and what it would have done."""
+    """The highest harmonic that alone would miss the tolerance and what it would have done; else what fewer would have left."""
     alone = np.flatnonzero(estimate.share > tolerance)
-    harmonic = int(alone[-1]) + 1 if alone.size else estimate.largest
     unit = evaluation.point.omega / (2.0 * np.pi)
+    where = f"at {unit:.5g} Hz under force level {evaluation.point.level:g}"
+    if not alone.size:
+        return f"with fewer the motion {where} would be {estimate.total:.1e} off"
+    harmonic = int(alone[-1]) + 1
     modes = problem.frequencies(stuck=True)
     nearest = float(modes[np.argmin(np.abs(modes - harmonic * unit))])
     beside = f", near the stuck mode at {nearest:.4g} Hz," if abs(nearest - harmonic * unit) <= NEAR * nearest else ""
-    moved = estimate.share[harmonic - 1]
-    return (
-        f"harmonic {harmonic} at {harmonic * unit:.4g} Hz{beside} would have moved the contacts by {moved:.1e} of their motion "
-        f"at {unit:.5g} Hz under force level {evaluation.point.level:g}"
-    )
+    moved = f"{estimate.share[harmonic - 1]:.1e} of their motion {where}"
+    return f"harmonic {harmonic} at {harmonic * unit:.4g} Hz{beside} would have moved the contacts by {moved}"

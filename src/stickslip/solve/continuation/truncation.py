@@ -1,19 +1,21 @@
-"""Truncation error: the effect of the harmonics above H on a solution, the estimate behind the choice of H.
+"""Truncation error: the effect of the harmonics above H on a solution, by one Newton step of a balance with more of them.
 
 Two small H can agree with each other and both be wrong: contact forces have harmonics that the solution drops, and where one of
-them falls on a mode of the dampers it matters. The estimate applies the receptance to the truncated harmonics of λ̂.
+them falls on a mode of the dampers it matters. The step starts from the solution padded with zeros and ends on a plane across the
+curve, so that it is regular at folds and measures how far the two curves are apart, not how far a resonance has shifted.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.continuation.more_harmonics import pad
+from stickslip.solve.continuation.newton import correct
 from stickslip.solve.continuation.sensitivity import respond, solved_factors
 from stickslip.support.checks import Array
 
@@ -24,6 +26,8 @@ AT_REST, ROUNDING = 1e-6, 1e-10
 """Amplitudes of an output, relative to the largest output and to the largest motion of all, below which it counts as being at
 rest."""
 
+TINY = float(np.finfo(float).tiny)
+
 
 def enough_beyond(harmonics: int) -> int:
     """The harmonics with which those beyond H are estimated."""
@@ -32,19 +36,11 @@ def enough_beyond(harmonics: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Truncation:
-    """share (h,): motion of the contacts in harmonic h = 1, 2, ... that is truncated, relative to their whole dynamic motion."""
+    """share (h,): motion of the contacts in harmonic h = 1, 2, ... that is truncated, relative to their whole dynamic motion;
+    total: change of the dynamic motion, in all harmonics, of contacts or an output, whichever is relatively larger."""
 
     share: Array
-
-    @property
-    def total(self) -> float:
-        """Root sum of squares of the shares."""
-        return float(np.sqrt(np.sum(self.share**2)))
-
-    @property
-    def largest(self) -> int:
-        """The truncated harmonic that would move the contacts most."""
-        return int(np.argmax(self.share)) + 1
+    total: float
 
     def needed(self, tolerance: float) -> int:
         """The least H beyond which the shares sum to no more than the tolerance."""
@@ -52,14 +48,58 @@ class Truncation:
         return int(np.count_nonzero(beyond > tolerance))
 
 
-def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evaluation) -> Truncation:
-    """The estimate for a solved point, with the harmonics of `finer`, a balance of the same problem with more of them."""
-    padded = finer.evaluate(Point(pad(evaluation.point.forces, finer.columns), evaluation.point.omega, evaluation.point.level))
-    change = -padded.residual
-    change[:, balance.kept] = 0.0
-    moved = finer.linear.change(change, evaluation.point.omega)[: finer.rows, 1:]
-    size = max(float(np.linalg.norm(padded.w[: finer.rows, 1:])), np.finfo(float).tiny)
-    return Truncation(np.sqrt(np.sum(moved[:, 0::2] ** 2 + moved[:, 1::2] ** 2, axis=0)) / size)
+class Step(NamedTuple):
+    """padded: the solution as the finer balance sees it; condition: the plane through it; moved: the point after one Newton step;
+    motion: its change on the way there (rows + outputs, 2H+1), m, not finite where the matrix is singular."""
+
+    padded: Evaluation
+    condition: PathCondition
+    moved: Point
+    motion: Array
+
+
+def finer_step(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition) -> Step:
+    """One Newton step of `finer`, a balance of the same problem with more harmonics or samples, from a solution.
+
+    across: a plane across the curve, or a prescribed frequency, whatever its target: the one through the solution is taken.
+    """
+    point = evaluation.point
+    padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
+    weight = None if across.weight is None else pad(across.weight, finer.columns)
+    condition = replace(across, weight=weight, target=0.0)
+    condition = replace(condition, target=condition.gap(padded))
+    factors = finer.factorise(padded, condition)
+    if factors.orientation == 0.0:
+        return Step(padded, condition, padded.point, np.full_like(padded.w, np.inf))
+    change, by = finer.newton_step(padded, condition, factors)
+    by_omega = finer.linear.slope(padded.point.forces, point.omega, point.level, by_level=False)
+    return Step(
+        padded, condition, padded.point.moved(change, "omega", by), finer.linear.change(change, point.omega) + by * by_omega
+    )
+
+
+def solved_across(finer: HarmonicBalance, step: Step) -> Evaluation | None:
+    """The solution of `finer` on the plane of a step; None where Newton's method does not arrive, behind kinks neither."""
+    for iterations, halvings, patience in ((30, 10, 0), (60, 4, 20)):
+        correction = correct(finer, step.padded.point, step.condition, iterations, halvings, patience)
+        if correction.converged:
+            return correction.evaluation
+    return None
+
+
+def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition) -> Truncation:
+    """What the harmonics of `finer` change of a solved point on a plane across the curve: solved, else by one step alone."""
+    step, rows = finer_step(finer, evaluation, across), finer.rows
+    solution = solved_across(finer, step)
+    moved = step.motion if solution is None else solution.w - step.padded.w
+    change, motion = (np.linalg.norm(each[:, 1:], axis=1) for each in (moved, step.padded.w))
+    size = max(float(np.linalg.norm(motion[:rows])), TINY)
+    outputs = motion[rows:] > AT_REST * motion[rows:].max(initial=0.0)
+    of_outputs = change[rows:][outputs] / motion[rows:][outputs]
+    left_out = moved[:rows].copy()
+    left_out[:, balance.kept] = 0.0
+    share = np.sqrt(np.sum(left_out[:, 1::2] ** 2 + left_out[:, 2::2] ** 2, axis=0)) / size
+    return Truncation(share, max(float(np.linalg.norm(change[:rows])) / size, float(of_outputs.max(initial=0.0))))
 
 
 class Changed(NamedTuple):
