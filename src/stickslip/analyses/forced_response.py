@@ -542,7 +542,7 @@ class ForcedResponseWork(OneBalance):
 
     def so_far(self, results: Mapping[int, Arrays]) -> xr.Dataset:
         """The response of some force levels; the others are curves without points."""
-        none = [stopped_curve(self.balance, level, (), self.measure.over(self.periods)) for level in self.levels]
+        none = [stopped_curve(self.balance, level, (), (0.0, 0.0), self.measure.over(self.periods)) for level in self.levels]
         curves = [results[case] if case in results else self._plain_arrays(curve) for case, curve in enumerate(none)]
         return self.gathered(curves).dataset
 
@@ -602,7 +602,7 @@ class ForcedResponseWork(OneBalance):
             work_warning(self.harmonics, names, of_work),
             by_finer,
             held_mean,
-            large_motion_warning(self.problem, self.measure, arrays["max_abs"]),
+            large_motion_warning(self.problem, self.measure, np.delete(arrays["max_abs"], curve.places_outside, axis=0)),
             sampling_warning(self.balance, curve)
             or ("" if self.settings.listed else fold_warning(self.balance, curve))
             or samples_warning(self.samples, names, by_samples)

@@ -116,7 +116,7 @@ def _worst_points(
     found = []
     for output in range(len(problem.outputs)):
         peaks = curve.peaks[output] if curve.peaks else ()
-        points = peaks or curve.points
+        points = peaks or curve.inside
         if points:
             best = max(points, key=lambda point: _amplitude(balance, point.evaluation, output))
             found.append((_amplitude(balance, best.evaluation, output), best.evaluation))

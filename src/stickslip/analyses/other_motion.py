@@ -44,7 +44,7 @@ def other_motion_warning(balance: HarmonicBalance, curve: Curve, measure: Measur
     ends = curve.points[0], curve.points[-1]
     if ends[0].point.omega > ends[1].point.omega:
         ends = ends[1], ends[0]
-    own = _sizes(balance, curve.points, measure)
+    own = _sizes(balance, curve.inside, measure)
     upwards, downwards = [1.0 / factor for factor in BEYOND], BEYOND
     for begin, points in chain(
         _entering(balance, curve, *ends[::-1], downwards),
@@ -85,7 +85,8 @@ def _inside(
 ) -> tuple[list[CurvePoint], bool]:
     """The points inside the band of the curve from a motion outside, and whether it led through another motion to the edge.
 
-    None where it is the curve itself that it meets at the edge, and where it cannot be followed with what may be spent.
+    None where it is the curve itself that it meets at the edge, which it may pass several times, and where it cannot be followed
+    with what may be spent.
     """
     if not first.converged:
         return [], False
@@ -100,7 +101,7 @@ def _inside(
                 through = through or _passes(balance, before, point, between.evaluation)
             if not inside and (before.point.omega - omega) * (point.point.omega - omega) < 0.0:
                 inside.append(solve_at(balance, before, point, "omega", omega))
-                if _same(inside[0].evaluation, edge.evaluation):
+                if any(_same(inside[0].evaluation, each.evaluation) for each in curve.points if each.point.omega == omega):
                     return [], through
             if inside and low <= point.point.omega <= high:
                 inside.append(point)

@@ -70,7 +70,9 @@ def judged(balance: HarmonicBalance, curve: Curve, measure: Measure) -> PeakStab
         return known[near]
 
     try:
-        return PeakStability(highest, {k: verdict(point) for k, point in highest.items()}, verdict(curve.points[-1]))
+        end = curve.points[-1]
+        judged_end = verdict(end) if curve.holds(end.point.omega) else None
+        return PeakStability(highest, {k: verdict(point) for k, point in highest.items()}, judged_end)
     except InputError:
         return PeakStability(highest, {}, None)
 

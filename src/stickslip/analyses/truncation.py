@@ -143,7 +143,7 @@ def highest_points(balance: HarmonicBalance, curve: Curve, measure: Measure) -> 
     """The highest peak of each output, else the largest point; outputs without a point are left out."""
     found = {}
     for output in range(len(balance.problem.outputs)):
-        points, row = (curve.peaks and curve.peaks[output]) or curve.points, balance.rows + output
+        points, row = (curve.peaks and curve.peaks[output]) or curve.inside, balance.rows + output
         if points:
             found[output] = max(points, key=lambda point: measure.size(point.evaluation.w[row], point.point.omega))
     return found

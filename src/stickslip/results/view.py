@@ -14,13 +14,16 @@ from stickslip.results.curve_kind import kind_words
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.solve.balance.fourier import real_harmonics
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, measure_of
-from stickslip.support.checks import Array
+from stickslip.support.checks import Array, Index
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import UnitSystem, um
 
 if TYPE_CHECKING:
     import xarray as xr
 
+
+ROUNDED = 4.0 * float(np.finfo(float).eps)
+"""Rounding of a frequency in Hz that has been in rad/s, relative."""
 
 SAME = 0.01
 """Share of a frequency by which a peak may lie beyond the linear resonance of its mode, from harmonics or steps of the band."""
@@ -224,9 +227,27 @@ def along_curve_as(dataset: xr.Dataset, measure: Measure, case: int, output: int
     return np.asarray(values[points(dataset, case)])
 
 
+def in_band(dataset: xr.Dataset, case: int, points: Index) -> Index:
+    """Those of some points that lie inside the band, its ends included; all of them at listed frequencies.
+
+    A curve that folds may leave the band through its start and return: what lies outside is drawn, but is no answer.
+    """
+    low, high = band_of(dataset)
+    hertz = dataset["frequency"].values[case, points]
+    return np.asarray(points[(hertz >= (1.0 - ROUNDED) * low) & (hertz <= (1.0 + ROUNDED) * high)])
+
+
+def band_of(dataset: xr.Dataset) -> tuple[float, float]:
+    """The ends of the band of a response, Hz; of one at listed frequencies all there are."""
+    if is_listed(dataset) or "linear_frequency" not in dataset.variables:
+        return 0.0, np.inf
+    hertz = dataset["linear_frequency"].values
+    return float(hertz[0]), float(hertz[-1])
+
+
 def highest_peak(dataset: xr.Dataset, case: int, output: int = 0) -> Peak | None:
     """The highest peak of a case; None where nothing converged."""
-    candidates, measure = converged_points(dataset, case), measure_in(dataset)
+    candidates, measure = in_band(dataset, case, converged_points(dataset, case)), measure_in(dataset)
     amplitudes = sizes(dataset, case, output, measure, candidates)
     if not candidates.size or not np.any(np.isfinite(amplitudes)):
         return None

@@ -10,7 +10,7 @@ import scipy
 
 from stickslip.solve.balance.balance import Evaluation, Factors, HarmonicBalance, PathCondition
 from stickslip.solve.balance.system import Direction
-from stickslip.solve.continuation.curve_points import Metric, hermite
+from stickslip.solve.continuation.curve_points import CurvePoint, Metric, Tangent, hermite
 from stickslip.support.checks import Array
 
 SHARP = 0.3
@@ -100,6 +100,16 @@ def knot(balance: HarmonicBalance, evaluation: Evaluation, metric: Metric, befor
     factors = balance.factorise(evaluation, condition)
     direction = balance.tangent(evaluation, "omega", factors) if factors.orientation else None
     return Knot(evaluation, condition, factors, direction)
+
+
+def with_own_tangent(balance: HarmonicBalance, point: CurvePoint, before: Evaluation, after: Evaluation) -> CurvePoint:
+    """A point with the tangent solved there, in the direction from the point before to the point after; as it is where the curve
+    has none."""
+    direction = knot(balance, point.evaluation, point.metric, before, after).direction
+    if direction is None:
+        return point
+    length = point.metric.length(direction.motion, direction.rate)
+    return replace(point, tangent=Tangent(direction.forces / length, direction.motion / length, direction.rate / length))
 
 
 def segment(low: Knot, high: Knot, metric: Metric) -> Segment:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.continuation.continuation import FOLDS, TURNED_BACK, first_point, solve_cold, trace
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, backwards, solve_at
 from stickslip.solve.continuation.newton import Correction, correct, fixed
+from stickslip.solve.continuation.segment import with_own_tangent
 from stickslip.solve.continuation.steps import StepControl
 from stickslip.support.outcome import Outcome
 
@@ -30,8 +31,9 @@ SINGULAR = 1e-13
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """The solved points inside the band in order, and why the curve ended before the end of the band, or None.
+    """The solved points in order, from the first inside the band on, and why the curve ended before the end of the band, or None.
 
+    A curve that turns back may leave the band through its start and return: the points outside stand between two at the start.
     from_the_end: why it was followed from the end of the band and not from its start, or None.
     """
 
@@ -150,8 +152,10 @@ def _traced(
     try:
         for point in trace(balance, first, "omega", end, control):
             omega = point.point.omega
-            if before is not None and not points and (omega - start) * (before.point.omega - start) < 0.0:
-                points.append(solve_at(balance, before, point, "omega", start))
+            if before is not None and (omega - start) * (before.point.omega - start) < 0.0:
+                with nullcontext() if not points else suppress(LostCurveError):
+                    edge, point = _divided(balance, before, point, start)
+                    points.append(edge)
             if points or omega == start:
                 points.append(point)
                 progress(abs(omega - start) / max(abs(end - start), np.finfo(float).tiny))
@@ -162,6 +166,15 @@ def _traced(
         passed_by = not points and str(reason) == TURNED_BACK
         return Sweep(points, PASSED_BY if passed_by else str(reason))
     return Sweep(points, None)
+
+
+def _divided(balance: HarmonicBalance, before: CurvePoint, point: CurvePoint, omega: float) -> tuple[CurvePoint, CurvePoint]:
+    """A step as two: the point at a frequency that it crosses, solved exactly, and the point behind it."""
+    edge = replace(solve_at(balance, before, point, "omega", omega), metric=before.metric)
+    lengths = before.chord(edge, "omega"), edge.chord(point, "omega")
+    share = lengths[0] / sum(lengths)
+    edge = with_own_tangent(balance, edge, before.evaluation, point.evaluation)
+    return replace(edge, length=share * point.length), replace(point, length=(1.0 - share) * point.length)
 
 
 def points_at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Mapping[int, float]) -> dict[int, CurvePoint]:

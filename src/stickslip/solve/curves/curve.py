@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from stickslip.model.problem import Problem
 from stickslip.model.structure.cyclic import CyclicStructure
@@ -44,7 +45,9 @@ class Curve:
 
     peaks: of `measure`, per output; steps: the step, from points[k] to the next one, that each of them lies in, until `refine`
     made them points of the curve; largest: where the same quantity is largest in time, per output, or None without a peak;
-    missing: of listed frequencies, the place in the list and ω of those without a point.
+    missing: of listed frequencies, the place in the list and ω of those without a point. band: its ends, ω in rad/s; points
+    outside belong to the path of the curve alone, and what is read of a curve is read of `inside`. outside: peaks there, per
+    output, whose steps follow those of the peaks.
     """
 
     level: float
@@ -57,6 +60,22 @@ class Curve:
     steps: tuple[tuple[int, ...], ...] = ()
     measure: Measure = DISPLACEMENT_AMPLITUDE
     missing: tuple[tuple[int, float], ...] = ()
+    band: tuple[float, float] = (0.0, float("inf"))
+    outside: tuple[tuple[CurvePoint, ...], ...] = ()
+
+    def holds(self, omega: float) -> bool:
+        """Whether a frequency in rad/s lies inside the band, its ends included."""
+        return self.band[0] <= omega <= self.band[1]
+
+    @property
+    def places_outside(self) -> list[int]:
+        """The places of the points outside the band."""
+        return [k for k, point in enumerate(self.points) if not self.holds(point.point.omega)]
+
+    @cached_property
+    def inside(self) -> tuple[CurvePoint, ...]:
+        """The points inside the band, in order."""
+        return tuple(point for point in self.points if self.holds(point.point.omega))
 
 
 class CurveStopped(KeyboardInterrupt):
@@ -96,18 +115,22 @@ def solve_curve(
         return with_peaks(balance, ended(balance, level, found, (start, end), measure), progress, peak_tolerance)
     except KeyboardInterrupt as stop:
         points = stop.points if isinstance(stop, SweepStopped) else points
-        raise CurveStopped(stopped_curve(balance, level, points, measure)) from stop
+        raise CurveStopped(stopped_curve(balance, level, points, (start, end), measure)) from stop
 
 
 def stopped_curve(
-    balance: HarmonicBalance, level: float, points: Sequence[CurvePoint], measure: Measure = DISPLACEMENT_AMPLITUDE
+    balance: HarmonicBalance,
+    level: float,
+    points: Sequence[CurvePoint],
+    ends: tuple[float, float],
+    measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> Curve:
     """The points that were solved of a curve over a band before it was stopped; peaks are not sought."""
     message = Outcome.STOPPED.sentence
     if points:
         reached = balance.hertz(points[-1].point.omega)
         message = f"The run was stopped when this curve had got to {reached:.6g} Hz; its peaks were not searched for."
-    return Curve(level, tuple(points), Outcome.STOPPED, message, None, measure=measure)
+    return Curve(level, tuple(points), Outcome.STOPPED, message, None, measure=measure, band=_band(ends))
 
 
 def _listed(
@@ -181,19 +204,29 @@ def with_peaks(balance: HarmonicBalance, curve: Curve, progress: Callable[[float
     """A curve with the peaks of its measure."""
     points, message, measure = curve.points, curve.message, curve.measure
     outputs = range(balance.problem.output_rows.shape[0])
-    search = PeakSearch(balance, points, tolerance)
-    found, largest, in_time = [], [], measure.with_kind("max_abs")
+    search = PeakSearch(balance, points, tolerance, band=curve.band)
+    found, outside, largest, in_time = [], [], [], measure.with_kind("max_abs")
     for output in outputs:
-        found.append(_passed(curve, balance.rows + output, search.peaks(output, measure)))
+        every = _passed(curve, balance.rows + output, search.peaks(output, measure))
+        found.append(_chosen(every, curve.holds))
+        outside.append(_chosen(every, lambda omega: not curve.holds(omega)))
         largest.append(search.highest(output, in_time, least=0.8))
         progress(SWEEP + (1.0 - SWEEP) * (output + 1) / len(outputs))
-    unproven = [each for peaks in (*found, *largest) for each in peaks.unproven]
+    unproven = [each for some in (*found, *largest) for each in some.unproven if curve.holds(each.omega)]
     if unproven:
         message += f" {_may_be_higher(balance, unproven)}"
         message += "" if balance.problem.C.any() or UNDAMPED in message else f" {UNDAMPED}"
     highest = tuple(next(iter(each.points), None) for each in largest)
-    peaks, steps = tuple(each.points for each in found), tuple(each.steps for each in found)
-    return replace(curve, message=message, peaks=peaks, largest=highest, steps=steps)
+    peaks, beyond = tuple(each.points for each in found), tuple(each.points for each in outside)
+    steps = tuple(inner.steps + outer.steps for inner, outer in zip(found, outside, strict=True))
+    return replace(curve, message=message, peaks=peaks, largest=highest, steps=steps, outside=beyond)
+
+
+def _chosen(peaks: Peaks, where: Callable[[float], bool]) -> Peaks:
+    """The peaks at frequencies in rad/s for which a test holds."""
+    kept = [k for k, point in enumerate(peaks.points) if where(point.point.omega)]
+    unproven = tuple(each for each in peaks.unproven if where(each.omega))
+    return Peaks(tuple(peaks.points[k] for k in kept), tuple(peaks.steps[k] for k in kept), unproven)
 
 
 def _may_be_higher(balance: HarmonicBalance, unproven: Sequence[Unproven]) -> str:
@@ -227,7 +260,23 @@ def ended(
         message = f"{ARRIVED} {FROM_THE_END} Cause: {swept.from_the_end}"
     outcome = Outcome.CONVERGED if swept.lost is None else Outcome.NOT_CONVERGED
     lost_at = points[-1].point.omega if swept.lost is not None and points else None
-    return Curve(level, tuple(points), outcome, message, lost_at, measure=measure)
+    curve = Curve(level, tuple(points), outcome, message, lost_at, measure=measure, band=_band(ends))
+    return replace(curve, message=f"{message}{_beyond(balance, curve)}")
+
+
+def _band(ends: tuple[float, float]) -> tuple[float, float]:
+    """The band of a sweep between two frequencies; of one at a single frequency every one."""
+    return (min(ends), max(ends)) if ends[0] != ends[1] else (0.0, float("inf"))
+
+
+def _beyond(balance: HarmonicBalance, curve: Curve) -> str:
+    """How far a curve leaves its band; empty where it does not."""
+    outside = [curve.points[k].point.omega for k in curve.places_outside]
+    if not outside:
+        return ""
+    way, farthest = ("down", min(outside)) if min(outside) < curve.band[0] else ("up", max(outside))
+    back = " and comes back" if curve.holds(curve.points[-1].point.omega) else ""
+    return f" The curve leaves the band {way} to {balance.hertz(farthest):.4g} Hz{back}: what lies outside does not count."
 
 
 def _lost_message(balance: HarmonicBalance, swept: Sweep, ends: tuple[float, float]) -> str:

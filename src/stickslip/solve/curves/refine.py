@@ -56,7 +56,8 @@ def _with_missed_peaks(balance: HarmonicBalance, curve: Curve) -> Curve:
         known = [places[id(peak)] for peak in found]
         for low, high in _hills(sizes, PROMINENCE):
             inside = [k for k in known if low <= k <= high]
-            if any(sizes[k] >= (1.0 - SEEN) * sizes[low : high + 1].max() for k in inside):
+            top = low + int(np.argmax(sizes[low : high + 1]))
+            if not curve.holds(curve.points[top].point.omega) or any(sizes[k] >= (1.0 - SEEN) * sizes[top] for k in inside):
                 continue
             solved = [point.point for point in curve.points[max(low - 1, 0) : high + 2]]
             part = Interpolation(balance, solved, tolerance=1e-3).curve()
@@ -64,7 +65,7 @@ def _with_missed_peaks(balance: HarmonicBalance, curve: Curve) -> Curve:
             # The ends of the part are beyond the troughs: a peak there is that of another hill.
             ends = solved[0].omega, solved[-1].omega
             pairs = zip(peaks_of_part.points, peaks_of_part.steps, strict=True)
-            missed = [(peak, k) for peak, k in pairs if peak.point.omega not in ends]
+            missed = [(peak, k) for peak, k in pairs if peak.point.omega not in ends and curve.holds(peak.point.omega)]
             if missed:
                 found[:] = [peak for peak in found if not any(peak is curve.points[k] for k in inside)]
             for peak, k in missed:
@@ -96,8 +97,8 @@ def with_peaks(curve: Curve) -> Curve:
 def _filled(curve: Curve, inside: Callable[[CurvePoint, CurvePoint], Sequence[CurvePoint]]) -> Curve:
     """The curve with its peaks and the points inside each step, in the order of travel."""
     peaks: dict[int, list[CurvePoint]] = defaultdict(list)
-    for found, steps in zip(curve.peaks, curve.steps, strict=True):
-        for point, k in zip(found, steps, strict=True):
+    for output, steps in enumerate(curve.steps):
+        for point, k in zip(curve.peaks[output] + curve.outside[output], steps, strict=True):
             if not any(point is other for other in (*curve.points[k : k + 2], *peaks[k])):
                 peaks[k].append(point)
     points: list[CurvePoint] = list(curve.points[:1])

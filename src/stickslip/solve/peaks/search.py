@@ -20,7 +20,7 @@ from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.solve.continuation.curve_points import ROUNDING, CurvePoint, Tangent, hermite
 from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.continuation.newton import correct
-from stickslip.solve.continuation.segment import knot
+from stickslip.solve.continuation.segment import with_own_tangent
 from stickslip.solve.peaks.cubic import Cubic
 from stickslip.solve.peaks.intervals import (
     PROMINENCE,
@@ -117,16 +117,21 @@ def _prominent(found: list[Sample], dips: Dips) -> list[Sample]:
 
 
 class PeakSearch:
-    """Searches the peaks of a curve in ω; the ends of the band do not count.
+    """Searches the peaks of a curve in ω; the ends of the curve do not count.
 
-    tolerance: relative amplitude by which a peak may be too low; depth: of searches in parts of steps of other searches; solves:
-    solutions computed so far.
+    tolerance: relative amplitude by which a peak may be too low; depth: of searches in parts of steps of other searches; band: ω
+    in rad/s, outside of which nothing is the highest; solves: solutions computed so far.
     """
 
     def __init__(
-        self, balance: HarmonicBalance, curve: Sequence[CurvePoint], tolerance: float = TOLERANCE, depth: int = 0
+        self,
+        balance: HarmonicBalance,
+        curve: Sequence[CurvePoint],
+        tolerance: float = TOLERANCE,
+        depth: int = 0,
+        band: tuple[float, float] = (0.0, np.inf),
     ) -> None:
-        self.balance, self.tolerance, self.depth = balance, tolerance, depth
+        self.balance, self.tolerance, self.depth, self.band = balance, tolerance, depth, band
         self.curve = _with_own_tangents(balance, curve)
         self.lengths = np.cumsum([point.length for point in curve])
         self.moving = np.max([np.abs(point.evaluation.w[:, 1:]).max(axis=1) for point in curve], axis=0) if curve else np.zeros(0)
@@ -138,7 +143,8 @@ class PeakSearch:
         self.apart: dict[tuple[tuple[float, float], int, Measure], tuple[list[Sample], list[Unproven]]] = {}
 
     def peaks(self, output: int, measure: Measure = DISPLACEMENT_AMPLITUDE, least: float = 0.0) -> Peaks:
-        """All peaks of a measure of an output; those below the share `least` of the highest point are left out unsolved."""
+        """All peaks of a measure of an output, also outside the band; those below the share `least` of the highest point inside it
+        are left out unsolved."""
         row = self.balance.rows + output
         tops, dips = self._tops(row, measure, least)
         searched = [self._highest(together, row, measure) for together in tops]
@@ -148,18 +154,26 @@ class PeakSearch:
         return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unproven)
 
     def highest(self, output: int, measure: Measure, least: float) -> Peaks:
-        """The highest peak of a measure of an output alone: a lower one is searched until it is shown to be lower."""
+        """The highest peak of a measure of an output inside the band alone: a lower one is searched until it is shown to be
+        lower."""
         row = self.balance.rows + output
         best, unproven = None, []
         tops, _ = self._tops(row, measure, least)
+        tops = [
+            each for each in tops if any(self.holds(end.place.point.point.omega) for top in each for end in (top.low, top.high))
+        ]
         for together in sorted(tops, key=lambda tops: -max(top.height for top in tops)):
             floor = best.amplitude if best is not None else 0.0
             found, missed = self._highest(together, row, measure, floor)
             unproven += missed
-            if found is not None and found.amplitude > floor:
+            if found is not None and found.amplitude > floor and self.holds(found.place.point.point.omega):
                 best = found
         place = [] if best is None else [best.place]
         return Peaks(tuple(each.point for each in place), tuple(each.segment for each in place), tuple(unproven))
+
+    def holds(self, omega: float) -> bool:
+        """Whether a frequency lies inside the band, its ends included."""
+        return self.band[0] <= omega <= self.band[1]
 
     def _tops(self, row: int, measure: Measure, least: float) -> tuple[list[list[Interval]], Dips]:
         """The tops of a row of motion, in groups between which the curve dips, and the test whether it dips."""
@@ -171,7 +185,8 @@ class PeakSearch:
         sizes = np.array([size for size, _ in measured])
         slopes = [slope for _, slope in measured]
         dips = self._dips(row, measure, sizes, slopes)
-        floor = least * float(sizes.max(initial=0.0))
+        inside = [self.holds(point.point.omega) for point in self.curve]
+        floor = least * float(sizes[inside].max(initial=0.0))
         for k in range(len(self.curve) - 1):
             if sizes[k : k + 2].max() < floor:
                 continue
@@ -377,10 +392,5 @@ def _with_own_tangents(balance: HarmonicBalance, curve: Sequence[CurvePoint]) ->
     """
     points = list(curve)
     for k, before, after in ((0, 0, 1), (-1, -2, -1)) if len(points) > 1 else ():
-        end, metric = points[k], points[k].metric
-        direction = knot(balance, end.evaluation, metric, points[before].evaluation, points[after].evaluation).direction
-        if direction is not None:
-            length = metric.length(direction.motion, direction.rate)
-            tangent = Tangent(direction.forces / length, direction.motion / length, direction.rate / length)
-            points[k] = replace(end, tangent=tangent)
+        points[k] = with_own_tangent(balance, points[k], points[before].evaluation, points[after].evaluation)
     return points
