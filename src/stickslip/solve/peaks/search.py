@@ -143,8 +143,8 @@ class PeakSearch:
         self.apart: dict[tuple[tuple[float, float], int, Measure], tuple[list[Sample], list[Unproven]]] = {}
 
     def peaks(self, output: int, measure: Measure = DISPLACEMENT_AMPLITUDE, least: float = 0.0) -> Peaks:
-        """All peaks of a measure of an output, also outside the band; those below the share `least` of the highest point inside it
-        are left out unsolved."""
+        """All peaks of a measure of an output, also outside the band; left out unsolved are those below the share `least` of the
+        highest point inside it."""
         row = self.balance.rows + output
         tops, dips = self._tops(row, measure, least)
         searched = [self._highest(together, row, measure) for together in tops]
