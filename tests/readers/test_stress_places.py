@@ -448,9 +448,9 @@ def test_a_study_of_mistuned_disks_has_the_stress_of_each_blade(ring):
     text = text.replace('"forced_response"', '"mistuned_population"') + "[mistuned_population]\nblade_scatter = 0.01\n"
     plan = job(text, deck.parent, "ring").plan
     assert plan.works[""].places == ("inner",)
-    assert plan.fatigue is None
+    assert plan.gathered.keywords["fatigue"] is None
     fatigue = "[fatigue]\nfatigue_strength = 4e8\nultimate_strength = 9e8\n"
-    assert job(text + fatigue, deck.parent, "ring").plan.fatigue is not None
+    assert job(text + fatigue, deck.parent, "ring").plan.gathered.keywords["fatigue"] is not None
     without = text.replace(f"stress = {{ inner = {node} }}\n", "")
     assert without != text
     with pytest.raises(ss.InputError, match=r"\[fatigue\] must go with places of stress"):

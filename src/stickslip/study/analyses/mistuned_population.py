@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, Tag
@@ -97,14 +98,15 @@ def plan(asked: Asked) -> OneWork:
         blade=table.blade_nodes,
         **given,
     )
-    fatigue = fatigue_of(asked, recovery_of(asked), with_blade_fatigue)
-
-    def gathered(results: Sequence[Arrays]) -> xr.Dataset:
-        found = population_dataset(work, results)
-        return found if fatigue is None else fatigue(found)
-
     summary = f"{summary_of(sweep)} a sector; {counted(work.count, 'mistuned disk')} of {disk.sectors} sectors"
-    return OneWork(work, summary, gathered)
+    fatigue = fatigue_of(asked, recovery_of(asked), with_blade_fatigue)
+    return OneWork(work, summary, partial(_gathered, work, fatigue=fatigue))
+
+
+def _gathered(work: PopulationWork, results: Sequence[Arrays], fatigue: Callable[[xr.Dataset], xr.Dataset] | None) -> xr.Dataset:
+    """The disks, with the fatigue margins of their blades where they are asked for."""
+    found = population_dataset(work, results)
+    return found if fatigue is None else fatigue(found)
 
 
 KIND = Kind(
