@@ -37,7 +37,7 @@ VARIABLES = {
 
 class PeakStability(NamedTuple):
     """What was found of one curve. points, verdicts: by output, of its highest point; end: of the last point of the curve, None
-    where it was not judged."""
+    where it was not judged or the curve closes on itself."""
 
     points: Mapping[int, CurvePoint]
     verdicts: Mapping[int, Verdict]
@@ -51,7 +51,7 @@ class PeakStability(NamedTuple):
 
 
 def judged(balance: HarmonicBalance, curve: Curve, measure: Measure) -> PeakStability:
-    """The stability of the highest point of each output and of the last point of a curve.
+    """The stability of the highest point of each output and of the last point of a curve, unless that closes on itself.
 
     Not judged where it would take more than about a tenth of the curve's time: of many contacts, and of tuned disks with more
     than a few coordinates, whose sectors are disturbed each by itself; and where harmonics see different structures.
@@ -60,21 +60,29 @@ def judged(balance: HarmonicBalance, curve: Curve, measure: Measure) -> PeakStab
     if not curve.points or not _few(balance):
         return PeakStability(highest, {}, None)
     judge = StabilityOf(balance, max(point.point.omega for point in curve.points), numbers=False)
-    known: dict[float, Verdict] = {}
+    known: list[tuple[CurvePoint, Verdict]] = []
 
     def verdict(point: CurvePoint) -> Verdict:
-        omega = point.point.omega
-        near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
-        if near not in known:
-            known[near] = _confirmed(balance, judge.verdict(point.evaluation), point)
-        return known[near]
+        found = next((verdict for other, verdict in known if _same(point, other)), None)
+        if found is None:
+            found = _confirmed(balance, judge.verdict(point.evaluation), point)
+            known.append((point, found))
+        return found
 
+    begin, end = curve.points[0], curve.points[-1]
+    closed = begin is not end and begin.point.omega == end.point.omega
     try:
-        end = curve.points[-1]
-        judged_end = verdict(end) if curve.holds(end.point.omega) else None
-        return PeakStability(highest, {k: verdict(point) for k, point in highest.items()}, judged_end)
+        verdicts = {k: verdict(point) for k, point in highest.items()}
+        return PeakStability(highest, verdicts, verdict(end) if curve.holds(end.point.omega) and not closed else None)
     except InputError:
         return PeakStability(highest, {}, None)
+
+
+def _same(point: CurvePoint, other: CurvePoint) -> bool:
+    """Whether two points are one motion, such as a peak of two outputs: a fold may lie beside a peak in frequency alone."""
+    (omega, motion), (near, beside) = ((each.point.omega, each.evaluation.w) for each in (point, other))
+    apart = float(np.linalg.norm(motion - beside))
+    return abs(omega - near) <= SAME_PEAK * omega and apart <= SAME_PEAK * float(np.linalg.norm(motion))
 
 
 def _few(balance: HarmonicBalance) -> bool:

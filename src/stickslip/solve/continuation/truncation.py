@@ -96,9 +96,9 @@ def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: 
     size = max(float(np.linalg.norm(motion[:rows])), TINY)
     outputs = motion[rows:] > AT_REST * motion[rows:].max(initial=0.0)
     of_outputs = change[rows:][outputs] / motion[rows:][outputs]
-    left_out = moved[:rows].copy()
-    left_out[:, balance.kept] = 0.0
-    share = np.sqrt(np.sum(left_out[:, 1::2] ** 2 + left_out[:, 2::2] ** 2, axis=0)) / size
+    remainder = moved[:rows].copy()
+    remainder[:, balance.kept] = 0.0
+    share = np.sqrt(np.sum(remainder[:, 1::2] ** 2 + remainder[:, 2::2] ** 2, axis=0)) / size
     return Truncation(share, max(float(np.linalg.norm(change[:rows])) / size, float(of_outputs.max(initial=0.0))))
 
 
