@@ -199,6 +199,7 @@ class ControlledResponseWork(HeldMotion, Execution):
                 arrays["phase"][k] = np.degrees(np.angle(motion))
             phase = force_phase(self.problem, 2.0 * np.pi * self.frequencies[0])
             found = [] if phase is None or self.exactly else phase_resonances(balance, curve.points, phase)
+            found = [each for each in found if curve.holds(each.evaluation.point.omega)]
             arrays |= resonance_arrays(balance, [each.evaluation for each in found])
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.analyses.stress import has_stress
 from stickslip.model.structure.fatigue import FatigueLimit
 from stickslip.model.structure.stress import von_mises
+from stickslip.results.view import inside_band
 from stickslip.support.checks import Array, InputError, among, fault, finite, nearest
 
 if TYPE_CHECKING:
@@ -126,8 +127,8 @@ class Margin(NamedTuple):
 
 
 def margins(dataset: xr.Dataset) -> Iterator[Margin]:
-    """Of every curve and place where a point was solved, the smallest along the curve."""
-    alternating = dataset["fatigue_amplitude" if "fatigue_amplitude" in dataset else "stress_alternating"].values
+    """Of every curve and place where a point was solved, the smallest along the curve inside the band."""
+    alternating = inside_band(dataset, "fatigue_amplitude" if "fatigue_amplitude" in dataset else "stress_alternating")
     allowed = dataset["fatigue_limit"].values
     none = np.full(dataset.sizes["place"], np.nan)  # in results of before
     by_plane = dataset.attrs.get("fatigue_equivalent") == "principal"

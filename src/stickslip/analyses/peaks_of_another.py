@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
+from stickslip.results.view import band_of
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.interpolation import Interpolation
@@ -30,7 +31,7 @@ def refuse_unexcited(problem: Problem, measure: Measure) -> None:
 
 
 def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) -> pd.DataFrame:
-    """The peaks of a measure along every curve, as the table of `ForcedResponse.peaks`."""
+    """The peaks of a measure along every curve inside its band, as the table of `ForcedResponse.peaks`."""
     import pandas as pd
 
     points = SolvedPoints(dataset, problem)
@@ -38,6 +39,7 @@ def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) ->
     measure = measure.over(balance.periods)
     largest = measure.with_kind("max_abs")
     rows: list[dict[str, Any]] = []
+    band = band_of(dataset)
     with one_blas_thread():
         energy = EnergyBalance(balance)
         for case, level in enumerate(dataset["force_level"].values.tolist()):
@@ -47,6 +49,8 @@ def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) ->
                 found: list[dict[str, Any]] = []
                 for point in search.peaks(output, measure).points:
                     evaluation, omega = point.evaluation, point.point.omega
+                    if not band[0] <= balance.hertz(omega) <= band[1]:
+                        continue
                     row = evaluation.w[balance.rows + output]
                     sizes = {str(one.kind): one.size(row, omega) / one.per(level) for one in (measure, largest)}
                     found.append({"frequency": balance.hertz(omega), **sizes, "loss_factor": energy.loss_factor(evaluation)})

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.results.view import level_text, points
+from stickslip.results.view import band_of, in_band, level_text, points
 from stickslip.support.checks import Array, counted, first_of
 
 if TYPE_CHECKING:
@@ -88,8 +88,9 @@ def stability_sentences(dataset: xr.Dataset) -> list[str]:
     lines, flags = ["stability"], dataset["stability"].values
     changes, frequencies = dataset["stability_change"], dataset["stability_change_frequency"].values
     for case in range(dataset.sizes["case"]):
-        counts = [int(np.count_nonzero(flags[case] == flag)) for flag in (1, UNSTABLE, 3)]
-        found = np.isfinite(frequencies[case])
+        inside, (low, high) = in_band(dataset, case, np.arange(flags.shape[1])), band_of(dataset)
+        counts = [int(np.count_nonzero(flags[case, inside] == flag)) for flag in (1, UNSTABLE, 3)]
+        found = (frequencies[case] >= low) & (frequencies[case] <= high)
         kinds = words(changes, changes.values[case, found])
         each = [f"{kind} at {hertz:.6g} Hz" for kind, hertz in zip(kinds, frequencies[case, found], strict=True)]
         places = first_of(each, LISTED)

@@ -237,6 +237,15 @@ def in_band(dataset: xr.Dataset, case: int, points: Index) -> Index:
     return np.asarray(points[(hertz >= (1.0 - ROUNDED) * low) & (hertz <= (1.0 + ROUNDED) * high)])
 
 
+def inside_band(dataset: xr.Dataset, name: str) -> Array:
+    """A variable (case, point, ...) with NaN where the point lies outside the band."""
+    values = np.array(dataset[name].values, dtype=float)
+    every = np.arange(values.shape[1])
+    for case in range(len(values)):
+        values[case, np.setdiff1d(every, in_band(dataset, case, every))] = np.nan
+    return values
+
+
 def band_of(dataset: xr.Dataset) -> tuple[float, float]:
     """The ends of the band of a response, Hz; of one at listed frequencies all there are."""
     if is_listed(dataset) or "linear_frequency" not in dataset.variables:
@@ -275,12 +284,15 @@ def is_listed(dataset: xr.Dataset) -> bool:
 
 
 def higher_end(dataset: xr.Dataset, case: int, output: int = 0) -> Peak | None:
-    """The first or last point of a curve where it is higher than its highest peak: a higher peak may lie beyond. None without a
-    peak, at which `highest_peak` is the largest point already."""
+    """An end of a curve inside its band, or where it leaves that or returns, if it is higher there than its highest peak: a higher
+    peak may lie beyond. None without a peak, at which `highest_peak` is the largest point already."""
     peak = highest_peak(dataset, case, output)
     if peak is None or not peak.local:
         return None
-    measure, ends = measure_in(dataset), converged_points(dataset, case)[[0, -1]]
+    measure, solved = measure_in(dataset), converged_points(dataset, case)
+    inside = np.flatnonzero(np.isin(solved, in_band(dataset, case, solved)))
+    runs = np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1)
+    ends = solved[[end for run in runs for end in (run[0], run[-1])]]
     amplitudes = sizes(dataset, case, output, measure, ends)
     best = int(np.argmax(amplitudes))
     if not amplitudes[best] > HIGHER * peak.amplitude:
@@ -300,7 +312,9 @@ def highest_maximum(dataset: xr.Dataset, case: int, output: int, measure: Measur
         peak = highest_peak(dataset, case, output)
         return (peak.frequency, peak.amplitude) if peak is not None and peak.local else None
     values = along_curve_as(dataset, measure, case, output)
-    inside = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1
+    computed = points(dataset, case)
+    maxima = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1
+    inside = maxima[np.isin(computed[maxima], in_band(dataset, case, computed))]
     if not inside.size:
         return None
     best = int(inside[np.argmax(values[inside])])

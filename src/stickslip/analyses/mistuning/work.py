@@ -63,10 +63,10 @@ def run_in_by(work: ForcedResponseWork, disk: TunedDisk) -> TunedDisk:
     balance = HarmonicBalance(disk, work.harmonics, work.samples)
     omegas = [2.0 * np.pi * frequency for frequency in work.settings.frequencies]
     curve = solve_curve(balance, omegas, work.levels[0], work.settings.listed)
-    if not curve.points:
+    if not curve.inside:
         raise InputError(f"The tuned disk must have a response to be run in by, but none was found. {curve.message}")
     row = balance.rows
-    highest = max((point.evaluation for point in curve.points), key=lambda found: float(np.hypot(*found.w[row, 1:3])))
+    highest = max((point.evaluation for point in curve.inside), key=lambda found: float(np.hypot(*found.w[row, 1:3])))
     sliders = contact_cycle(balance.table, balance.tables, highest.w, highest.point.omega).mean_slider
     return replace(disk, contacts=tuple(_started(disk.contacts, sliders)))
 
@@ -251,7 +251,7 @@ class PopulationWork(Measured, Execution):
         report(BEGUN)
         band = omegas[0], omegas[-1]
         points = swept_curve(balance, sweep.levels[0], band, lambda share: report(BEGUN + share * (CURVE - BEGUN)))
-        search = PeakSearch(balance, points, self.peak_tolerance)
+        search = PeakSearch(balance, points, self.peak_tolerance, band=(min(band), max(band)))
         return _blades(balance, points, search, sweep.measure, lambda share: report(CURVE + share * (1.0 - CURVE)))
 
 
@@ -262,16 +262,18 @@ def _blades(
     measure: Measure,
     report: Report = lambda share: None,
 ) -> Arrays:
-    """Sizes of all blades at the points (points, blades), the maximum of each and where it is, and the stress of each there."""
+    """Sizes of all blades at the points (points, blades), the maximum of each inside the band and where it is, and the stress of
+    each there."""
     amplitude = np.array([_sizes(balance, point, measure) for point in points])
     frequency = np.array([point.point.omega for point in points]) / (2.0 * np.pi)
-    peak, highest = amplitude.max(axis=0), [points[k] for k in amplitude.argmax(axis=0)]
+    inside = [k for k, point in enumerate(points) if search is None or search.holds(point.point.omega)]
+    peak, highest = amplitude[inside].max(axis=0), [points[inside[k]] for k in amplitude[inside].argmax(axis=0)]
     for blade in range(peak.size if search is not None else 0):
         assert search is not None
         report(blade / peak.size)
         for found in search.peaks(blade, measure, least=LEAST).points:
             size = _sizes(balance, found, measure)[blade]
-            if size > peak[blade]:
+            if size > peak[blade] and search.holds(found.point.omega):
                 peak[blade], highest[blade] = size, found
     place = np.array([point.point.omega for point in highest]) / (2.0 * np.pi)
     work = damper_work(balance, highest[int(peak.argmax())])

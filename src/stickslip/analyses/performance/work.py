@@ -179,8 +179,10 @@ class _Curve:
     def __init__(self, work: PerformanceWork, problem: Problem) -> None:
         self.work, self.problem = work, problem
         self.nominal = HarmonicBalance(problem, work.harmonics, work.samples)
-        self.free = linear_peak(self.nominal, work.output, stuck=False, measure=work.measured)
-        self.stuck = linear_peak(self.nominal, work.output, stuck=True, measure=work.measured)
+        self.band = ends_of(work.band or resonance_band(self.nominal, work.output))
+        self.free, self.stuck = (
+            linear_peak(self.nominal, work.output, stuck, work.measured, self.band) for stuck in (False, True)
+        )
         self.free_harmonic = self.free.amplitude / float(work.measured.of_harmonic(np.array(1.0), np.array(1.0)))
         self.pull = centrifugal_pull(problem) if work.pull is None else work.pull
         self.unit = excitation(problem)
@@ -199,7 +201,7 @@ class _Curve:
     def arrays(self, report: Report) -> dict[str, NDArray[Any]]:
         """Everything about the curve, by name."""
         work = self.work
-        low, high = ends_of(work.band or resonance_band(self.nominal, work.output))
+        low, high = self.band
         continuation = PeakContinuation(
             self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output, work.measured
         )

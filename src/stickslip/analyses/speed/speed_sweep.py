@@ -218,7 +218,7 @@ def _envelope(joined: xr.Dataset) -> tuple[Array, Array]:
     """The largest amplitude of all engine orders at speeds of a grid that holds all peaks, (case, speed, output)."""
     speed, amplitude = joined["speed"].values, joined["amplitude"].values
     tops = joined["peak_speed"].values
-    ends = np.nanmin(speed), np.nanmax(speed)
+    ends = np.nanmin(joined["linear_speed"].values), np.nanmax(joined["linear_speed"].values)
     grid = np.unique(np.concatenate([np.linspace(*ends, GRID), tops[np.isfinite(tops)]]))
     found = np.full((speed.shape[1], grid.size, amplitude.shape[-1]), np.nan)
     for e, case in np.ndindex(speed.shape[:2]):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.fatigue import has_fatigue, margins
-from stickslip.results.view import along_curve, frequencies
+from stickslip.results.view import along_curve, frequencies, inside_band, points
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel
 from stickslip.show.plots.look import MOST_PANELS, Style
 from stickslip.show.plots.response_curves import HERTZ, case_lines
@@ -29,7 +29,8 @@ def stress_curves(dataset: xr.Dataset) -> Chart:
     if "stress_von_mises" not in dataset:
         raise InputError("The figure of stress must have stress along the curves. Draw `response.with_stress(recovery)`.")
     names = [str(name) for name in dataset["place"].values]
-    largest = np.nan_to_num(dataset["stress_von_mises"].values).max(axis=(0, 1), initial=0.0)
+    counted = inside_band(dataset, "stress_von_mises")
+    largest = np.nan_to_num(counted).max(axis=(0, 1), initial=0.0)
     places = sorted(np.argsort(-largest, kind="stable")[:MOST_PANELS].tolist())  # the most stressed, in their old order
     note = f"{len(places)} of {len(names)} places, the most stressed" if len(places) < len(names) else ""
     panels = []
@@ -38,8 +39,9 @@ def stress_curves(dataset: xr.Dataset) -> Chart:
         for case, line in enumerate(case_lines(dataset)):
             hertz, stress = frequencies(dataset, case), along_curve(dataset, "stress_von_mises", case)[:, place] / MPa
             layers.append(Line(hertz, stress, **line))
-            if np.any(np.isfinite(stress)):
-                top, dot = int(np.nanargmax(stress)), replace(line["style"], dash="none", marker="circle")
+            inside = counted[case, points(dataset, case), place]
+            if np.any(np.isfinite(inside)):
+                top, dot = int(np.nanargmax(inside)), replace(line["style"], dash="none", marker="circle")
                 layers.append(Line(hertz[[top]], stress[[top]], dot, line["label"], {"": ["largest"]}, listed=False))
         panels.append(Panel(HERTZ, Axis("von Mises stress", "MPa", log=True), layers, names[place], 2.3))
     return Chart(f"Stress: {dataset.attrs['title']}", panels, note=note, shared_x=True)

@@ -21,6 +21,7 @@ from stickslip.results.view import (
     energy_text,
     has_linear_curves,
     highest_peak,
+    in_band,
     is_listed,
     largest_loops,
     length_unit,
@@ -257,8 +258,8 @@ def energies(datasets: Datasets, charts: Charts) -> str:
     heads = ["Force level", "Dissipated at the peak", "Largest energy residual", "Largest slip work error", "Largest residual"]
     heads = [*_result_head(datasets), *heads]
     caption = (
-        "Energy dissipated in contacts per period of the excitation at the highest peak, and accuracy over all converged points: "
-        f"the energy balance of the solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below "
+        "Energy dissipated in contacts per period of the excitation at the highest peak, and accuracy over the converged points "
+        f"in the band: the energy balance of the solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below "
         f"{SLIP_WORK_LIMIT:g}). What more harmonics and samples would change is estimated of this energy and of the height of "
         "the highest peaks; loss factors, contact forces and stresses have no estimate of their error."
     )
@@ -345,7 +346,7 @@ def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, 
 def _energy_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:
     """What the contacts dissipate at the highest peak of each curve, and the worst measures of accuracy along it."""
     for case in range(dataset.sizes["case"]):
-        peak, kept = highest_peak(dataset, case), converged_points(dataset, case)
+        peak, kept = highest_peak(dataset, case), in_band(dataset, case, converged_points(dataset, case))
         cells = (cell(label) if several else "") + cell(level_text(dataset, case), float(dataset.force_level[case]))
         if peak is None:
             yield f'<tr>{cells}<td colspan="4">no point converged</td></tr>'

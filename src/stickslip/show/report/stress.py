@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.analyses.fatigue import EQUIVALENTS, Margin, has_fatigue, margins, smallest_margin, smallest_margins
 from stickslip.analyses.stress import has_gauges, has_stress
 from stickslip.results.shown_units import in_system, system_of
-from stickslip.results.view import level_text, peak_unit
+from stickslip.results.view import inside_band, level_text, peak_unit
 from stickslip.show.plots.stress import haigh_diagram, stress_curves
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.markup import cell, hertz, number, section, table
@@ -108,9 +108,9 @@ def _pressure(dataset: xr.Dataset, size: float) -> str:
 
 
 NOTE = (
-    '<p class="note">The largest of the computed points of each curve: the stress of von Mises at the worst instant of the '
-    "period, with the mean; the component is the one that vibrates most there, in the axes of the body. At clamps, sharp corners "
-    "and contacts stress is singular and grows with the mesh.</p>"
+    '<p class="note">The largest of the computed points of each curve inside the band: the stress of von Mises at the worst '
+    "instant of the period, with the mean; the component is the one that vibrates most there, in the axes of the body. At "
+    "clamps, sharp corners and contacts stress is singular and grows with the mesh.</p>"
 )
 
 
@@ -136,7 +136,7 @@ class Largest(NamedTuple):
 
 def largest_stresses(dataset: xr.Dataset) -> Iterator[Largest]:
     """Of every force level and place where a point was solved."""
-    for case, curve in enumerate(dataset["stress_von_mises"].values):
+    for case, curve in enumerate(inside_band(dataset, "stress_von_mises")):
         for k, place in enumerate(dataset["place"].values):
             if np.any(np.isfinite(curve[:, k])):
                 point = int(np.nanargmax(curve[:, k]))
@@ -170,7 +170,7 @@ class Strain(NamedTuple):
 def largest_strains(dataset: xr.Dataset) -> Iterator[Strain]:
     """Of every force level and gauge where a point was solved."""
     smallest = smallest_margins(dataset) if has_fatigue(dataset) else {}
-    for case, curve in enumerate(dataset["strain_amplitude"].values):
+    for case, curve in enumerate(inside_band(dataset, "strain_amplitude")):
         worst = smallest.get(case)
         for k, gauge in enumerate(dataset["gauge"].values):
             if np.any(np.isfinite(curve[:, k])):

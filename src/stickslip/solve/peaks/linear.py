@@ -26,9 +26,17 @@ class LinearPeak:
     amplitude: float
 
 
-def linear_peak(balance: HarmonicBalance, output: int, stuck: bool, measure: Measure = DISPLACEMENT_AMPLITUDE) -> LinearPeak:
+def linear_peak(
+    balance: HarmonicBalance,
+    output: int,
+    stuck: bool,
+    measure: Measure = DISPLACEMENT_AMPLITUDE,
+    band: tuple[float, float] = (0.0, np.inf),
+) -> LinearPeak:
     """The resonance peak of an output without nonlinearity, as a measure of its first harmonic alone, of the mode that has the
     highest displacement: accelerations of higher modes, which no band holds, do not count.
+
+    band: in Hz; of its modes where it holds any, else of all.
     """
 
     def amplitude(frequency: float) -> float:
@@ -41,6 +49,8 @@ def linear_peak(balance: HarmonicBalance, output: int, stuck: bool, measure: Mea
 
     natural = balance.problem.frequencies(stuck=stuck)
     natural = natural[natural > 1e-4 * natural[-1]]
+    inside = natural[(natural >= band[0]) & (natural <= band[1])]
+    natural = inside if inside.size else natural
     if not balance.problem.C.any():
         sizes = [amplitude(1.001 * f) for f in natural]
         return LinearPeak(float(natural[int(np.argmax(sizes))]), np.nan)

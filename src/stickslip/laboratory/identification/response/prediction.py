@@ -177,6 +177,7 @@ class ResponsePredictionWork(DrawnProblems):
         curve = controlled_curve(held, [2.0 * np.pi * f for f in self.ends], False, report)
         phase = force_phase(balance.problem, 2.0 * np.pi * self.ends[0]) or 0.0
         found = phase_resonances(held, curve.points, phase) if curve.points else []
+        found = [each for each in found if curve.holds(each.evaluation.point.omega)]
         if not found:
             return curve, None
         point = found[0].evaluation.point
