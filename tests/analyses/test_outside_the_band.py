@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.results.view import converged_points, highest_peak, in_band
+from stickslip.analyses.fatigue import margins
+from stickslip.results.view import converged_points, higher_end, highest_maximum, highest_peak, in_band
+from stickslip.show.report.stress import largest_stresses
 from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import Measure, quantity_named
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.solve.curves.refine import refined
 
@@ -68,10 +71,9 @@ def test_peaks_outside_are_kept_apart(curve):
 def test_the_answer_is_that_of_the_sweep_that_stays_inside(leaves, stays):
     assert leaves.peaks().empty
     assert stays.peaks().empty
-    for output in (0,):
-        own, other = (highest_peak(each.dataset, 0, output) for each in (leaves, stays))
-        assert own.amplitude == pytest.approx(other.amplitude, rel=1e-8)
-        assert own.frequency == pytest.approx(other.frequency, rel=1e-8)
+    own, other = (highest_peak(each.dataset, 0) for each in (leaves, stays))
+    assert own.amplitude == pytest.approx(other.amplitude, rel=1e-8)
+    assert own.frequency == pytest.approx(other.frequency, rel=1e-8)
     assert highest_peak(leaves.dataset, 0).amplitude == pytest.approx(0.8126, rel=1e-3)
 
 
@@ -94,3 +96,53 @@ def test_points_in_the_band(leaves):
     omegas = 2.0 * np.pi * dataset["frequency"].values[0, every]
     assert inside.tolist() == every[omegas > LOW - 1e-9].tolist()
     assert 0 < inside.size < every.size
+
+
+@pytest.fixture(scope="module")
+def with_peaks():
+    """Two curves with a peak inside, the first of them also with one outside."""
+    ends = ((1.0, 1.6), (1.6, 1.0))
+    return [ss.forced_response(softening(0.3), ss.radians_per_second(*each), LEVEL, **FINENESS) for each in ends]
+
+
+def test_readers_of_a_maximum_read_inside(with_peaks):
+    assert "The curve leaves the band" in str(with_peaks[0].dataset["case_message"].values[0])
+    first, second = (each.peaks() for each in with_peaks)
+    np.testing.assert_allclose(first[["frequency", "amplitude"]], second[["frequency", "amplitude"]], rtol=1e-6)
+    velocities = [each.peaks("velocity") for each in with_peaks]
+    assert velocities[0]["frequency"].min() > LOW / (2.0 * np.pi)
+    highest = [each.groupby("output")["amplitude"].max() for each in velocities]
+    np.testing.assert_allclose(*highest, rtol=1e-5)
+    velocity = Measure(quantity_named("velocity")[0], "amplitude")
+    own, other = (highest_maximum(each.dataset, 0, 0, velocity) for each in with_peaks)
+    np.testing.assert_allclose(own, other, rtol=1e-2)
+    ends = [higher_end(each.dataset, 0, 0) for each in with_peaks]
+    assert [end is None for end in ends] in ([True, True], [False, False])
+
+
+def test_stress_and_margin_are_read_inside(with_peaks):
+    dataset = with_peaks[0].dataset
+    sizes = dataset["amplitude"].values[..., :1]
+    dims = ("case", "point", "place")
+    stressed = dataset.assign(
+        stress_von_mises=(dims, sizes),
+        stress_alternating=(dims, sizes),
+        stress_amplitude=((*dims, "component"), sizes[..., None]),
+        stress_mean=((*dims, "component"), sizes[..., None]),
+        fatigue_mean=(dims, 0.0 * sizes),
+        fatigue_limit=(dims, 0.0 * sizes + 10.0),
+    ).assign_coords(place=["root"], component=["xx"])
+    every = converged_points(dataset, 0)
+    inside = in_band(dataset, 0, every)
+    most = dataset["amplitude"].values[0, inside, 0].max()
+    assert dataset["amplitude"].values[0, every, 0].max() > most
+    (stress,) = largest_stresses(stressed)
+    (margin,) = margins(stressed)
+    assert stress.von_mises == margin.alternating == most
+    assert stress.frequency == margin.frequency
+
+
+def test_a_warning_of_large_motion_does_not_count_what_lies_outside(curve):
+    places = curve[1].places_outside
+    assert [curve[1].points[k].point.omega < LOW for k in places] == [True] * len(places)
+    assert len(places) + len(curve[1].inside) == len(curve[1].points)

@@ -284,8 +284,8 @@ def is_listed(dataset: xr.Dataset) -> bool:
 
 
 def higher_end(dataset: xr.Dataset, case: int, output: int = 0) -> Peak | None:
-    """An end of a curve inside its band, or where it leaves that or returns, if it is higher there than its highest peak: a higher
-    peak may lie beyond. None without a peak, at which `highest_peak` is the largest point already."""
+    """An end of a curve inside its band, or where it leaves that or returns, if it is higher there than its highest peak: a
+    higher peak may lie beyond. None without a peak, at which `highest_peak` is the largest point already."""
     peak = highest_peak(dataset, case, output)
     if peak is None or not peak.local:
         return None

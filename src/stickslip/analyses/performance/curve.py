@@ -83,8 +83,8 @@ def performance_curve(work: PerformanceWork) -> PerformanceCurve:
     quantity, measure: what the peaks are of, and so `amplitude`, `amplitude_per_force` (m/N, m/(s N) or m/(s² N)), the optimum
     and the plateau; as for `forced_response`. `inertance` is that of the first harmonic at the same point: that point is the
     highest of the inertance only with quantity "inertance". `normalised_...` are relative to the highest peak without contacts
-    inside the band, of the same measure but of the first harmonic alone. `region` indexes stick, microslip, slip, lift-off. The curve is that of
-    the peaks which a sweep of the excitation meets; where a higher one was followed onto an isola,
+    inside the band, of the same measure but of the first harmonic alone. `region` indexes stick, microslip, slip, lift-off.
+    The curve is that of the peaks which a sweep of the excitation meets; where a higher one was followed onto an isola,
     `detached_amplitude_per_force` and `detached_frequency` say so (which ones are found depends on the points).
     Source: S. M. Cameron et al. (1990); the one-mass model is Griffin's (1980).
     """

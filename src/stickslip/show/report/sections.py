@@ -258,10 +258,10 @@ def energies(datasets: Datasets, charts: Charts) -> str:
     heads = ["Force level", "Dissipated at the peak", "Largest energy residual", "Largest slip work error", "Largest residual"]
     heads = [*_result_head(datasets), *heads]
     caption = (
-        "Energy dissipated in contacts per period of the excitation at the highest peak, and accuracy over the converged points "
-        f"in the band: the energy balance of the solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below "
-        f"{SLIP_WORK_LIMIT:g}). What more harmonics and samples would change is estimated of this energy and of the height of "
-        "the highest peaks; loss factors, contact forces and stresses have no estimate of their error."
+        "Energy dissipated in contacts per period of the excitation at the highest peak, and accuracy over all converged points "
+        f"inside the band: the energy balance of the solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact "
+        f"work (below {SLIP_WORK_LIMIT:g}). What more harmonics and samples would change is estimated of this energy and of the "
+        "height of the highest peaks; loss factors, contact forces and stresses have no estimate of their error."
     )
     html = ""
     for label, dataset in datasets.items():
