@@ -51,7 +51,7 @@ def state(dataset, case, point):
 
 @pytest.fixture(scope="module")
 def swept():
-    return ss.forced_response(absorber(), BAND, LEVEL, harmonics=5, samples=64)
+    return ss.forced_response(absorber(), BAND, LEVEL, harmonics=5, samples=64, isolated=False)
 
 
 @pytest.fixture(scope="module")
@@ -102,14 +102,14 @@ def test_both_motions_are_there_in_time(whole):
     assert found.verify_in_time(1, point, steps_per_period=1000).agrees(1e-3)
 
 
-def test_another_force_level_finds_it_too(whole):
-    """A level above, where the curve has joined the swept one, without any mode."""
-    response = ss.forced_response(absorber(), BAND, [LEVEL, 0.04], harmonics=5, samples=64).with_isolated()
-    kinds = response.dataset.curve_kind.values
-    case = int(np.flatnonzero(kinds == 2)[0])
-    assert float(response.dataset.force_level[case]) == LEVEL
+def test_the_search_along_the_force_level_finds_it_too(whole, modes):
+    response = ss.forced_response(absorber(), BAND, LEVEL, harmonics=5, samples=64, isolated=True)
+    assert response.dataset.curve_kind.values.tolist() == [0, 2]
     tops = [each.peaks().query("output == '1.x' and curve == 'isolated'")["amplitude"].max() for each in (whole, response)]
     np.testing.assert_allclose(tops[1], tops[0], rtol=1e-4)
+    assert "1 curve apart from the sweep was met" in response.dataset.attrs["isolated_search"]
+    again = response.with_isolated(modes)
+    assert again.dataset.curve_kind.values.tolist() == [0, 2]
 
 
 @pytest.mark.parametrize("varies", [True, False])
@@ -121,7 +121,9 @@ def test_nothing_is_added_where_there_is_nothing(varies):
     contact = ss.Contact("c", ss.Macroslip(1.0, 0.5, **load), ({"1.x": 1.0},), normal)
     problem = ss.Problem(structure, (contact,), (ss.Force("1.x", 1.0),), ("1.x",))
     modes = ss.nonlinear_modes(problem, 1, harmonics=3, samples=64)
-    response = ss.forced_response(problem, ss.radians_per_second(0.8, 1.8), [0.5, 1.0], harmonics=3, samples=64)
+    band = ss.radians_per_second(0.8, 1.8)
+    response = ss.forced_response(problem, band, [0.5, 1.0], harmonics=3, samples=64, isolated=True)
+    assert ("isolated_search" in response.dataset.attrs) == varies
     found = response.with_isolated(modes)
     assert found.dataset.attrs["isolated_curves"] == 0
     assert (found.dataset.attrs["isolated_starts"] > 0) == varies

@@ -19,9 +19,10 @@ from stickslip.analyses.dense_output import response_at
 from stickslip.analyses.fatigue import Equivalent, with_fatigue
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
-from stickslip.analyses.isolated import isolated_curves
-from stickslip.analyses.joined_curves import arrays_of
+from stickslip.analyses.isolated import Isolated, take_from_modes
+from stickslip.analyses.joined_curves import apart_of, arrays_of, beside
 from stickslip.analyses.kept_motion import with_motion
+from stickslip.analyses.level_curves import is_searched, searched
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.peak_stability import flags, judged, stability_warning
@@ -76,6 +77,7 @@ from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.solve.time.methods import DEFAULT_METHOD, Method
 from stickslip.support.checks import InputError, between, fault, of_kind
 from stickslip.support.machine import one_blas_thread
+from stickslip.support.outcome import Outcome
 from stickslip.support.renamed import renamed_arguments
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import Band
@@ -306,31 +308,36 @@ class ForcedResponse(Result):
         """A copy with the isolas added, closed curves that the sweeps do not meet; each is a case marked `isolated`.
 
         Their starts are the resonance peaks of the force level on nonlinear modes of the problem (`nonlinear_modes`), of which a
-        level has several where the force that a mode needs falls with its amplitude; and the curves of the next force levels,
-        followed in the level. Of a response over several `periods` they are motions of modes at a fraction of the excitation's
+        level has several where the force that a mode needs falls with its amplitude. Of a response over several `periods` they
+        are motions of modes at a fraction of the excitation's
         frequency, in several phases, and the curves are subharmonic. The attribute `isolated_starts` says how many were
         tried: no start that leads to a new curve is no proof that there is none. Where friction and damping leave one motion
         (attribute `one_motion`), none is sought.
         """
+        if not modes:
+            raise fault("modes", "must be results of `nonlinear_modes`", "none")
         for each in modes:
             if "mode_number" not in getattr(each, "dataset", ()):
                 raise fault("modes", "must be results of `nonlinear_modes`", each)
             if each.problem.fingerprint != self.problem.fingerprint:
                 raise fault("The problem of the modes", "must be that of the response", "another")
-        cases = [case for case, kind in enumerate(kinds_in(self.dataset)) if kind == CurveKind.SWEEP]
-        cases = [] if contracts(self.problem) else cases
+        of_kinds: dict[CurveKind, list[int]] = {kind: [] for kind in CurveKind}
+        for case, kind in enumerate([] if contracts(self.problem) else kinds_in(self.dataset)):
+            of_kinds[kind].append(case)
         found: list[Curve] = []
         tried = 0
         with one_blas_thread():
-            curves = sorted((self._solved_curve(case, 1) for case in cases), key=lambda curve: curve.level)
-            for k, curve in enumerate(curves):
-                neighbours = [*curves[max(k - 1, 0) : k], *curves[k + 1 : k + 2]]
-                more, count = isolated_curves(curve, [each.dataset for each in modes], neighbours)
-                found, tried = [*found, *more], tried + count
+            known = [self._solved_curve(case, 1) for case in of_kinds[CurveKind.ISOLATED]]
+            for case in of_kinds[CurveKind.SWEEP]:
+                curve = self._solved_curve(case, 1)
+                isolated = Isolated(curve, [each.points for each in known if each.level == curve.level])
+                tried += take_from_modes(isolated, [each.dataset for each in modes])
+                found += isolated.curves
         response = self
         if found:
-            response = self.with_curves(self._of_curves(curves[0], found, CurveKind.ISOLATED))
-        return replace(response, dataset=response.dataset.assign_attrs(isolated_starts=tried, isolated_curves=len(found)))
+            response = self.with_curves(self._of_curves(curve, found, CurveKind.ISOLATED))
+        count = len(found) + len(of_kinds[CurveKind.ISOLATED])
+        return replace(response, dataset=response.dataset.assign_attrs(isolated_starts=tried, isolated_curves=count))
 
     def with_curves(self, other: ForcedResponse) -> ForcedResponse:
         """A copy with the curves of another response of the same problem added, of its branches for instance."""
@@ -414,6 +421,9 @@ def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
     periods p: of the excitation, after which a motion may repeat itself: it is expanded in multiples of ω/p, so that it may be
     subharmonic. A sweep begins where all repeat after one period; `branch` and `with_isolated` lead to those that do not.
     harmonics and samples stay those of one period, amplitudes those of the frequency of the excitation.
+    isolated: of gaps, cubic springs and contacts under a varying load, whether curves apart from the sweep are sought by
+    following the force level at a few frequencies; each is a case marked `isolated`, and the attribute `isolated_search` says how
+    far it went.
     workers: processes that compute force levels side by side, with the same results (a script that asks for more than one keeps
     its work under `if __name__ == "__main__":`), or a `DaskCluster`. checkpoint: keeps the curve of each completed
     force level for an interrupted run to resume from (`stickslip.CheckpointFolder`). progress(fraction, text) is called as
@@ -513,7 +523,8 @@ class ForcedResponseWork(OneBalance):
         started, curve = time.process_time(), None
         try:
             curve = self._traced(case, lambda share: report(TRACING * share))
-            return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
+            arrays = self.arrays(curve) | self._isolated(curve)
+            return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
         except KeyboardInterrupt as stop:
             if isinstance(stop, CurveStopped):
                 curve = stop.curve
@@ -535,6 +546,19 @@ class ForcedResponseWork(OneBalance):
         level, exactly, tolerance = self.levels[case], self.settings.listed, self.settings.peak_tolerance
         measure = self.measure.over(self.periods)
         return solve_curve(self.balance, omegas, level, exactly, report, peak_tolerance=tolerance, measure=measure)
+
+    def _isolated(self, curve: Curve) -> dict[str, NDArray[Any]]:
+        """The arrays of the curves that lie apart from that of a level, one beside the other, and what was searched."""
+        wanted = self.settings.isolated and self.periods == 1 and not self.settings.listed and is_searched(self.problem)
+        if not wanted or curve.outcome != Outcome.CONVERGED or curve.level == 0.0:
+            return {}
+        low, high = (2.0 * np.pi * frequency for frequency in sorted(self.settings.frequencies))
+        solved = SolvedCurve(
+            self.balance, list(curve.points), curve.level, (low, high), self.settings.peak_tolerance, self.measure, 1
+        )
+        found, sentence = searched(solved)
+        arrays = [self.arrays(each) for each in found]
+        return beside(arrays) | {"isolated_search": np.array(sentence)}
 
     def _dense(self, curve: Curve) -> Curve:
         """A curve dense enough to draw; at listed frequencies as it is."""
@@ -631,9 +655,15 @@ class ForcedResponseWork(OneBalance):
         attrs["cpu_seconds"] = sum(float(curve.get("cpu_seconds", 0.0)) for curve in curves)
         low, high = min(self.settings.frequencies), max(self.settings.frequencies)
         ends = (low, high) if low < high else (0.9 * low, 1.1 * low)
+        sentences = [str(curve.get("isolated_search", "")) for curve in curves]
+        apart = [(level, each) for level, curve in zip(self.levels, curves, strict=True) for each in apart_of(curve)]
+        levels, curves = (*self.levels, *(level for level, _ in apart)), [*curves, *(each for _, each in apart)]
+        kinds = [*(kinds or [CurveKind.SWEEP] * len(sentences)), *[CurveKind.ISOLATED] * len(apart)]
+        if any(sentences):
+            attrs |= {"isolated_search": _by_level(self.levels, sentences), "isolated_curves": len(apart)}
         with one_blas_thread():
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
-            found = response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure, plain)
+            found = response_dataset(self.balance, levels, curves, ends, attrs, self.measure, plain)
             dataset = with_disk(found, self.problem)
         kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR, "work_error": WORK_ERROR}
         for each in (ALL_MODES, ALL_NODES):
@@ -647,6 +677,13 @@ class ForcedResponseWork(OneBalance):
         errors = {name: (axes, [curve.get(name, unknown) for curve in curves], attributes) for name, attributes in kept.items()}
         dataset = dataset.assign(errors | flags(curves, dataset.sizes["output"]))
         return ForcedResponse(with_kinds(dataset, list(kinds)), self.problem)
+
+
+def _by_level(levels: Sequence[float], sentences: Sequence[str]) -> str:
+    """What is said of each level; of one level alone without it."""
+    if len(sentences) == 1:
+        return sentences[0]
+    return " ".join(f"Force level {level:g}: {each}" for level, each in zip(levels, sentences, strict=True) if each)
 
 
 def large_motion_warning(problem: Problem, measure: Measure, max_abs: NDArray[Any]) -> str:

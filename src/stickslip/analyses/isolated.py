@@ -1,4 +1,4 @@
-"""Isolas, closed curves that the swept one does not meet, from nonlinear modes and from other force levels.
+"""Isolas, closed curves that the swept one does not meet, and what of nonlinear modes leads to them.
 
 A sweep follows the curve that it begins on. Where the force that a mode needs in resonance falls with the amplitude, one force
 level has several resonance peaks, and those above the first may lie on a curve of their own. A motion over p periods of the
@@ -8,7 +8,7 @@ excitation meets a mode whose frequency is that of the excitation over p.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,11 +18,9 @@ from stickslip.analyses.contact_rows import ContactRows
 from stickslip.analyses.further_curves import SolvedCurve, passes
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.fourier import real_harmonics
-from stickslip.solve.continuation.continuation import trace
-from stickslip.solve.continuation.curve_points import LostCurveError, Tangent
+from stickslip.solve.continuation.curve_points import CurvePoint, Tangent
 from stickslip.solve.continuation.more_harmonics import pad
 from stickslip.solve.continuation.newton import correct, fixed
-from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.continuation.two_ways import Followed, followed_both_ways
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array
@@ -33,14 +31,8 @@ if TYPE_CHECKING:
 PLACES = 16
 """Points of a mode from which subharmonic motions are sought."""
 
-RAMPS = 40
-"""Points of another force level's curve from which the level is changed."""
-
 PHASES = 6
 """Phases of a subharmonic motion that are tried within a period of the excitation."""
-
-RAMP = StepControl(points=200)
-"""Steps in the force level to a neighbouring one."""
 
 SUBHARMONIC = 1e-3
 """Share of the motion between the harmonics of the excitation from which it is subharmonic."""
@@ -102,23 +94,32 @@ def _complex(array: xr.DataArray) -> NDArray[np.complex128]:
     return np.asarray(parts[..., 0] + 1j * parts[..., 1])
 
 
-def isolated_curves(curve: SolvedCurve, modes: Sequence[xr.Dataset], others: Sequence[SolvedCurve]) -> tuple[list[Curve], int]:
-    """The curves of a force level that its swept curve does not meet, and from how many starts they were sought.
+@dataclass(frozen=True, eq=False)
+class Isolated:
+    """The curves of a force level that its swept curve does not meet, as solutions on them are found; known: curves of that level
+    found before."""
 
-    modes: datasets of nonlinear modes of the problem; others: swept curves of other force levels.
-    """
-    found: list[Followed] = []
-    tried = 0
-    for evaluation in _solutions(curve, modes, others):
-        tried += 1
+    curve: SolvedCurve
+    known: Sequence[Sequence[CurvePoint]] = ()
+    found: list[Followed] = field(default_factory=list)
+
+    def take(self, evaluation: Evaluation | None) -> bool:
+        """Follow the curve through a solution, if it lies in the band and no curve passes it; whether it is another one."""
+        curve = self.curve
         if evaluation is None or not curve.band[0] <= evaluation.point.omega <= curve.band[1]:
-            continue
+            return False
         if curve.balance.periods > 1 and not _subharmonic(curve.balance, evaluation):
-            continue
-        if curve.meets(evaluation) or any(passes(curve.balance, each.points, evaluation) for each in found):
-            continue
-        found.append(_followed(curve, evaluation))
-    return [curve.followed(each, _kind_of(curve, each)) for each in found], tried
+            return False
+        others = (*self.known, *(each.points for each in self.found))
+        if curve.meets(evaluation) or any(passes(curve.balance, points, evaluation) for points in others):
+            return False
+        self.found.append(_followed(curve, evaluation))
+        return True
+
+    @property
+    def curves(self) -> list[Curve]:
+        """With their peaks."""
+        return [self.curve.followed(each, _kind_of(self.curve, each)) for each in self.found]
 
 
 def _kind_of(curve: SolvedCurve, found: Followed) -> str:
@@ -130,14 +131,15 @@ def _kind_of(curve: SolvedCurve, found: Followed) -> str:
     return "A curve that the sweep does not meet in this band, though it may in a wider one"
 
 
-def _solutions(curve: SolvedCurve, modes: Sequence[xr.Dataset], others: Sequence[SolvedCurve]) -> Iterator[Evaluation | None]:
-    """What Newton's method makes of every start; None where it fails."""
+def take_from_modes(isolated: Isolated, modes: Sequence[xr.Dataset]) -> int:
+    """Take what Newton's method makes of the motions of nonlinear modes of the problem; how many starts there were."""
+    tried = 0
     for dataset in modes:
         for case in range(dataset.sizes["case"]):
-            for start in _mode_starts(curve, ModeMotions.of(curve.balance, dataset, case)):
-                yield _corrected(curve.balance, start)
-    for other in others:
-        yield from _from_level(curve, other)
+            for start in _mode_starts(isolated.curve, ModeMotions.of(isolated.curve.balance, dataset, case)):
+                isolated.take(_corrected(isolated.curve.balance, start))
+                tried += 1
+    return tried
 
 
 def _mode_starts(curve: SolvedCurve, mode: ModeMotions) -> Iterator[Start]:
@@ -156,17 +158,6 @@ def _mode_starts(curve: SolvedCurve, mode: ModeMotions) -> Iterator[Start]:
             yield mode.start(balance, float(k), 2.0 * np.pi * turn / (PHASES * balance.periods), level)
 
 
-def _along(curve: SolvedCurve) -> list[int]:
-    """Points spread evenly over the frequency and the logarithm of the motion."""
-    if not curve.points:
-        return []
-    omega = np.array([point.point.omega for point in curve.points])
-    sizes = np.array([np.linalg.norm(point.evaluation.w[:, 1:]) for point in curve.points])
-    steps = 10.0 * np.abs(np.diff(omega)) / (curve.band[1] - curve.band[0]) + np.abs(np.diff(np.log(sizes)))
-    along = np.concatenate([[0.0], np.cumsum(steps)])
-    return sorted({int(k) for k in np.searchsorted(along, np.linspace(0.0, along[-1], RAMPS))})
-
-
 def _corrected(balance: HarmonicBalance, start: Start) -> Evaluation | None:
     """The solution with the size of a motion, its frequency free, which is best at a resonance peak; else at its frequency."""
     weight = np.zeros_like(start.motion)
@@ -180,20 +171,6 @@ def _corrected(balance: HarmonicBalance, start: Start) -> Evaluation | None:
         if found.converged:
             return found.evaluation
     return None
-
-
-def _from_level(curve: SolvedCurve, other: SolvedCurve) -> Iterator[Evaluation | None]:
-    """Points of another level's curve, followed in the force level at their frequencies."""
-    balance = curve.balance
-    for k in _along(other):
-        point = other.points[k].point
-        first = correct(balance, point, fixed("level", point.level))
-        try:
-            *_, last = trace(balance, first, "level", curve.level, RAMP)
-        except LostCurveError:
-            yield None
-            continue
-        yield last.evaluation
 
 
 def _subharmonic(balance: HarmonicBalance, evaluation: Evaluation) -> bool:

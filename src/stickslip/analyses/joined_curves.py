@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.results.schema import SCHEMA
+from stickslip.runs.work import Arrays
 
 KEPT = (
     "truncation_error", "sampling_error", "work_error", "modal_error", "patch_error", "highest_stability", "end_stability",
@@ -28,6 +30,24 @@ def arrays_of(dataset: xr.Dataset, case: int, longer: int = 1) -> dict[str, NDAr
     for name in KEPT:
         if name in dataset:
             found[name] = dataset[name].values[case]
+    return found
+
+
+APART = "isolated {} "
+"""What stands before the names of the arrays of a curve that lies apart from the swept one, with its number."""
+
+
+def beside(curves: Sequence[Arrays]) -> dict[str, NDArray[Any]]:
+    """The arrays of curves apart from a swept one, under names that stand beside its own."""
+    return {APART.format(k) + name: values for k, each in enumerate(curves) for name, values in each.items()}
+
+
+def apart_of(arrays: Arrays) -> list[Arrays]:
+    """The arrays of the curves that `beside` put there."""
+    found: list[Arrays] = []
+    while own := {name: values for name, values in arrays.items() if name.startswith(APART.format(len(found)))}:
+        begin = len(APART.format(len(found)))
+        found.append({name[begin:]: values for name, values in own.items()})
     return found
 
 

@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass, fields
 from typing import Annotated, Any, Literal
 
 from stickslip.analyses.arguments import Frequencies, OfProblem, force_levels, measure_name, quantity_name
-from stickslip.analyses.settings import Execution, Setting, Settings, Whole, Within
+from stickslip.analyses.settings import Execution, OfKind, Setting, Settings, Whole, Within
 from stickslip.analyses.work_parts import Measured
 from stickslip.solve.balance.orders import MOST_SAMPLES, Harmonics, checked_harmonics
 from stickslip.solve.peaks.search import TOLERANCE
@@ -80,6 +80,7 @@ class ForcedResponseSettings(Measured, Fineness, OverBand, Execution):
         ),
     ] = "amplitude"
     periods: Annotated[int, Setting(whole)] = 1
+    isolated: Annotated[bool, Setting(OfKind(bool))] = False
 
     @property
     def listed(self) -> bool:
