@@ -36,7 +36,7 @@ def ordered(amplitude: tuple[float, ...] | list[float] | None, mode: int | list[
 
 
 class IsolatedTable(Table):
-    """Isolas, closed curves that the sweeps do not meet, from nonlinear modes and from the next force levels."""
+    """Isolas, closed curves that the sweeps do not meet, from nonlinear modes and along the force level."""
 
     mode: Annotated[
         ModeNumbers | None, Field(description="number of a mode of the stuck structure, or a list; default: none")
@@ -99,7 +99,8 @@ class FurtherCurves:
     def added(self, response: ForcedResponse, work: ForcedResponseWork) -> ForcedResponse:
         """The response with the curves that are asked for."""
         if self.isolated is not None:
-            response = response.with_isolated(*self._modes(self.isolated, work))
+            modes = self._modes(self.isolated, work)
+            response = response.with_isolated(*modes) if modes else response
         return response if self.branches is None else response.with_branches(self.branches.periods)
 
     def _modes(self, table: IsolatedTable, work: ForcedResponseWork) -> list[NonlinearModes]:

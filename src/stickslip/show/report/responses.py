@@ -81,10 +81,11 @@ def _bounds_alone(dataset: xr.Dataset) -> bool:
 
 def isolated_sentences(dataset: xr.Dataset) -> list[str]:
     """How many isolated curves were found, and from how many starts."""
+    searched = [str(dataset.attrs["isolated_search"])] if "isolated_search" in dataset.attrs else []
     if "isolated_starts" not in dataset.attrs:
-        return []
+        return searched
     found, starts = (int(dataset.attrs[name]) for name in ("isolated_curves", "isolated_starts"))
-    return [f"isolated curves: {found or 'none'} found from {counted(starts, 'start')}"]
+    return [*searched, f"isolated curves: {found or 'none'} found from {counted(starts, 'start')}"]
 
 
 def truncation_sentences(dataset: xr.Dataset) -> list[str]:

@@ -45,7 +45,11 @@ class ForcedResponsePlan(Plan):
 
     @cached_property
     def works(self) -> Mapping[str, ForcedResponseWork]:
-        return {"": ForcedResponseWork.of(replace(self.sweep, periods=self.further.periods))}
+        return {
+            "": ForcedResponseWork.of(
+                replace(self.sweep, periods=self.further.periods, isolated=self.further.isolated is not None)
+            )
+        }
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         work = self.works[""]
