@@ -168,3 +168,18 @@ def test_every_state_is_seen_on_white():
     darkest = [min(to_rgb(shade)) for shade in colours]
     assert len(set(colours)) == 4
     assert max(darkest) < 0.75
+
+
+def test_curves_are_relative_to_the_resonance_of_their_band():
+    """Two masses that a weak spring joins; the force drives the lower mode more, but the band holds the upper one alone."""
+    M, K, C = np.eye(2), np.array([[1.1, -0.1], [-0.1, 4.1]]), 0.02 * np.eye(2)
+    slider = ss.Contact("slider", ss.Macroslip(0.2, 0.5, normal_load=1.0), (ss.between("2.x", "ground"),))
+    problem = ss.Problem(ss.Structure(M, K, ("1.x", "2.x"), C=C), (slider,), (ss.Force("2.x", 1.0),), ("1.x",))
+    found = ss.performance_curve(problem, [0.3, 1.0], harmonics=1, samples=256, band=ss.radians_per_second(1.7, 2.4)).dataset
+    omega = np.linspace(1.7, 2.4, 70_001)
+    receptance = np.linalg.inv(K - omega[:, None, None] ** 2 * M + 1j * omega[:, None, None] * C)[:, 0, 1]
+    best = int(np.argmax(np.abs(receptance)))
+    assert float(found["free_amplitude_per_force"].max()) == pytest.approx(abs(receptance[best]), rel=1e-6)
+    assert float(found["free_frequency"].max()) == pytest.approx(omega[best] / (2.0 * np.pi), rel=1e-4)
+    ratio = found["amplitude_per_force"].values / abs(receptance[best])
+    np.testing.assert_allclose(found["normalised_amplitude"].values, ratio, rtol=1e-6)
