@@ -508,6 +508,7 @@ class ForcedResponseWork(OneBalance):
         how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
         how += f", peaks of the {self.measure.words} to {self.settings.peak_tolerance!r}"
         how += f", over {self.periods} periods" if self.periods > 1 else ""
+        how += ", with isolated curves" if self.settings.isolated else ""
         return tuple(f"forced response, level {level!r}, {where}, {how}" for level in self.levels)
 
     @property
