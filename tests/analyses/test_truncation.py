@@ -212,3 +212,14 @@ def test_a_curve_that_breaks_off_where_contacts_open_advises_more_samples(outcom
     for none in (shares[:1], shares[:0]):
         assert broken_warning(contacts, 256, SimpleNamespace(outcome=outcome), none) == ""
     assert broken_warning(mass_at_a_stop(0.02).contacts, 256, SimpleNamespace(outcome=outcome), shares) == ""
+
+
+def test_points_beside_each_other_are_one_motion_only_where_they_move_alike():
+    """A peak beside a fold is near it in frequency, and is judged by itself."""
+
+    def point(omega, size):
+        return SimpleNamespace(point=SimpleNamespace(omega=omega), evaluation=SimpleNamespace(w=np.array([[0.0, size, 0.1]])))
+
+    assert truncation.same_motion(point(1.0, 2.0), point(1.0, 2.0))
+    assert not truncation.same_motion(point(1.0, 2.0), point(1.0, 3.0))
+    assert not truncation.same_motion(point(1.0, 2.0), point(1.1, 2.0))

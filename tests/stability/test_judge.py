@@ -14,7 +14,6 @@ from stability.test_event_march import sliding_mass
 from stability.test_multipliers import lifting
 
 import stickslip as ss
-from stickslip.analyses import peak_stability
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.solve.stability.judge import Judge, _of_orbit
 from stickslip.solve.stability.multipliers import TIMES_ERROR, PeriodMap, Stability
@@ -166,14 +165,3 @@ def test_an_unstable_motion_is_left_within_the_periods_that_are_said():
     message = str(found.dataset["case_message"].values[0])
     grows = np.hypot(*found.with_stability().dataset["multiplier"].values[0, 0])
     assert f"grows by a factor of {grows:.4g} per period and leaves it within" in message
-
-
-def test_points_beside_each_other_are_one_motion_only_where_they_move_alike():
-    """A peak beside a fold is near it in frequency, and is judged by itself."""
-
-    def point(omega, size):
-        return SimpleNamespace(point=SimpleNamespace(omega=omega), evaluation=SimpleNamespace(w=np.array([[0.0, size, 0.1]])))
-
-    assert peak_stability._same(point(1.0, 2.0), point(1.0, 2.0))
-    assert not peak_stability._same(point(1.0, 2.0), point(1.0, 3.0))
-    assert not peak_stability._same(point(1.0, 2.0), point(1.1, 2.0))

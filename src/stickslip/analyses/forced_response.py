@@ -22,7 +22,7 @@ from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.isolated import Isolated, take_from_modes
 from stickslip.analyses.joined_curves import apart_of, arrays_of, beside
 from stickslip.analyses.kept_motion import with_motion
-from stickslip.analyses.level_curves import is_searched, searched
+from stickslip.analyses.level_curves import searched, unsought
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.peak_stability import flags, judged, stability_warning
@@ -550,9 +550,10 @@ class ForcedResponseWork(OneBalance):
 
     def _isolated(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of the curves that lie apart from that of a level, one beside the other, and what was searched."""
-        wanted = self.settings.isolated and self.periods == 1 and not self.settings.listed and is_searched(self.problem)
-        if not wanted or curve.outcome != Outcome.CONVERGED or curve.level == 0.0:
+        if not self.settings.isolated:
             return {}
+        if reason := self._unsought(curve):
+            return {"isolated_search": np.array(f"Detached curves were not sought: {reason}.")}
         low, high = (2.0 * np.pi * frequency for frequency in sorted(self.settings.frequencies))
         solved = SolvedCurve(
             self.balance, list(curve.points), curve.level, (low, high), self.settings.peak_tolerance, self.measure, 1
@@ -560,6 +561,16 @@ class ForcedResponseWork(OneBalance):
         found, sentence = searched(solved)
         arrays = [self.arrays(each) for each in found]
         return beside(arrays) | {"isolated_search": np.array(sentence)}
+
+    def _unsought(self, curve: Curve) -> str:
+        """Why no curves apart from that of a level are sought; empty where they are."""
+        if self.settings.listed:
+            return "they are sought over a band"
+        if self.periods > 1:
+            return "the motion has several periods"
+        if curve.outcome != Outcome.CONVERGED or curve.level == 0.0:
+            return "the sweep broke off" if curve.level else "there is no force"
+        return unsought(self.problem)
 
     def _dense(self, curve: Curve) -> Curve:
         """A curve dense enough to draw; at listed frequencies as it is."""

@@ -115,9 +115,7 @@ def _worst_points(
     curve = solve_curve(balance, ends, level, ends[0] == ends[1], progress)
     found = []
     for output in range(len(problem.outputs)):
-        peaks = curve.peaks[output] if curve.peaks else ()
-        points = peaks or curve.inside
-        if points:
+        if points := curve.tops(output):
             best = max(points, key=lambda point: _amplitude(balance, point.evaluation, output))
             found.append((_amplitude(balance, best.evaluation, output), best.evaluation))
     largest = max((amplitude for amplitude, _ in found), default=0.0)

@@ -14,7 +14,6 @@ An S-curve beyond the bound may still come back: that is where a search ends, an
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -54,15 +53,16 @@ POINTS, FEW_ROWS, POINTS_OF_MANY = 8.0, 60, 0.1
 six to nine of them; contact rows beyond which they are fewer, and how many then."""
 
 
-def is_searched(problem: Problem) -> bool:
-    """Whether a problem may have detached curves that are sought without being asked for.
-
-    Where contacts have a normal direction, so that they may lift off, or do not rub; not where friction and damping leave one
-    motion, nor where the force acts in other harmonics than the first.
-    """
-    if contracts(problem) or excited_harmonics(problem.forces) != {1}:
-        return False
-    return any(contact.normal is not None or not contact.law.rubs for contact in problem.contacts)
+def unsought(problem: Problem) -> str:
+    """Why detached curves of a problem are not sought; empty where they are: where contacts have a normal direction, so that they
+    may lift off, or do not rub."""
+    if contracts(problem):
+        return "friction and damping leave one motion"
+    if excited_harmonics(problem.forces) != {1}:
+        return "the force acts in other harmonics than the first"
+    if all(contact.normal is None and contact.law.rubs for contact in problem.contacts):
+        return "no contact lifts off or is a nonlinear spring"
+    return ""
 
 
 def sustained(problem: Problem, omega: float, level: float) -> Array:
@@ -108,14 +108,15 @@ def _scaled(C: NDArray[Any]) -> tuple[Array, NDArray[Any], Array]:
 
 @dataclass(eq=False)
 class LevelCurves:
-    """The search along the force level. fold: by ω of each S-curve the lowest level above that of the swept curve at which
-    it turns up again, infinite without;
-    left: points that may still be solved."""
+    """The search along the force level. fold: by ω of each S-curve the lowest level above that of the swept curve at which it
+    turns up again, infinite without; left: points that may still be solved; lost: ω where Newton's method or the points
+    ended before."""
 
     curve: SolvedCurve
     isolated: Isolated
     left: int
     fold: dict[float, float] = field(default_factory=dict)
+    lost: list[float] = field(default_factory=list)
 
     def search(self) -> None:
         """S-curves evenly inside the band, and beside the lowest fold until another curve is found there."""
@@ -133,8 +134,10 @@ class LevelCurves:
         if self.left <= 0:
             return
         levels: list[float] = []
-        with suppress(LostCurveError):
+        try:
             levels.extend(self._levels(omega))
+        except LostCurveError:
+            self.lost.append(omega)
         turns = [level for before, level, after in zip(levels, levels[1:], levels[2:], strict=False) if before > level <= after]
         self.fold[omega] = min((turn for turn in turns if turn > abs(self.curve.level)), default=np.inf)
 
@@ -143,15 +146,17 @@ class LevelCurves:
         balance, level = self.curve.balance, self.curve.level
         first = solve_cold(balance, omega, BEGIN * level)
         if not first.converged:
-            return
+            raise LostCurveError("No motion of a small force level was found.")
         most = sustained(balance.problem, omega * balance.periods, abs(level))
         before: CurvePoint | None = None
         for point in trace(balance, first, "level", END * level, StepControl(points=self.left)):
             self.left -= 1
             yield abs(point.point.level)
             if before is not None and (before.point.level - level) * (point.point.level - level) < 0.0:
-                with suppress(LostCurveError):
+                try:
                     self.isolated.take(solve_at(balance, before, point, "level", level).evaluation)
+                except LostCurveError:
+                    self.lost.append(omega)
             before = point
             sizes = np.hypot(*point.evaluation.w[balance.rows :, balance.first].T)
             if np.isfinite(most).any() and np.all((sizes > most)[np.isfinite(most)]):
@@ -160,15 +165,15 @@ class LevelCurves:
     @property
     def sentence(self) -> str:
         """What was searched."""
-        hertz = ", ".join(f"{self.curve.balance.hertz(omega):.5g}" for omega in sorted(self.fold))
         bounded = np.isfinite(sustained(self.curve.balance.problem, self.curve.band[1], 1.0)).any()
-        reach = "up to the largest vibration that damping lets it sustain" if bounded else f"up to {END:g} times this level"
+        reach = f"{'the largest vibration that damping lets it sustain or ' if bounded else ''}{END:g} times this level"
         found = self.isolated.found
         led = f"{counted(len(found), 'curve')} apart from the sweep" if found else "no motion that the sweep does not pass"
-        return (
-            f"Detached curves were sought at {len(self.fold)} frequencies ({hertz} Hz), {reach}: {led} was met."
-            f"{' The search was stopped there, as it took its share of the time.' if self.left <= 0 else ''}"
-        )
+        short = f" At {self._hertz(self.lost)} the search ended before." if self.lost else ""
+        return f"Detached curves were sought at {self._hertz(list(self.fold))}, up to {reach}: {led} was met.{short}"
+
+    def _hertz(self, omegas: list[float]) -> str:
+        return f"{', '.join(f'{self.curve.balance.hertz(omega):.5g}' for omega in sorted(set(omegas)))} Hz"
 
     def _beside_lowest_fold(self) -> float | None:
         """The middle between the frequency of the lowest fold and its farther neighbour; None where no fold is near the level."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.stability import StabilityOf, flags_of
-from stickslip.analyses.truncation import SAME_PEAK, finer_balance, highest_points
+from stickslip.analyses.truncation import finer_balance, highest_points, same_motion
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem.contraction import contracts
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -63,7 +63,7 @@ def judged(balance: HarmonicBalance, curve: Curve, measure: Measure) -> PeakStab
     known: list[tuple[CurvePoint, Verdict]] = []
 
     def verdict(point: CurvePoint) -> Verdict:
-        found = next((verdict for other, verdict in known if _same(point, other)), None)
+        found = next((verdict for other, verdict in known if same_motion(point, other)), None)
         if found is None:
             found = _confirmed(balance, judge.verdict(point.evaluation), point)
             known.append((point, found))
@@ -76,13 +76,6 @@ def judged(balance: HarmonicBalance, curve: Curve, measure: Measure) -> PeakStab
         return PeakStability(highest, verdicts, verdict(end) if curve.holds(end.point.omega) and not closed else None)
     except InputError:
         return PeakStability(highest, {}, None)
-
-
-def _same(point: CurvePoint, other: CurvePoint) -> bool:
-    """Whether two points are one motion, such as a peak of two outputs: a fold may lie beside a peak in frequency alone."""
-    (omega, motion), (near, beside) = ((each.point.omega, each.evaluation.w) for each in (point, other))
-    apart = float(np.linalg.norm(motion - beside))
-    return abs(omega - near) <= SAME_PEAK * omega and apart <= SAME_PEAK * float(np.linalg.norm(motion))
 
 
 def _few(balance: HarmonicBalance) -> bool:

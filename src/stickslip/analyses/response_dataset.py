@@ -194,8 +194,7 @@ class _CurveTable:
                 arrays["peak_max_abs"][place] = self._size(self.largest, point, output)
                 arrays["peak_loss_factor"][place] = self.energy.loss_factor(point.evaluation)
         if curve.inside:
-            tops = (curve.peaks and curve.peaks[0]) or curve.inside
-            top = max(tops, key=lambda p: self._size(curve.measure, p, 0))
+            top = max(curve.tops(0), key=lambda p: self._size(curve.measure, p, 0))
             cycle = self._cycle(top.evaluation)
             arrays["loop_frequency"] = np.array(self.balance.hertz(top.point.omega))
             arrays["loop_motion"] = self.rows.spread(cycle.displacement)

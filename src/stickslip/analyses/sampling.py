@@ -32,7 +32,7 @@ def sampling_warning(balance: HarmonicBalance, curve: Curve) -> str:
     table, count = balance.table, balance.tables.E.shape[0]
     fewest, name = np.inf, ""
     for output in range(len(balance.problem.outputs)):
-        points = (curve.peaks and curve.peaks[output]) or curve.inside
+        points = curve.tops(output)
         if not points:
             continue
         highest = max(points, key=lambda point: float(np.hypot(*point.evaluation.w[balance.rows + output, balance.first])))

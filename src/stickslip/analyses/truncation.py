@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.further_curves import NEAR
 from stickslip.model.contact.point import Contact
 from stickslip.model.problem import Problem
 from stickslip.results.shown_units import shown_sentence
@@ -100,7 +101,7 @@ MORE_SAMPLES = 4
 """Times as many samples as the curve has show what sampling leaves, whose error falls with their square."""
 
 SAME_PEAK = 1e-3
-"""Peaks of several outputs within this relative distance in frequency are one place of the curve."""
+"""Peaks of several outputs within this relative distance in frequency may be one motion."""
 
 MOST_UNKNOWNS = 3000
 """Size of the Newton matrix of the estimate: larger ones would cost as much as a curve, so that fewer harmonics are taken."""
@@ -125,25 +126,32 @@ def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measu
 
     Of the first harmonic where peaks are of its amplitude, else of all harmonics of the motion together.
     """
-    errors, known = np.full((3, len(balance.problem.outputs)), np.nan), dict[float, Array]()
+    errors, known = np.full((3, len(balance.problem.outputs)), np.nan), list[tuple[CurvePoint, Array]]()
     spent = max(LEAST_SPENT, sum(float(point.iterations) * point.active**3 for point in curve.points))
     counted, places = _counted(balance, measure), highest_points(balance, curve, measure)
     spent /= max(len({round(np.log(point.point.omega) / SAME_PEAK) for point in places.values()}), 1)
     for output, highest in places.items():
-        omega = highest.point.omega
-        near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
-        if near not in known:
+        own = next((each for other, each in known if same_motion(highest, other)), None)
+        if own is None:
             peak_of = output if curve.peaks and curve.peaks[output] else None
-            known[near] = _Peak(balance, highest, peak_of, counted, spent).errors()
-        errors[:, output] = known[near][:, output]
+            own = _Peak(balance, highest, peak_of, counted, spent).errors()
+            known.append((highest, own))
+        errors[:, output] = own[:, output]
     return errors[0], errors[1], errors[2]
+
+
+def same_motion(point: CurvePoint, other: CurvePoint) -> bool:
+    """Whether two points are one motion, such as a peak of two outputs: a fold may lie beside a peak in frequency alone."""
+    (omega, motion), (near, beside) = ((each.point.omega, each.evaluation.w) for each in (point, other))
+    apart = float(np.linalg.norm(motion - beside))
+    return abs(omega - near) <= SAME_PEAK * omega and apart <= NEAR * float(np.linalg.norm(motion))
 
 
 def highest_points(balance: HarmonicBalance, curve: Curve, measure: Measure) -> dict[int, CurvePoint]:
     """The highest peak of each output, else the largest point; outputs without a point are left out."""
     found = {}
     for output in range(len(balance.problem.outputs)):
-        points, row = (curve.peaks and curve.peaks[output]) or curve.inside, balance.rows + output
+        points, row = curve.tops(output), balance.rows + output
         if points:
             found[output] = max(points, key=lambda point: measure.size(point.evaluation.w[row], point.point.omega))
     return found

@@ -161,7 +161,7 @@ def critical_plane(vibration: Array, mean: Array) -> tuple[float, float]:
     least = (1.0 - EQUAL) * float(principal_size(vibration - likely[:, None]).max())
     # σ₁(A − B) ≤ σ₁(A) − σ₃(B): all other pairs of instants stay below.
     pairs = high[:, None] - low >= least
-    first, second = np.nonzero(pairs) if least > 0.0 else np.zeros((2, 1), dtype=int)
+    first, second = np.nonzero(np.triu(pairs | pairs.T)) if least > 0.0 else np.zeros((2, 1), dtype=int)
     differences = vibration[first] - vibration[second]
     sizes = principal_size(differences)
     near = differences[sizes >= (1.0 - EQUAL) * sizes.max()]

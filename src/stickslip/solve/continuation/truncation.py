@@ -26,8 +26,6 @@ AT_REST, ROUNDING = 1e-6, 1e-10
 """Amplitudes of an output, relative to the largest output and to the largest motion of all, below which it counts as being at
 rest."""
 
-TINY = float(np.finfo(float).tiny)
-
 
 def enough_beyond(harmonics: int) -> int:
     """The harmonics with which those beyond H are estimated."""
@@ -93,7 +91,7 @@ def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: 
     solution = solved_across(finer, step)
     moved = step.motion if solution is None else solution.w - step.padded.w
     change, motion = (np.linalg.norm(each[:, 1:], axis=1) for each in (moved, step.padded.w))
-    size = max(float(np.linalg.norm(motion[:rows])), TINY)
+    size = max(float(np.linalg.norm(motion[:rows])), np.finfo(float).tiny)
     outputs = motion[rows:] > AT_REST * motion[rows:].max(initial=0.0)
     of_outputs = change[rows:][outputs] / motion[rows:][outputs]
     remainder = moved[:rows].copy()

@@ -72,6 +72,10 @@ class Curve:
         """The places of the points outside the band."""
         return [k for k, point in enumerate(self.points) if not self.holds(point.point.omega)]
 
+    def tops(self, output: int) -> tuple[CurvePoint, ...]:
+        """The peaks of an output; the points inside the band where it has none."""
+        return (self.peaks and self.peaks[output]) or self.inside
+
     @cached_property
     def inside(self) -> tuple[CurvePoint, ...]:
         """The points inside the band, in order."""
