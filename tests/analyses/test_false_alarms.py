@@ -12,7 +12,7 @@ import pytest
 import stickslip as ss
 from robustness.resonances import random_case
 from stickslip.analyses.sampling import _hills
-from stickslip.analyses.truncation import LEAST_SPENT
+from stickslip.analyses.truncation import AT_PEAKS
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.newton import correct
 from stickslip.solve.curves.curve import solve_curve
@@ -103,16 +103,15 @@ def many_contacts(count):
     return ss.Problem(structure, contacts, (ss.Force("1.x", 1.0),), (dofs[-1], dofs[0]))
 
 
-def test_an_estimate_takes_no_more_than_is_set_for_it(monkeypatch):
-    """Two frequencies with ten contacts took a fifth of what the estimate did: 860 unknowns, with every way round."""
-    spent = []
+def test_an_estimate_takes_no_more_unknowns_than_are_set_for_it(monkeypatch):
+    """Ten contacts with all harmonics that an estimate takes would be 860."""
+    sizes = []
 
     def counted(balance, start, condition, *settings, **named):
         found = correct(balance, start, condition, *settings, **named)
-        spent.append(found.iterations * (0 if found.factors is None else found.factors.size) ** 3)
+        sizes.append(0 if found.factors is None else found.factors.size)
         return found
 
-    for module in ("stickslip.analyses.truncation", "stickslip.solve.continuation.more_harmonics"):
-        monkeypatch.setattr(f"{module}.correct", counted)
+    monkeypatch.setattr("stickslip.solve.continuation.truncation.correct", counted)
     ss.forced_response(many_contacts(10), [0.03, 0.0301], 3.0)
-    assert 0 < sum(spent) <= 2.0 * LEAST_SPENT
+    assert 0.5 * AT_PEAKS < max(sizes) <= AT_PEAKS

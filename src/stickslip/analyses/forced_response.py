@@ -40,6 +40,7 @@ from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
     ALL_MODES,
     ALL_NODES,
+    POINT_ERROR,
     SAMPLING_ERROR,
     TRUNCATION_ERROR,
     WORK_ERROR,
@@ -48,6 +49,7 @@ from stickslip.analyses.truncation import (
     discretisation_errors,
     errors_by,
     held_mean_warning,
+    point_errors,
     truncation_warning,
     work_warning,
 )
@@ -622,11 +624,13 @@ class ForcedResponseWork(OneBalance):
         curve = self._dense(curve)
         arrays = self._plain_arrays(curve)
         stability = judged(self.balance, curve, self.measure.over(self.periods))
-        by_harmonics, by_samples, of_work = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
+        measure = self.measure.over(self.periods)
+        errors = discretisation_errors(self.balance, curve, measure)
+        along = np.full(arrays["amplitude"].shape, np.nan)
+        along[arrays["outcome"] == Outcome.CONVERGED] = point_errors(self.balance, curve, measure, self.settings.listed)
         names = self.problem.output_names
         finer, by_finer, held_mean = {}, "", ""
         if self.finer is not None and self.finer_balances is not None:
-            measure = self.measure.over(self.periods)
             change = errors_by(*self.finer_balances, self.balance, curve, measure)
             finer, by_finer = {self.finer_problem.variable: change}, self.finer_problem.warning(names, change)
             springs = len(self.problem.mean_springs) - len(self.finer.mean_springs)
@@ -634,18 +638,18 @@ class ForcedResponseWork(OneBalance):
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
             self._other_motion(curve),
-            truncation_warning(self.harmonics, names, by_harmonics),
-            work_warning(self.harmonics, names, of_work),
+            truncation_warning(self.harmonics, names, errors["truncation_error"]),
+            work_warning(self.harmonics, names, errors["work_error"]),
             by_finer,
             held_mean,
             large_motion_warning(self.problem, self.measure, np.delete(arrays["max_abs"], curve.places_outside, axis=0)),
             sampling_warning(self.balance, curve)
             or ("" if self.settings.listed else fold_warning(self.balance, curve))
-            or samples_warning(self.samples, names, by_samples)
+            or samples_warning(self.samples, names, errors["sampling_error"])
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
         )
         message = np.array(" ".join(filter(None, (curve.message, *warnings))))
-        errors = {"truncation_error": by_harmonics, "sampling_error": by_samples, "work_error": of_work}
+        errors["point_truncation_error"] = along
         return arrays | errors | finer | stability.flags(len(names)) | {"case_message": message}
 
     def _other_motion(self, curve: Curve) -> str:
@@ -687,7 +691,12 @@ class ForcedResponseWork(OneBalance):
                 dataset.attrs["coordinates_chosen"] = coordinates_note(self.problem, self.finer)
         unknown, axes = np.full(dataset.sizes["output"], np.nan), ("case", "output")
         errors = {name: (axes, [curve.get(name, unknown) for curve in curves], attributes) for name, attributes in kept.items()}
-        dataset = dataset.assign(errors | flags(curves, dataset.sizes["output"]))
+        along = np.full((len(curves), dataset.sizes["point"], dataset.sizes["output"]), np.nan)
+        for case, curve in enumerate(curves):
+            known = curve.get("point_truncation_error", along[case, :0])
+            along[case, : len(known)] = known
+        at_points = {"point_truncation_error": (("case", "point", "output"), along, POINT_ERROR)}
+        dataset = dataset.assign(errors | at_points | flags(curves, dataset.sizes["output"]))
         return ForcedResponse(with_kinds(dataset, list(kinds)), self.problem)
 
 

@@ -12,7 +12,8 @@ from stickslip.results.schema import SCHEMA
 from stickslip.runs.work import Arrays
 
 KEPT = (
-    "truncation_error", "sampling_error", "work_error", "modal_error", "patch_error", "highest_stability", "end_stability",
+    "truncation_error", "sampling_error", "work_error", "modal_error", "patch_error", "point_truncation_error",
+    "highest_stability", "end_stability",
 )  # fmt: skip
 """What a curve has beside the variables of the schema."""
 

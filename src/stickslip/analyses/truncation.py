@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,15 +12,21 @@ from stickslip.analyses.further_curves import NEAR
 from stickslip.model.contact.point import Contact
 from stickslip.model.problem import Problem
 from stickslip.results.shown_units import shown_sentence
-from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.balance.orders import Harmonics, in_words
 from stickslip.solve.continuation.all_modes import solved_on_all_modes
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.continuation.finer_peak import finer_peak, phase_condition
-from stickslip.solve.continuation.more_harmonics import STEPS, pad, resolved
 from stickslip.solve.continuation.newton import correct, fixed
-from stickslip.solve.continuation.truncation import change_by, contact_work, enough_beyond
+from stickslip.solve.continuation.truncation import (
+    beyond_within,
+    contact_work,
+    enough_beyond,
+    finer_step,
+    moving,
+    solved_across,
+)
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array
 
@@ -33,16 +40,16 @@ times as large on ready rigs (docs/choose.md), so 1 % does not pass without one.
 
 TRUNCATION_ERROR = {
     "units": "1",
-    "long_name": "change of the output at its highest peak by more harmonics, estimated",
+    "long_name": "change of the size of the output at its highest peak by more harmonics, estimated",
+}
+
+POINT_ERROR = {
+    "units": "1",
+    "long_name": "distance of the curve with more harmonics, relative to the size of the output, estimated",
 }
 
 WORK_ALLOWED = 0.01
 """The same of the work of the contacts."""
-
-UNSURE = 0.5
-"""Share of `ALLOWED` above which the length of the second step, by the matrix of the first, asks for the whole solution. Of 201
-estimates below `ALLOWED` on random problems 17 are solved because of it.
-"""
 
 ROUNDED_WORK = 1e-9
 """Work of contacts over the product of their forces and motions below which nothing rubs."""
@@ -54,7 +61,7 @@ WORK_ERROR = {
 
 SAMPLING_ERROR = {
     "units": "1",
-    "long_name": "change of the output at its highest peak by more samples, estimated",
+    "long_name": "change of the size of the output at its highest peak by more samples, estimated",
 }
 
 
@@ -103,41 +110,35 @@ MORE_SAMPLES = 4
 SAME_PEAK = 1e-3
 """Peaks of several outputs within this relative distance in frequency may be one motion."""
 
-MOST_UNKNOWNS = 3000
-"""Size of the Newton matrix of the estimate: larger ones would cost as much as a curve, so that fewer harmonics are taken."""
+AT_POINTS, AT_PEAKS = 200, 600
+"""Unknowns up to which points, and the few highest peaks, are looked at with all harmonics that an estimate takes."""
+
+FEW_POINTS = 30
+"""Points of a curve that are looked at where all harmonics would be too many unknowns."""
 
 
-SHIFT = 0.02
-"""Relative shift of a peak by more harmonics or samples up to which it is the same peak."""
+def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measure) -> dict[str, Array]:
+    """`truncation_error` and `sampling_error`: what more harmonics, and what more samples, change of the size of every output at
+    its highest peak, else at its largest point, relative, and `work_error` of the work of all contacts there: (outputs,) each.
 
-FEWEST_STEPS, DETOUR, FEW_MORE = 10, 60, 4
-"""Steps of Newton's method that a solution takes, and that ways round take where it fails; harmonics beyond those of the curve
-from which on they are solved and not only estimated by one step."""
-
-LEAST_SPENT = 3e10
-"""(Rows of the Newton matrix)³ times steps that the estimate may take, two seconds of computing or so; more where the curve took
-more."""
-
-
-def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measure) -> tuple[Array, Array, Array]:
-    """What more harmonics, and what more samples, would change of every output at its highest peak, else at the largest point,
-    and both of the work of all contacts there: (outputs,) each; NaN without a point, and where the contacts that slip are so many
-    that no harmonic beyond H can be looked at.
-
-    Of the first harmonic where peaks are of its amplitude, else of all harmonics of the motion together.
+    NaN without a point, and where so many contacts slip that no harmonic beyond H can be looked at. The finer peaks are solved
+    at the phase of the peak, where their height is stationary, whichever way the resonance has shifted.
     """
+    names = ("truncation_error", "sampling_error", "work_error")
     errors, known = np.full((3, len(balance.problem.outputs)), np.nan), list[tuple[CurvePoint, Array]]()
-    spent = max(LEAST_SPENT, sum(float(point.iterations) * point.active**3 for point in curve.points))
-    counted, places = _counted(balance, measure), highest_points(balance, curve, measure)
-    spent /= max(len({round(np.log(point.point.omega) / SAME_PEAK) for point in places.values()}), 1)
-    for output, highest in places.items():
+    finer = _finer(balance, curve.points, AT_PEAKS, MORE_SAMPLES)
+    if finer is None:
+        return dict(zip(names, errors, strict=True))
+    for output, highest in highest_points(balance, curve, measure).items():
         own = next((each for other, each in known if same_motion(highest, other)), None)
         if own is None:
-            peak_of = output if curve.peaks and curve.peaks[output] else None
-            own = _Peak(balance, highest, peak_of, counted, spent).errors()
+            across = fixed("omega", highest.point.omega)
+            if curve.peaks and curve.peaks[output]:
+                across = phase_condition(balance, output, highest.evaluation.w[balance.rows + output, balance.first])
+            own = _errors_at(balance, finer, highest.evaluation, across, measure)
             known.append((highest, own))
         errors[:, output] = own[:, output]
-    return errors[0], errors[1], errors[2]
+    return dict(zip(names, errors, strict=True))
 
 
 def same_motion(point: CurvePoint, other: CurvePoint) -> bool:
@@ -145,6 +146,83 @@ def same_motion(point: CurvePoint, other: CurvePoint) -> bool:
     (omega, motion), (near, beside) = ((each.point.omega, each.evaluation.w) for each in (point, other))
     apart = float(np.linalg.norm(motion - beside))
     return abs(omega - near) <= SAME_PEAK * omega and apart <= NEAR * float(np.linalg.norm(motion))
+
+
+def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, listed: bool) -> Array:
+    """How far a curve with more harmonics passes from every point, |ΔX|/|X| of each output, (points, outputs).
+
+    By two Newton steps on the plane across the curve, or at the frequency of listed points, and solved there where these exceed
+    `ALLOWED`. Of many contacts, NaN but at `FEW_POINTS` points of even arc length and at the highest peaks.
+    """
+    points, rows, counted = curve.points, balance.rows, _counted(balance, measure)
+    errors = np.full((len(points), len(balance.problem.outputs)), np.nan)
+    finer = _finer(balance, points, AT_POINTS)
+    if finer is None:
+        return errors
+    for k in _looked_at(balance, curve, measure, finer):
+        evaluation = points[k].evaluation
+        across = fixed("omega", points[k].point.omega) if listed else points[k].across("omega")
+        sizes, moves = moving(evaluation.w, rows, counted)
+        step = finer_step(finer, evaluation, across)
+        change = sum(np.linalg.norm(each[rows:, counted], axis=1) for each in (step.motion, step.further))
+        if np.any(change[moves] > ALLOWED * sizes[moves]) and (solution := solved_across(finer, step)) is not None:
+            change = np.linalg.norm((solution.w - step.padded.w)[rows:, counted], axis=1)
+        errors[k] = np.where(moves, change / np.where(moves, sizes, 1.0), 0.0)
+    return errors
+
+
+def _looked_at(balance: HarmonicBalance, curve: Curve, measure: Measure, finer: HarmonicBalance) -> Sequence[int]:
+    """The points of a curve whose error is estimated."""
+    points = curve.points
+    if finer.highest == enough_beyond(balance.highest) or len(points) <= FEW_POINTS:
+        return range(len(points))
+    arc = np.cumsum([point.length for point in points])
+    even = np.searchsorted(arc, np.linspace(arc[0], arc[-1], FEW_POINTS))
+    highest = {id(point) for point in highest_points(balance, curve, measure).values()}
+    return sorted({*map(int, even), *(k for k, point in enumerate(points) if id(point) in highest)})
+
+
+def _finer(balance: HarmonicBalance, points: Sequence[CurvePoint], unknowns: int, samples: int = 1) -> HarmonicBalance | None:
+    """The balance with more harmonics and so many times the samples for an estimate; None where it would cost too much."""
+    rows = min(max((point.active for point in points), default=0) / balance.kept.size, balance.problem.structure.size)
+    beyond = beyond_within(balance.highest, max(rows, 1.0), unknowns)
+    return finer_balance(balance, beyond, samples) if beyond else None
+
+
+def _errors_at(
+    balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition, measure: Measure
+) -> Array:
+    """By harmonics and by samples, with the same many samples, so that neither counts the other, and by both of the work of
+    the contacts, (3, outputs)."""
+    sampled = balance.with_samples(finer.tables.E.shape[0])
+    more, fewer = (_beside(each, evaluation, across) for each in (finer, sampled))
+    sizes = [
+        np.array([measure.size(row, omega) for row in w[balance.rows :]])
+        for w, omega in ((more.w, more.omega), (fewer.w, fewer.omega), (evaluation.w, evaluation.point.omega))
+    ]
+    moves = moving(evaluation.w, balance.rows, _counted(balance, measure))[1]
+    own = np.where(moves, sizes[2], np.inf)
+    least = ROUNDED_WORK * float(np.vdot(np.abs(evaluation.point.forces), np.abs(evaluation.w[: balance.rows])))
+    work = _relative(more.work, contact_work(balance, evaluation), least)
+    return np.array([abs(sizes[0] - sizes[1]) / own, abs(sizes[1] - sizes[2]) / own, np.full(own.size, work)])
+
+
+class _Beside(NamedTuple):
+    """Where a finer curve passes a point: its motion w, ω and the work of all contacts."""
+
+    w: Array
+    omega: float
+    work: float
+    solved: bool
+
+
+def _beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition) -> _Beside:
+    """Solved, else by one Newton step alone."""
+    step = finer_step(finer, evaluation, across)
+    solution = solved_across(finer, step)
+    if solution is not None:
+        return _Beside(solution.w, solution.point.omega, contact_work(finer, solution), True)
+    return _Beside(step.padded.w + step.motion, step.moved.omega, contact_work(finer, finer.evaluate(step.moved)), False)
 
 
 def highest_points(balance: HarmonicBalance, curve: Curve, measure: Measure) -> dict[int, CurvePoint]:
@@ -191,94 +269,15 @@ def _at_nodes(contacts: tuple[Contact, ...], forces: Array) -> Array:
     return np.concatenate(shared)
 
 
-@dataclass(frozen=True, eq=False)
-class _Peak:
-    """A point to be solved with more harmonics or samples: a peak of an `output` at its phase, another point, None, at its
-    frequency; counted: columns whose size is compared; steps: (rows of the Newton matrix)³ times steps that may be spent."""
-
-    balance: HarmonicBalance
-    point: CurvePoint
-    output: int | None
-    counted: slice
-    spent: float
-
-    def solved(self, finer: HarmonicBalance, rows: float, near: Evaluation | None = None) -> Evaluation | None:
-        """The point with a finer balance, from its own solution, else from one that is near; None where Newton's method does not
-        arrive."""
-        steps = self.steps(rows * finer.kept.size)
-        for start in filter(None, (self.point.evaluation, near)):
-            found = self._beside(finer, start.point, steps)
-            if found is not None:
-                return found
-        carried = resolved(finer, self.point.evaluation, min(STEPS, steps)) if steps >= DETOUR else None
-        if carried is None or not carried.converged:
-            return None
-        return self._beside(finer, carried.evaluation.point, steps) or carried.evaluation
-
-    def steps(self, unknowns: float) -> int:
-        """Newton steps with so many unknowns that may be spent."""
-        return int(self.spent / unknowns**3)
-
-    def _beside(self, finer: HarmonicBalance, start: Point, steps: int) -> Evaluation | None:
-        """The peak, or the point at its frequency, beside a start."""
-        condition = fixed("omega", self.point.point.omega)
-        if self.output is not None:
-            X = self.point.evaluation.w[self.balance.rows + self.output, self.balance.first]
-            condition = phase_condition(finer, self.output, X)
-        padded = replace(start, forces=pad(start.forces, finer.columns))
-        found = correct(finer, padded, condition, iterations=min(30, max(steps, 1)), halvings=10)
-        near = abs(found.evaluation.point.omega / self.point.point.omega - 1.0) <= SHIFT
-        return found.evaluation if found.converged and near else None
-
-    def sizes(self, evaluation: Evaluation) -> Array:
-        """The motion of each output that is compared, (outputs,)."""
-        outputs = evaluation.w[self.balance.rows :]
-        return np.asarray(np.linalg.norm(outputs[:, self.counted], axis=1))
-
-    def errors(self) -> Array:
-        """By harmonics and by samples, with the same many samples, so that neither counts the other, and by both of the work of
-        the contacts, (3, outputs)."""
-        balance, evaluation = self.balance, self.point.evaluation
-        rows = min(max(self.point.active / balance.kept.size, 1.0), balance.problem.structure.size)
-        # As many harmonics as a solution fits into what may be spent with, where a few more than those of the curve do; else as
-        # many as one step of Newton's method can be taken with.
-        enough, highest = enough_beyond(balance.highest), balance.highest
-        solvable, largest = (int((most / rows - 1.0) / 2.0) for most in (np.cbrt(self.spent / FEWEST_STEPS), MOST_UNKNOWNS))
-        beyond = min(enough, solvable if solvable >= highest + FEW_MORE else largest, largest)
-        if beyond < highest + 2:
-            return np.full((3, len(balance.problem.outputs)), np.nan)
-        finer = finer_balance(balance, beyond)
-        sampled = balance.with_samples(finer.tables.E.shape[0])
-        by_samples = change_by(sampled, balance, evaluation, self.counted).motion
-        by_harmonics, work, following = change_by(finer, balance, evaluation, self.counted)
-        by_harmonics[:, : by_samples.shape[1]] -= by_samples
-        errors = np.array([np.linalg.norm(by_harmonics, axis=1), np.linalg.norm(by_samples, axis=1)])
-        own = contact_work(balance, evaluation)
-        least = ROUNDED_WORK * float(np.vdot(np.abs(self.point.point.forces), np.abs(evaluation.w[: balance.rows])))
-        work_error = _relative(work, own, least)
-        large = (errors > ALLOWED) | (following > UNSURE * ALLOWED)
-        if (large.any() or work_error > WORK_ALLOWED) and self.steps(rows * finer.kept.size) >= FEWEST_STEPS:
-            size = np.maximum(self.sizes(evaluation), np.finfo(float).tiny)
-            more = self.solved(finer, rows)
-            fewer = self.solved(sampled, rows, more)
-            by_solution = [abs(self.sizes(fewer) - size) / size if fewer else np.nan]
-            by_solution.insert(0, abs(self.sizes(more) - self.sizes(fewer)) / size if fewer and more else np.nan)
-            for k, solution in enumerate(by_solution):
-                errors[k] = np.where(large[k] & np.isfinite(solution), solution, errors[k])
-            if more:
-                work_error = _relative(contact_work(finer, more), own, least)
-        return np.vstack([errors, np.full(errors.shape[1], work_error)])
-
-
 def sampling_error(balance: HarmonicBalance, point: CurvePoint, output: int, measure: Measure) -> float:
     """What `MORE_SAMPLES` times as many samples would change of an output at one of its peaks, relative; NaN where that cannot be
     solved."""
     sampled = balance.with_samples(MORE_SAMPLES * balance.tables.E.shape[0])
-    peak = _Peak(balance, point, output, _counted(balance, measure), LEAST_SPENT)
-    solution = peak.solved(sampled, max(point.active / balance.kept.size, 1.0))
-    if solution is None:
-        return np.nan
-    return float(abs(peak.sizes(solution)[output] / peak.sizes(point.evaluation)[output] - 1.0))
+    row = balance.rows + output
+    X = point.evaluation.w[row, balance.first]
+    found = _beside(sampled, point.evaluation, phase_condition(balance, output, X))
+    size = measure.size(point.evaluation.w[row], point.point.omega)
+    return abs(measure.size(found.w[row], found.omega) / size - 1.0) if found.solved else np.nan
 
 
 def _counted(balance: HarmonicBalance, measure: Measure) -> slice:
@@ -305,11 +304,11 @@ def work_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) 
     )
 
 
-def finer_balance(balance: HarmonicBalance, beyond: int) -> HarmonicBalance:
-    """The balance with all harmonics up to `beyond` and more samples. The mean stays out where a list leaves it out: it is zero
-    there, and where friction alone holds a body it would make the matrix singular."""
+def finer_balance(balance: HarmonicBalance, beyond: int, times: int = MORE_SAMPLES) -> HarmonicBalance:
+    """The balance with all harmonics up to `beyond` and so many times the samples, or more. The mean stays out where a list
+    leaves it out: it is zero there, and where friction alone holds a body it would make the matrix singular."""
     harmonics = beyond if balance.kept[0] == 0 else tuple(range(1, beyond + 1))
-    samples = max(MORE_SAMPLES * balance.tables.E.shape[0], SAMPLES_PER_HARMONIC * beyond)
+    samples = max(times * balance.tables.E.shape[0], SAMPLES_PER_HARMONIC * beyond)
     finer = HarmonicBalance(balance.problem, harmonics, balance.problem.systems.enough_samples(samples))
     finer.periods = balance.periods
     return finer

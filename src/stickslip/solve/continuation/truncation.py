@@ -11,25 +11,37 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.continuation.more_harmonics import pad
 from stickslip.solve.continuation.newton import correct
-from stickslip.solve.continuation.sensitivity import respond, solved_factors
 from stickslip.support.checks import Array
 
 MARGIN = 16
 """Harmonics beyond H that are estimated, at least; up to 2H if that is more."""
 
+MOST_UNKNOWNS = 3000
+"""Size of a Newton matrix beyond which a step would cost as much as a curve."""
+
 AT_REST, ROUNDING = 1e-6, 1e-10
 """Amplitudes of an output, relative to the largest output and to the largest motion of all, below which it counts as being at
 rest."""
+
+TINY = float(np.finfo(float).tiny)
 
 
 def enough_beyond(harmonics: int) -> int:
     """The harmonics with which those beyond H are estimated."""
     return max(2 * harmonics, harmonics + MARGIN)
+
+
+def beyond_within(harmonics: int, rows: float, unknowns: int) -> int:
+    """With how many harmonics those beyond H are estimated where `rows` rows of contacts move, so that Newton's matrix has no
+    more than so many unknowns: with two more at least, and 0 for none where these are too many."""
+    fitting = min(enough_beyond(harmonics), max(harmonics + 2, int((unknowns / rows - 1.0) / 2.0)))
+    return fitting if rows * (2 * fitting + 1) <= MOST_UNKNOWNS else 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +58,22 @@ class Truncation:
         return int(np.count_nonzero(beyond > tolerance))
 
 
+def moving(w: Array, rows: int, counted: slice) -> tuple[Array, NDArray[np.bool_]]:
+    """The sizes of outputs in the counted columns, and which of them move by more than rounding."""
+    sizes, whole = np.linalg.norm(w[rows:, counted], axis=1), np.linalg.norm(w[:, 1:], axis=1)
+    return sizes, sizes > max(AT_REST * whole[rows:].max(initial=0.0), ROUNDING * whole.max(initial=0.0))
+
+
 class Step(NamedTuple):
     """padded: the solution as the finer balance sees it; condition: the plane through it; moved: the point after one Newton step;
-    motion: its change on the way there (rows + outputs, 2H+1), m, not finite where the matrix is singular."""
+    motion: its change on the way there (rows + outputs, 2H+1), m, not finite where the matrix is singular; further: the change
+    by a second step with the same matrix. Where rigid friction reverses between two samples the first step sees nothing."""
 
     padded: Evaluation
     condition: PathCondition
     moved: Point
     motion: Array
+    further: Array
 
 
 def finer_step(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition) -> Step:
@@ -68,12 +88,18 @@ def finer_step(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondi
     condition = replace(condition, target=condition.gap(padded))
     factors = finer.factorise(padded, condition)
     if factors.orientation == 0.0:
-        return Step(padded, condition, padded.point, np.full_like(padded.w, np.inf))
-    change, by = finer.newton_step(padded, condition, factors)
+        unknown = np.full_like(padded.w, np.inf)
+        return Step(padded, condition, padded.point, unknown, unknown)
     by_omega = finer.linear.slope(padded.point.forces, point.omega, point.level, by_level=False)
-    return Step(
-        padded, condition, padded.point.moved(change, "omega", by), finer.linear.change(change, point.omega) + by * by_omega
-    )
+
+    def stepped(start: Evaluation) -> tuple[Point, Array]:
+        change, by = finer.newton_step(start, condition, factors)
+        return start.point.moved(change, "omega", by), finer.linear.change(change, point.omega) + by * by_omega
+
+    moved, motion = stepped(padded)
+    if not (moved.omega > 0.0 and np.isfinite(moved.forces).all()):
+        return Step(padded, condition, padded.point, np.full_like(padded.w, np.inf), motion)
+    return Step(padded, condition, moved, motion, stepped(finer.evaluate(moved))[1])
 
 
 def solved_across(finer: HarmonicBalance, step: Step) -> Evaluation | None:
@@ -90,51 +116,15 @@ def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: 
     step, rows = finer_step(finer, evaluation, across), finer.rows
     solution = solved_across(finer, step)
     moved = step.motion if solution is None else solution.w - step.padded.w
-    change, motion = (np.linalg.norm(each[:, 1:], axis=1) for each in (moved, step.padded.w))
-    size = max(float(np.linalg.norm(motion[:rows])), np.finfo(float).tiny)
-    outputs = motion[rows:] > AT_REST * motion[rows:].max(initial=0.0)
-    of_outputs = change[rows:][outputs] / motion[rows:][outputs]
-    remainder = moved[:rows].copy()
-    remainder[:, balance.kept] = 0.0
-    share = np.sqrt(np.sum(remainder[:, 1::2] ** 2 + remainder[:, 2::2] ** 2, axis=0)) / size
-    return Truncation(share, max(float(np.linalg.norm(change[:rows])) / size, float(of_outputs.max(initial=0.0))))
-
-
-class Changed(NamedTuple):
-    """motion: ΔX/|X| of the outputs, (outputs, columns of the finer balance, 0 in those that do not count); work: of all contacts
-    in a period after the change, J; following: length of the next step with the same matrix, relative too, (outputs,)."""
-
-    motion: Array
-    work: float
-    following: Array
+    size = max(float(np.linalg.norm(step.padded.w[:rows, 1:])), TINY)
+    sizes, moves = moving(step.padded.w, rows, slice(1, None))
+    of_outputs = np.linalg.norm(moved[rows:, 1:], axis=1)[moves] / sizes[moves]
+    left_out = moved[:rows].copy()
+    left_out[:, balance.kept] = 0.0
+    share = np.sqrt(np.sum(left_out[:, 1::2] ** 2 + left_out[:, 2::2] ** 2, axis=0)) / size
+    return Truncation(share, max(float(np.linalg.norm(moved[:rows, 1:])) / size, float(of_outputs.max(initial=0.0))))
 
 
 def contact_work(balance: HarmonicBalance, evaluation: Evaluation) -> float:
     """Work of all contacts in a period of the balance, J."""
     return float(cycle_work(evaluation.point.forces - evaluation.residual, evaluation.w[: balance.rows]).sum())
-
-
-def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Evaluation, counted: slice) -> Changed:
-    """By how much each output would change with the harmonics and samples of `finer`, relative, in the counted columns of the
-    motion, and the work that the contacts would do.
-
-    One Newton step of `finer` at the same frequency, from the padded solution: it includes the coupling of the truncated
-    harmonics, which matters where one of them falls on a mode. 0 for an output at rest. Where a further step with the same matrix
-    is not much shorter, contacts change between stick and slip on the way, and the first step says little.
-    """
-    point, rows = evaluation.point, slice(balance.rows, None)
-    padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
-    factors = solved_factors(finer, padded)
-    step = respond(finer, padded, factors, -padded.residual[None])
-    moved = finer.evaluate(Point(padded.point.forces + step.forces[0], point.omega, point.level))
-    further = respond(finer, padded, factors, -moved.residual[None]).motion[0]
-    change, contacts = step.motion[0], slice(finer.rows)
-    work = float(cycle_work(moved.point.forces, padded.w[contacts] + change[contacts]).sum())
-    size = np.linalg.norm(evaluation.w[rows, counted], axis=1)
-    whole = np.linalg.norm(evaluation.w[:, 1:], axis=1)
-    moving = size > max(AT_REST * whole[rows].max(initial=0.0), ROUNDING * whole.max(initial=0.0))
-    relative = np.zeros((size.size, finer.columns))
-    relative[moving, counted] = change[rows, counted][moving] / size[moving, None]
-    following = np.zeros(size.size)
-    following[moving] = np.linalg.norm(further[rows, counted][moving], axis=1) / size[moving]
-    return Changed(relative, work, following)
