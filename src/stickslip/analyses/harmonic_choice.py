@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.continuation.more_harmonics import resolved
-from stickslip.solve.continuation.truncation import Truncation, enough_beyond, finer_step, solved_across, truncation_at
+from stickslip.solve.continuation.truncation import Truncation, beside, enough_beyond, truncation_at
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.solve.peaks.climb import plane_at
 from stickslip.support.checks import InputError, between, fault, positive
@@ -153,7 +153,8 @@ def _raised(
         reason = _reason(problem, estimate, evaluation, tolerance)
         following = min(max(estimate.needed(tolerance), H + 2), MOST)
         balance = HarmonicBalance(problem, following, _enough(problem, samples, following))
-        solution = solved_across(balance, finer_step(balance, evaluation, across))
+        found = beside(balance, evaluation, across)
+        solution = found.evaluation if found.solved else None
         if solution is None and (correction := resolved(balance, evaluation)).converged:
             solution = correction.evaluation
         if solution is not None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,12 +21,10 @@ from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.continuation.finer_peak import finer_peak, phase_condition
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.continuation.truncation import (
+    beside,
     beyond_within,
     contact_work,
-    enough_beyond,
-    finer_step,
     moving,
-    solved_across,
 )
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array
@@ -114,7 +113,7 @@ AT_POINTS, AT_PEAKS = 200, 600
 """Unknowns up to which points, and the few highest peaks, are looked at with all harmonics that an estimate takes."""
 
 FEW_POINTS = 30
-"""Points of a curve that are looked at where all harmonics would be too many unknowns."""
+"""Points of a curve at which the error is solved first."""
 
 
 def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measure) -> dict[str, Array]:
@@ -151,35 +150,41 @@ def same_motion(point: CurvePoint, other: CurvePoint) -> bool:
 def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, listed: bool) -> Array:
     """How far a curve with more harmonics passes from every point, |ΔX|/|X| of each output, (points, outputs).
 
-    By two Newton steps on the plane across the curve, or at the frequency of listed points, and solved there where these exceed
-    `ALLOWED`. Of many contacts, NaN but at `FEW_POINTS` points of even arc length and at the highest peaks.
+    Solved on the plane across the curve, or at the frequency of listed points: at `FEW_POINTS` of them, at the highest peaks, and
+    between any two of these whose errors lie on both sides of `ALLOWED`; interpolated along the curve between them. NaN where
+    it is unknown.
     """
     points, rows, counted = curve.points, balance.rows, _counted(balance, measure)
     errors = np.full((len(points), len(balance.problem.outputs)), np.nan)
     finer = _finer(balance, points, AT_POINTS)
-    if finer is None:
+    if finer is None or not points:
         return errors
-    for k in _looked_at(balance, curve, measure, finer):
+
+    def solve_at(k: int) -> None:
         evaluation = points[k].evaluation
         across = fixed("omega", points[k].point.omega) if listed else points[k].across("omega")
         sizes, moves = moving(evaluation.w, rows, counted)
-        step = finer_step(finer, evaluation, across)
-        change = sum(np.linalg.norm(each[rows:, counted], axis=1) for each in (step.motion, step.further))
-        if np.any(change[moves] > ALLOWED * sizes[moves]) and (solution := solved_across(finer, step)) is not None:
-            change = np.linalg.norm((solution.w - step.padded.w)[rows:, counted], axis=1)
+        change = beside(finer, evaluation, across, thorough=False).change(counted)[rows:]
         errors[k] = np.where(moves, change / np.where(moves, sizes, 1.0), 0.0)
-    return errors
 
-
-def _looked_at(balance: HarmonicBalance, curve: Curve, measure: Measure, finer: HarmonicBalance) -> Sequence[int]:
-    """The points of a curve whose error is estimated."""
-    points = curve.points
-    if finer.highest == enough_beyond(balance.highest) or len(points) <= FEW_POINTS:
-        return range(len(points))
-    arc = np.cumsum([point.length for point in points])
-    even = np.searchsorted(arc, np.linspace(arc[0], arc[-1], FEW_POINTS))
     highest = {id(point) for point in highest_points(balance, curve, measure).values()}
-    return sorted({*map(int, even), *(k for k, point in enumerate(points) if id(point) in highest)})
+    even = np.linspace(0, len(points) - 1, min(FEW_POINTS, len(points))).round().astype(int)
+    known = sorted({*even.tolist(), *(k for k, point in enumerate(points) if id(point) in highest)})
+    for k in known:
+        solve_at(k)
+    between = [(low, high) for low, high in pairwise(known)]
+    while between:
+        low, high = between.pop()
+        if high - low > 1 and np.any((errors[low] > ALLOWED) != (errors[high] > ALLOWED)):
+            known.append((low + high) // 2)
+            solve_at(known[-1])
+            between += [(low, known[-1]), (known[-1], high)]
+    errors[~np.isfinite(errors)] = np.nan
+    known.sort()
+    arc = np.cumsum([point.length for point in points])
+    for row in errors.T:
+        row[:] = np.interp(arc, arc[known], row[known])
+    return errors
 
 
 def _finer(balance: HarmonicBalance, points: Sequence[CurvePoint], unknowns: int, samples: int = 1) -> HarmonicBalance | None:
@@ -195,34 +200,15 @@ def _errors_at(
     """By harmonics and by samples, with the same many samples, so that neither counts the other, and by both of the work of
     the contacts, (3, outputs)."""
     sampled = balance.with_samples(finer.tables.E.shape[0])
-    more, fewer = (_beside(each, evaluation, across) for each in (finer, sampled))
+    more, fewer = (beside(each, evaluation, across).evaluation for each in (finer, sampled))
     sizes = [
-        np.array([measure.size(row, omega) for row in w[balance.rows :]])
-        for w, omega in ((more.w, more.omega), (fewer.w, fewer.omega), (evaluation.w, evaluation.point.omega))
+        np.array([measure.size(row, each.point.omega) for row in each.w[balance.rows :]]) for each in (more, fewer, evaluation)
     ]
     moves = moving(evaluation.w, balance.rows, _counted(balance, measure))[1]
     own = np.where(moves, sizes[2], np.inf)
     least = ROUNDED_WORK * float(np.vdot(np.abs(evaluation.point.forces), np.abs(evaluation.w[: balance.rows])))
-    work = _relative(more.work, contact_work(balance, evaluation), least)
+    work = _relative(contact_work(finer, more), contact_work(balance, evaluation), least)
     return np.array([abs(sizes[0] - sizes[1]) / own, abs(sizes[1] - sizes[2]) / own, np.full(own.size, work)])
-
-
-class _Beside(NamedTuple):
-    """Where a finer curve passes a point: its motion w, ω and the work of all contacts."""
-
-    w: Array
-    omega: float
-    work: float
-    solved: bool
-
-
-def _beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition) -> _Beside:
-    """Solved, else by one Newton step alone."""
-    step = finer_step(finer, evaluation, across)
-    solution = solved_across(finer, step)
-    if solution is not None:
-        return _Beside(solution.w, solution.point.omega, contact_work(finer, solution), True)
-    return _Beside(step.padded.w + step.motion, step.moved.omega, contact_work(finer, finer.evaluate(step.moved)), False)
 
 
 def highest_points(balance: HarmonicBalance, curve: Curve, measure: Measure) -> dict[int, CurvePoint]:
@@ -275,9 +261,10 @@ def sampling_error(balance: HarmonicBalance, point: CurvePoint, output: int, mea
     sampled = balance.with_samples(MORE_SAMPLES * balance.tables.E.shape[0])
     row = balance.rows + output
     X = point.evaluation.w[row, balance.first]
-    found = _beside(sampled, point.evaluation, phase_condition(balance, output, X))
+    found = beside(sampled, point.evaluation, phase_condition(balance, output, X))
     size = measure.size(point.evaluation.w[row], point.point.omega)
-    return abs(measure.size(found.w[row], found.omega) / size - 1.0) if found.solved else np.nan
+    solution = found.evaluation
+    return abs(measure.size(solution.w[row], solution.point.omega) / size - 1.0) if found.solved else np.nan
 
 
 def _counted(balance: HarmonicBalance, measure: Measure) -> slice:

@@ -1,8 +1,9 @@
-"""Truncation error: the effect of the harmonics above H on a solution, by one Newton step of a balance with more of them.
+"""Truncation error: the effect of the harmonics above H on a solution, by solving a balance with more of them beside it.
 
 Two small H can agree with each other and both be wrong: contact forces have harmonics that the solution drops, and where one of
-them falls on a mode of the dampers it matters. The step starts from the solution padded with zeros and ends on a plane across the
-curve, so that it is regular at folds and measures how far the two curves are apart, not how far a resonance has shifted.
+them falls on a mode of the dampers it matters. Newton's method starts from the solution padded with zeros and ends on a plane
+across the curve, so that it is regular at folds and measures how far the two curves are apart, not how far a resonance has
+shifted.
 """
 
 from __future__ import annotations
@@ -64,65 +65,67 @@ def moving(w: Array, rows: int, counted: slice) -> tuple[Array, NDArray[np.bool_
     return sizes, sizes > max(AT_REST * whole[rows:].max(initial=0.0), ROUNDING * whole.max(initial=0.0))
 
 
-class Step(NamedTuple):
-    """padded: the solution as the finer balance sees it; condition: the plane through it; moved: the point after one Newton step;
-    motion: its change on the way there (rows + outputs, 2H+1), m, not finite where the matrix is singular; further: the change
-    by a second step with the same matrix. Where rigid friction reverses between two samples the first step sees nothing."""
+class Beside(NamedTuple):
+    """Where the curve of a finer balance passes a solution, on a plane across the curve.
+
+    padded: the solution as the finer balance sees it; condition: the plane through it; evaluation: of the finer curve where it is
+    solved, else after two Newton steps; way: the motion on the way there, m, (1 or 2 steps, rows + outputs, 2H+1), infinite where
+    Newton's matrix is singular.
+    """
 
     padded: Evaluation
     condition: PathCondition
-    moved: Point
-    motion: Array
-    further: Array
+    evaluation: Evaluation
+    way: Array
+    solved: bool
+
+    @property
+    def moved(self) -> Array:
+        """The motion from the solution to the finer curve, (rows + outputs, 2H+1); infinite where it is unknown."""
+        return np.asarray(self.way.sum(axis=0))
+
+    def change(self, columns: slice) -> Array:
+        """How far each row moves in some columns, m, (rows + outputs,): two steps count both, as a second one may lead back."""
+        return np.asarray(np.linalg.norm(self.way[:, :, columns], axis=2).sum(axis=0))
 
 
-def finer_step(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition) -> Step:
-    """One Newton step of `finer`, a balance of the same problem with more harmonics or samples, from a solution.
+def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition, thorough: bool = True) -> Beside:
+    """Solve `finer`, a balance of the same problem with more harmonics or samples, next to a solution.
 
-    across: a plane across the curve, or a prescribed frequency, whatever its target: the one through the solution is taken.
+    across: a plane across the curve, or a prescribed frequency, whatever its target: the one through the solution is taken;
+    thorough: go on behind kinks of friction, where no step reduces the residual.
     """
     point = evaluation.point
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
     weight = None if across.weight is None else pad(across.weight, finer.columns)
     condition = replace(across, weight=weight, target=0.0)
     condition = replace(condition, target=condition.gap(padded))
-    factors = finer.factorise(padded, condition)
-    if factors.orientation == 0.0:
-        unknown = np.full_like(padded.w, np.inf)
-        return Step(padded, condition, padded.point, unknown, unknown)
-    by_omega = finer.linear.slope(padded.point.forces, point.omega, point.level, by_level=False)
-
-    def stepped(start: Evaluation) -> tuple[Point, Array]:
-        change, by = finer.newton_step(start, condition, factors)
-        return start.point.moved(change, "omega", by), finer.linear.change(change, point.omega) + by * by_omega
-
-    moved, motion = stepped(padded)
-    if not (moved.omega > 0.0 and np.isfinite(moved.forces).all()):
-        return Step(padded, condition, padded.point, np.full_like(padded.w, np.inf), motion)
-    return Step(padded, condition, moved, motion, stepped(finer.evaluate(moved))[1])
-
-
-def solved_across(finer: HarmonicBalance, step: Step) -> Evaluation | None:
-    """The solution of `finer` on the plane of a step; None where Newton's method does not arrive, behind kinks neither."""
-    for iterations, halvings, patience in ((30, 10, 0), (60, 4, 20)):
-        correction = correct(finer, step.padded.point, step.condition, iterations, halvings, patience)
-        if correction.converged:
-            return correction.evaluation
-    return None
+    solution = correct(finer, padded.point, condition, iterations=30, halvings=10)
+    if thorough and not solution.converged:
+        solution = correct(finer, padded.point, condition, iterations=60, halvings=4, patience=20)
+    if solution.converged:
+        return Beside(padded, condition, solution.evaluation, (solution.evaluation.w - padded.w)[None], True)
+    found, way = padded, []
+    for _ in range(2):
+        step = correct(finer, found.point, condition, iterations=1, halvings=0, patience=1)
+        if step.singular or not np.isfinite(step.evaluation.w).all():
+            return Beside(padded, condition, padded, np.full_like(padded.w, np.inf)[None], False)
+        way.append(step.evaluation.w - found.w)
+        found = step.evaluation
+    return Beside(padded, condition, found, np.array(way), False)
 
 
 def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition) -> Truncation:
-    """What the harmonics of `finer` change of a solved point on a plane across the curve: solved, else by one step alone."""
-    step, rows = finer_step(finer, evaluation, across), finer.rows
-    solution = solved_across(finer, step)
-    moved = step.motion if solution is None else solution.w - step.padded.w
-    size = max(float(np.linalg.norm(step.padded.w[:rows, 1:])), TINY)
-    sizes, moves = moving(step.padded.w, rows, slice(1, None))
-    of_outputs = np.linalg.norm(moved[rows:, 1:], axis=1)[moves] / sizes[moves]
-    left_out = moved[:rows].copy()
+    """What the harmonics of `finer` change of a solved point on a plane across the curve: solved, else by two steps."""
+    found, rows = beside(finer, evaluation, across), finer.rows
+    size = max(float(np.linalg.norm(found.padded.w[:rows, 1:])), TINY)
+    sizes, moves = moving(found.padded.w, rows, slice(1, None))
+    of_outputs = found.change(slice(1, None))[rows:][moves] / sizes[moves]
+    left_out = found.moved[:rows].copy()
     left_out[:, balance.kept] = 0.0
     share = np.sqrt(np.sum(left_out[:, 1::2] ** 2 + left_out[:, 2::2] ** 2, axis=0)) / size
-    return Truncation(share, max(float(np.linalg.norm(moved[:rows, 1:])) / size, float(of_outputs.max(initial=0.0))))
+    of_contacts = float(np.linalg.norm(found.moved[:rows, 1:])) / size
+    return Truncation(share, max(of_contacts, float(of_outputs.max(initial=0.0))))
 
 
 def contact_work(balance: HarmonicBalance, evaluation: Evaluation) -> float:
