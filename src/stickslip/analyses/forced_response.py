@@ -45,6 +45,7 @@ from stickslip.analyses.truncation import (
     TRUNCATION_ERROR,
     WORK_ERROR,
     FinerProblem,
+    away_warning,
     coordinates_note,
     discretisation_errors,
     errors_by,
@@ -626,8 +627,7 @@ class ForcedResponseWork(OneBalance):
         stability = judged(self.balance, curve, self.measure.over(self.periods))
         measure = self.measure.over(self.periods)
         errors = discretisation_errors(self.balance, curve, measure)
-        along = np.full(arrays["amplitude"].shape, np.nan)
-        along[arrays["outcome"] == Outcome.CONVERGED] = point_errors(self.balance, curve, measure, self.settings.listed)
+        along = point_errors(self.balance, curve, measure, self.settings.listed)
         names = self.problem.output_names
         finer, by_finer, held_mean = {}, "", ""
         if self.finer is not None and self.finer_balances is not None:
@@ -638,7 +638,8 @@ class ForcedResponseWork(OneBalance):
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
             self._other_motion(curve),
-            truncation_warning(self.harmonics, names, errors["truncation_error"]),
+            truncation_warning(self.harmonics, names, errors["truncation_error"])
+            or away_warning(self.balance, curve, measure, along),
             work_warning(self.harmonics, names, errors["work_error"]),
             by_finer,
             held_mean,
@@ -649,7 +650,8 @@ class ForcedResponseWork(OneBalance):
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
         )
         message = np.array(" ".join(filter(None, (curve.message, *warnings))))
-        errors["point_truncation_error"] = along
+        errors["point_truncation_error"] = np.full(arrays["amplitude"].shape, np.nan)
+        errors["point_truncation_error"][arrays["outcome"] == Outcome.CONVERGED] = along
         return arrays | errors | finer | stability.flags(len(names)) | {"case_message": message}
 
     def _other_motion(self, curve: Curve) -> str:

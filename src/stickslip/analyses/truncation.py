@@ -21,6 +21,7 @@ from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.continuation.finer_peak import finer_peak, phase_condition
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.continuation.truncation import (
+    Beside,
     beside,
     beyond_within,
     contact_work,
@@ -151,8 +152,8 @@ def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, liste
     """How far a curve with more harmonics passes from every point, |ΔX|/|X| of each output, (points, outputs).
 
     Solved on the plane across the curve, or at the frequency of listed points: at `FEW_POINTS` of them, at the highest peaks, and
-    between any two of these whose errors lie on both sides of `ALLOWED`; interpolated along the curve between them. NaN where
-    it is unknown.
+    between any two of these of which one is beyond `ALLOWED` and the other is not, or both together would be; interpolated
+    along the curve between them. NaN where it is unknown.
     """
     points, rows, counted = curve.points, balance.rows, _counted(balance, measure)
     errors = np.full((len(points), len(balance.problem.outputs)), np.nan)
@@ -160,11 +161,15 @@ def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, liste
     if finer is None or not points:
         return errors
 
+    near: Beside | None = None
+
     def solve_at(k: int) -> None:
+        nonlocal near
         evaluation = points[k].evaluation
         across = fixed("omega", points[k].point.omega) if listed else points[k].across("omega")
         sizes, moves = moving(evaluation.w, rows, counted)
-        change = beside(finer, evaluation, across, thorough=False).change(counted)[rows:]
+        found = beside(finer, evaluation, across, near)
+        near, change = found if found.solved else near, found.change(counted)[rows:]
         errors[k] = np.where(moves, change / np.where(moves, sizes, 1.0), 0.0)
 
     highest = {id(point) for point in highest_points(balance, curve, measure).values()}
@@ -175,7 +180,8 @@ def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, liste
     between = [(low, high) for low, high in pairwise(known)]
     while between:
         low, high = between.pop()
-        if high - low > 1 and np.any((errors[low] > ALLOWED) != (errors[high] > ALLOWED)):
+        together = errors[low] + errors[high] > ALLOWED
+        if high - low > 1 and np.any(together & ((errors[low] <= ALLOWED) | (errors[high] <= ALLOWED))):
             known.append((low + high) // 2)
             solve_at(known[-1])
             between += [(low, known[-1]), (known[-1], high)]
@@ -308,6 +314,26 @@ def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: A
     worst = int(np.nanargmax(errors))
     more = f"{'More' if isinstance(harmonics, int) else 'Others'} than {in_words(harmonics)}"
     return f'{more} would change {outputs[worst]} at its highest peak {_much(errors[worst])}: take more, or harmonics = "auto".'
+
+
+def away_warning(balance: HarmonicBalance, curve: Curve, measure: Measure, errors: Array) -> str:
+    """What to say where more harmonics move a curve, away from its highest peaks, by what matters there; empty where they do not.
+
+    errors: those of all points of the curve, (points, outputs).
+    """
+    places = np.setdiff1d(np.arange(len(curve.points)), curve.places_outside)
+    if not places.size:
+        return ""
+    inside = [curve.points[place] for place in places]
+    sizes = np.array([[measure.size(row, p.point.omega) for row in p.evaluation.w[balance.rows :]] for p in inside])
+    moved = np.nan_to_num(errors[places] * sizes / np.maximum(sizes.max(axis=0), np.finfo(float).tiny))
+    point, output = np.unravel_index(int(np.argmax(moved)), moved.shape)
+    much = float(moved[point, output])
+    if much <= ALLOWED:
+        return ""
+    of_it = f"{_much(much)} of its largest value" if much < 1.0 else _much(much)
+    where = f"{balance.hertz(inside[point].point.omega):.5g} Hz"
+    return f"More harmonics would move the curve of {balance.problem.output_names[output]} at {where} {of_it}."
 
 
 def _much(error: float) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.analyses.truncation import ALLOWED
 from stickslip.results.curve_kind import CurveKind, kinds_in
 from stickslip.results.representative import is_cloud, levels_of, representative_starts
 from stickslip.results.stability import has_stability, split, unstable_steps
@@ -28,7 +29,7 @@ from stickslip.results.view import (
     periods_of,
     quantity_unit,
 )
-from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, from_zero, spans
+from stickslip.show.plots.chart import Area, Axis, Chart, Layer, Line, Panel, band, from_zero, spans
 from stickslip.show.plots.look import CROSS, FREE, STUCK, Style, contact, entries, level
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, quantity_named
 from stickslip.support.checks import Array, fault, nearest
@@ -81,7 +82,7 @@ def response_curves(
     quantity: displacement in µm (or m), velocity or acceleration, or per force receptance, mobility or inertance; that of the
     result's peaks unless given. It is measured as these are: amplitude of the first harmonic, rms, or largest value in time.
 
-    Unstable parts are dashed in a response `with_stability`.
+    Unstable parts are dashed in a response `with_stability`. An area is where a curve with more harmonics may lie.
 
     Dots mark the highest peak of what is drawn: solved where the result has peaks of it, else the highest point of the curve that
     stands above its neighbours. Crosses at the bottom mark points that did not converge.
@@ -99,7 +100,8 @@ def response_curves(
     axis = response_axis(dataset, per_force, measure)
     limits = height_limits(curves, log)
     axis = replace(axis, log=log and limits[0] is not None, limits=limits)
-    layers = [*linear, *curves, *_peaks(dataset, index, scales, measure, lines), *_failed(dataset, axis)]
+    bands = [area for case, line in enumerate(lines) for area in _error_band(dataset, case, index, scales[case], measure, line)]
+    layers = [*linear, *bands, *curves, *_peaks(dataset, index, scales, measure, lines), *_failed(dataset, axis)]
     title, name = str(dataset.attrs.get("title", "")), str(dataset.output.values[index])
     computed = dataset.frequency.values[dataset.outcome.values != Outcome.EMPTY]
     hertz = replace(HERTZ, limits=(float(computed.min()), float(computed.max())) if computed.size else (None, None))
@@ -215,6 +217,20 @@ def _curve(dataset: xr.Dataset, case: int, output: int, scale: float, measure: M
     stable_part, unstable_part = split(size, unstable)
     yield replace(curve, y=stable_part)
     yield replace(curve, y=unstable_part, style=replace(curve.style, dash="dash"), listed=False)
+
+
+def _error_band(
+    dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, line: dict[str, Any]
+) -> Iterator[Area]:
+    """The area that a curve with more harmonics may lie in, X/(1 + e) to X(1 + e), where the error e is not small."""
+    if "point_truncation_error" not in dataset or is_cloud(dataset):
+        return
+    error = along_curve(dataset, "point_truncation_error", case)[:, output]
+    error[~(error > ALLOWED)] = np.nan
+    if np.isfinite(error).any():
+        size = scale * along_curve_as(dataset, measure, case, output)
+        style = replace(line["style"], opacity=0.25)
+        yield band(frequencies(dataset, case), size / (1.0 + error), size * (1.0 + error), style, "estimated error of harmonics")
 
 
 def _peaks(

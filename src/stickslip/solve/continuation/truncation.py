@@ -89,20 +89,27 @@ class Beside(NamedTuple):
         return np.asarray(np.linalg.norm(self.way[:, :, columns], axis=2).sum(axis=0))
 
 
-def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition, thorough: bool = True) -> Beside:
+def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition, near: Beside | None = None) -> Beside:
     """Solve `finer`, a balance of the same problem with more harmonics or samples, next to a solution.
 
     across: a plane across the curve, or a prescribed frequency, whatever its target: the one through the solution is taken;
-    thorough: go on behind kinks of friction, where no step reduces the residual.
+    near: the same at a neighbouring solution, whose way is a second start.
     """
     point = evaluation.point
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
     weight = None if across.weight is None else pad(across.weight, finer.columns)
     condition = replace(across, weight=weight, target=0.0)
     condition = replace(condition, target=condition.gap(padded))
-    solution = correct(finer, padded.point, condition, iterations=30, halvings=10)
-    if thorough and not solution.converged:
-        solution = correct(finer, padded.point, condition, iterations=60, halvings=4, patience=20)
+    start, more = padded.point, ((30, 10, 0), (60, 4, 20))
+    if near is not None and near.solved:
+        off = near.evaluation.point.forces - near.padded.point.forces
+        start = start.moved(off, "omega", near.evaluation.point.omega - near.padded.point.omega)
+        more = more[:1]
+    solution = correct(finer, start, condition)
+    for how in more if not solution.converged else ():
+        solution = correct(finer, padded.point, condition, *how)
+        if solution.converged:
+            break
     if solution.converged:
         return Beside(padded, condition, solution.evaluation, (solution.evaluation.w - padded.w)[None], True)
     found, way = padded, []
