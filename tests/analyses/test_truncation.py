@@ -14,7 +14,9 @@ from stickslip.analyses.truncation import truncation_warning
 from stickslip.show.report.conclusions import warnings_of
 from stickslip.show.report.responses import sentences
 from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.solve.continuation.more_harmonics import resolved
+from stickslip.solve.continuation.truncation import beside
 from stickslip.support.outcome import Outcome
 
 CASES = {
@@ -230,3 +232,36 @@ def test_every_point_has_an_error_also_where_rigid_friction_reverses_between_sam
     change = np.abs([first(many, k) - first(few, k) for k in range(2)]) / size
     assert change.max() > 0.02
     np.testing.assert_allclose(errors, change, rtol=0.5)
+
+
+def stiff_slider():
+    structure = ss.Structure(np.eye(2), np.array([[2.0, -1.0], [-1.0, 1.0]]), ("1.x", "2.x"), damping=ss.ModalDamping(0.01))
+    slider = ss.Contact("slider", ss.Macroslip(kt=1e4, mu=0.5, normal_load=1.7), (ss.between("1.x", "ground"),))
+    return ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("2.x",))
+
+
+def test_the_error_at_points_is_solved_where_it_crosses_what_is_allowed():
+    """Interpolated from 30 points alone, it would begin too early or too late; tangents of restored points differ a little."""
+    problem, band, level, _ = CASES["one mass"]
+    response = ss.forced_response(problem, band, level, harmonics=1)
+    curve, errors = response._solved_curve(0, 1), response.dataset.point_truncation_error.values[0, :, 0]
+    finer = truncation.finer_balance(curve.balance, 17, 1)
+    crossings = np.flatnonzero(np.diff((errors > truncation.ALLOWED).astype(int)))
+    assert len(crossings) >= 3
+    for place in {*crossings, *(crossings + 1)}:
+        point = curve.points[place]
+        found = beside(finer, point.evaluation, point.across("omega"))
+        size = DISPLACEMENT_AMPLITUDE.size(point.evaluation.w[1], point.point.omega)
+        assert found.solved
+        assert errors[place] == pytest.approx(found.change(curve.balance.first)[1] / size, rel=0.25)
+
+
+def test_a_curve_that_is_off_beside_its_peak_says_where():
+    """At 3 N the peak is right to 0.1 %; a tenth away in frequency more harmonics move the curve."""
+    data = ss.forced_response(stiff_slider(), ss.hertz(0.08, 0.3), 3.0, harmonics=5).dataset
+    message, size = str(data.case_message.values[0]), data.amplitude.values[0, :, 0]
+    moved = data.point_truncation_error.values[0, :, 0] * size / np.nanmax(size)
+    worst = int(np.nanargmax(moved))
+    assert float(data.truncation_error[0, 0]) < truncation.ALLOWED < moved[worst]
+    where = f"{float(data.frequency[0, worst]):.5g} Hz"
+    assert f"More harmonics would move the curve of 2.x at {where} by roughly {100.0 * moved[worst]:.0f} %" in message

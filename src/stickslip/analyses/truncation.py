@@ -153,7 +153,7 @@ def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, liste
 
     Solved on the plane across the curve, or at the frequency of listed points: at `FEW_POINTS` of them, at the highest peaks, and
     between any two of these of which one is beyond `ALLOWED` and the other is not, or both together would be; interpolated
-    along the curve between them. NaN where it is unknown.
+    over the points between them. NaN where it is unknown.
     """
     points, rows, counted = curve.points, balance.rows, _counted(balance, measure)
     errors = np.full((len(points), len(balance.problem.outputs)), np.nan)
@@ -187,9 +187,8 @@ def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, liste
             between += [(low, known[-1]), (known[-1], high)]
     errors[~np.isfinite(errors)] = np.nan
     known.sort()
-    arc = np.cumsum([point.length for point in points])
     for row in errors.T:
-        row[:] = np.interp(arc, arc[known], row[known])
+        row[:] = np.interp(range(len(points)), known, row[known])
     return errors
 
 

@@ -30,6 +30,9 @@ AT_REST, ROUNDING = 1e-6, 1e-10
 """Amplitudes of an output, relative to the largest output and to the largest motion of all, below which it counts as being at
 rest."""
 
+PATIENCE = 20
+"""Full steps that may raise the residual, where no shorter one reduces it: kinks of friction lie on the way."""
+
 TINY = float(np.finfo(float).tiny)
 
 
@@ -93,21 +96,23 @@ def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition
     """Solve `finer`, a balance of the same problem with more harmonics or samples, next to a solution.
 
     across: a plane across the curve, or a prescribed frequency, whatever its target: the one through the solution is taken;
-    near: the same at a neighbouring solution, whose way is a second start.
+    near: the same at a neighbouring solution, whose way is tried first; without one, Newton's method goes on behind kinks of
+    friction, where no step reduces the residual.
     """
     point = evaluation.point
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
     weight = None if across.weight is None else pad(across.weight, finer.columns)
     condition = replace(across, weight=weight, target=0.0)
     condition = replace(condition, target=condition.gap(padded))
-    start, more = padded.point, ((30, 10, 0), (60, 4, 20))
-    if near is not None and near.solved:
+    attempts = [(padded.point, 0)]
+    if near is None:
+        attempts.append((padded.point, PATIENCE))
+    elif near.solved:
         off = near.evaluation.point.forces - near.padded.point.forces
-        start = start.moved(off, "omega", near.evaluation.point.omega - near.padded.point.omega)
-        more = more[:1]
-    solution = correct(finer, start, condition)
-    for how in more if not solution.converged else ():
-        solution = correct(finer, padded.point, condition, *how)
+        moved = padded.point.moved(off, "omega", near.evaluation.point.omega - near.padded.point.omega)
+        attempts.insert(0, (moved, 0))
+    for start, patience in attempts:
+        solution = correct(finer, start, condition, 30, 10, patience)
         if solution.converged:
             break
     if solution.converged:
@@ -128,9 +133,9 @@ def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: 
     size = max(float(np.linalg.norm(found.padded.w[:rows, 1:])), TINY)
     sizes, moves = moving(found.padded.w, rows, slice(1, None))
     of_outputs = found.change(slice(1, None))[rows:][moves] / sizes[moves]
-    left_out = found.moved[:rows].copy()
-    left_out[:, balance.kept] = 0.0
-    share = np.sqrt(np.sum(left_out[:, 1::2] ** 2 + left_out[:, 2::2] ** 2, axis=0)) / size
+    remainder = found.moved[:rows].copy()
+    remainder[:, balance.kept] = 0.0
+    share = np.sqrt(np.sum(remainder[:, 1::2] ** 2 + remainder[:, 2::2] ** 2, axis=0)) / size
     of_contacts = float(np.linalg.norm(found.moved[:rows, 1:])) / size
     return Truncation(share, max(of_contacts, float(of_outputs.max(initial=0.0))))
 
