@@ -16,7 +16,7 @@ ROOT = Path(stickslip.__file__).parent
 
 # From the bottom up. A module imports from its own component and from the rows above its own; never sideways or downwards.
 LAYERS = (
-    ("support/checks", "support/machine", "support/outcome", "support/interrupts", "support/renamed"),
+    ("support/checks", "support/machine", "support/outcome", "support/interrupts", "support/late", "support/renamed"),
     ("support/library_settings",),
     ("support/compilation", "support/files", "support/renderers", "support/units"),
     ("support/console", "support/kernels"),
@@ -57,11 +57,8 @@ LOADED_LATE = {
     "resource",
     "grp",
     "pwd",
-    "skfem",
-    "xarray",
-    "pandas",
     "h5netcdf",
-    "h5py",
+    "xarray",
     "matplotlib",
     "plotly",
 }
@@ -71,6 +68,7 @@ MODULE_IN_TEXT = re.compile(r"stickslip\.[.\w]+$")
 
 IMPORTS_BY_NAME = {
     "model/readers/matlab.py": "a reader of its own folder, by the version of the file",
+    "support/late.py": "a library, by the name that it gives",
     "model/readers/process.py": "the reader that another process is told to use",
     "show/plots/catalogue.py": "every module of its own folder",
     "support/renderers.py": "what the package, which stands above all, names",
@@ -195,6 +193,17 @@ def test_no_import_is_relative_or_hides_in_a_function():
         hidden = [] if component_of(path) in LOCAL_IMPORTS_ALLOWED else hidden_imports(tree)
         wrong += [f"{path.relative_to(ROOT)}:{node.lineno}: {ast.unparse(node)}" for node in relative + hidden]
     assert wrong == []
+
+
+def test_libraries_that_take_long_are_imported_by_one_file():
+    """`support/late.py` loads them at their first use; parts of them, by `from`, stand where they are used."""
+    found = {
+        path.relative_to(ROOT).as_posix()
+        for path, tree in trees().items()
+        for node in nodes(tree)
+        if isinstance(node, ast.Import) and packages(node) & {"h5py", "pandas", "skfem", "xarray"}
+    }
+    assert found == {"support/late.py"}
 
 
 def test_only_the_explorer_imports_dash():

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from stickslip.model.loads import BaseMotion
 from stickslip.model.problem import Problem
 from stickslip.results.view import periods_of
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 
 def absolute(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,9 +11,7 @@ from numpy.typing import ArrayLike
 from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact
 from stickslip.results.result import Result
 from stickslip.support.checks import of_kind, positive, vector
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,8 +27,6 @@ def contact_stiffness(contact: LineContact, loads: ArrayLike, at: float | None =
 
     at: the load of interest, marked in the figure: N̄ = F_C/(2 cos α) of a damper (`static_normal_load`).
     """
-    import xarray as xr
-
     of_kind("contact", contact, LineContact)
     N = np.array([positive("load", load) for load in vector("loads", loads)])
     across, along = contact.tangential_stiffness(N)

@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -48,13 +48,10 @@ from stickslip.solve.curves.controlled import (
     turned_motion,
 )
 from stickslip.support.checks import Array, fault, of_kind, positive, unique, vector
+from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -206,8 +203,6 @@ class ControlledResponseWork(HeldMotion, Execution):
 
     def gathered(self, curves: Sequence[Arrays]) -> ControlledResponse:
         """The response of the curves of all amplitudes."""
-        import xarray as xr
-
         names = self.problem.output_names
         kept = [variable for variable in SCHEMA if variable.name in curves[0]]
         data = {
@@ -324,8 +319,6 @@ def _level_units(work: HeldMotion) -> str:
 
 
 def _resonance_dataset(work: HeldMotion, amplitudes: Array, found: Sequence[Any]) -> xr.Dataset:
-    import xarray as xr
-
     good = np.array([each.converged for each in found])
     arrays = resonance_arrays(work.held(0), [each.evaluation for each in found if each.converged])
     data = {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +12,7 @@ from scipy import linalg
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.results.result import Result
 from stickslip.support.checks import between, fault, of_kind
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 VARIABLES = {
     "damping_ratio": ("1", "damping ratio of the wave, with gas forces"),
@@ -47,8 +44,6 @@ def damping_by_nodal_diameter(disk: TunedDisk, mode: int = 1, stuck: bool = True
     mode: number of the family, 1 the lowest; stuck: with all contacts stuck, else without them. Both are linear: what friction
     adds at an amplitude, `nonlinear_modes` and `limit_cycles` of the disk at that engine order say.
     """
-    import xarray as xr
-
     of_kind("disk", disk, TunedDisk)
     of_kind("stuck", stuck, bool)
     between("mode", mode, 1, disk.structure.size)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +23,8 @@ from stickslip.results.shown_units import system_of
 from stickslip.results.view import highest_peak, level_text, periods_of
 from stickslip.solve.balance.fourier import complex_harmonics
 from stickslip.support.checks import Array, Index, InputError, between, fault
+from stickslip.support.late import xr
 from stickslip.support.units import UnitSystem
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_KEPT = 4
 """Cases whose shapes a result keeps."""

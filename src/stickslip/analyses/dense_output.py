@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,9 @@ from stickslip.model.problem import Problem
 from stickslip.results.schema import COORDINATES, SCHEMA, stamped
 from stickslip.solve.continuation.interpolation import SAME, Interpolation, Value
 from stickslip.support.checks import Array, InputError, fault, numbers, positive
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 KEPT = ("outcome", "residual", "response", "amplitude", "rms", "max_abs", "contact_motion", "contact_force")
 """The variables of the schema that are given at each frequency."""
@@ -64,8 +62,6 @@ def _within_the_band(dataset: xr.Dataset, frequencies: Any) -> Array:
 def _dataset(
     dataset: xr.Dataset, points: SolvedPoints, wanted: Array, curves: Sequence[list[list[Value]]], tolerance: float
 ) -> xr.Dataset:
-    import xarray as xr
-
     branches = max((len(values) for curve in curves for values in curve), default=0)
     shape = (len(curves), max(branches, 1), len(wanted))
     found: dict[str, NDArray[Any]] = {name: np.full((*shape, *dataset[name].shape[2:]), np.nan) for name in KEPT}

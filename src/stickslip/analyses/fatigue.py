@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -12,9 +12,7 @@ from stickslip.model.structure.fatigue import FatigueLimit
 from stickslip.model.structure.stress import von_mises
 from stickslip.results.view import inside_band
 from stickslip.support.checks import Array, InputError, among, fault, finite, nearest
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 NORMAL = ("xx", "yy", "zz")
 
@@ -53,8 +51,6 @@ def with_fatigue(
     mean: stress that the response does not contain, such as that due to rotation, in Pa by place or by the name of a set of
     places; it is added to σ_m.
     """
-    import xarray as xr
-
     among("equivalent", equivalent, EQUIVALENTS)
     if not has_stress(dataset):
         raise InputError("A fatigue margin needs stress along the curves: take it of `response.with_stress()`.")

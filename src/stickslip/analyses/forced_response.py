@@ -79,6 +79,7 @@ from stickslip.solve.curves.refine import refined
 from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.solve.time.methods import DEFAULT_METHOD, Method
 from stickslip.support.checks import InputError, between, fault, of_kind
+from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.renamed import renamed_arguments
@@ -86,9 +87,6 @@ from stickslip.support.renderers import FIGURES
 from stickslip.support.units import Band
 
 if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
     from stickslip.model.structure.fatigue import FatigueLimit
     from stickslip.model.structure.stress import StressRecovery
 

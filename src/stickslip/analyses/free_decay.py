@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -32,10 +32,8 @@ from stickslip.solve.time.model import refuse_waves, time_model
 from stickslip.solve.time.period import Loads, march_period, settle
 from stickslip.solve.time.start import TimeStart, checked_start, from_harmonics, from_rest
 from stickslip.support.checks import Array, InputError, fault, finite, of_kind, positive
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_STEPS = 10_000_000
 """More would fill the memory with histories."""
@@ -304,8 +302,6 @@ def half_cycles(times: Array, values: Array) -> tuple[Array, Array, Array]:
 
 
 def _dataset(work: FreeDecayWork, arrays: Arrays) -> xr.Dataset:
-    import xarray as xr
-
     problem, outputs, step = work.problem, arrays["outputs"], work.duration / work.steps
     times = np.asarray(step * np.arange(outputs.shape[1]), dtype=float)
     found = [turning_points(times, signal) for signal in outputs]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +23,8 @@ from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.continuation.two_ways import Followed, joined, one_way
 from stickslip.solve.curves.curve import Curve, with_peaks
 from stickslip.support.checks import Array, InputError, fault, positive, whole
+from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 NEAR, JOINED, EXACT = 1e-2, 1e-4, 1e-6
 """Relative distance of two motions at one frequency below which they are one; where a branch goes over into the curve it came
@@ -169,8 +165,6 @@ def _at_once(balance: HarmonicBalance, curve: Interpolation, evaluation: Evaluat
 
 def branch_point_table(curve: SolvedCurve) -> pd.DataFrame:
     """The branch points of a curve: frequency [Hz], amplitude of the first output [m], and how many directions lead away."""
-    import pandas as pd
-
     balance = curve.balance
     rows = [
         {

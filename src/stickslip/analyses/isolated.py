@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +23,7 @@ from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.continuation.two_ways import Followed, followed_both_ways
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 PLACES = 16
 """Points of a mode from which subharmonic motions are sought."""

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.results.schema import SCHEMA
 from stickslip.runs.work import Arrays
+from stickslip.support.late import xr
 
 KEPT = (
     "truncation_error", "sampling_error", "work_error", "modal_error", "patch_error", "point_truncation_error",
     "highest_stability", "end_stability",
 )  # fmt: skip
 """What a curve has beside the variables of the schema."""
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def arrays_of(dataset: xr.Dataset, case: int, longer: int = 1) -> dict[str, NDArray[Any]]:

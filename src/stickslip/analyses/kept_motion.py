@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +12,7 @@ from stickslip.model.problem import Problem
 from stickslip.results.shown_units import system_of
 from stickslip.results.view import highest_peak, level_text
 from stickslip.support.checks import Array
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 MOST_LOOPS = 16
 """Loops that are kept of a peak: those that enclose most."""

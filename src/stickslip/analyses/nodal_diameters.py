@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,7 @@ from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.support.checks import between, of_kind
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 MODES = 6
 """Of each nodal diameter, unless given."""
@@ -39,8 +37,6 @@ def nodal_diameters(disk: TunedDisk, modes: int = MODES) -> NodalDiameters:
 
 def _held(disk: TunedDisk, modes: int) -> xr.Dataset:
     """Those of the nodal diameters that the disk holds; NaN at the others."""
-    import xarray as xr
-
     frequencies = np.full((2, disk.sectors // 2 + 1, between("modes", modes, 1)), np.nan)
     for state in range(2):
         for n in disk.disk.diameters.held:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.loads import excited_harmonics
@@ -13,11 +13,8 @@ from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.peaks.search import PeakSearch
 from stickslip.support.checks import InputError
+from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 
 def refuse_unexcited(problem: Problem, measure: Measure) -> None:
@@ -32,8 +29,6 @@ def refuse_unexcited(problem: Problem, measure: Measure) -> None:
 
 def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) -> pd.DataFrame:
     """The peaks of a measure along every curve inside its band, as the table of `ForcedResponse.peaks`."""
-    import pandas as pd
-
     points = SolvedPoints(dataset, problem)
     balance = points.balance
     measure = measure.over(balance.periods)

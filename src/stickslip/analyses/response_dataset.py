@@ -6,7 +6,7 @@ The arrays of one curve are what processes send back and what is kept on disk wh
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,8 @@ from stickslip.solve.balance.trigonometric import largest_absolute
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array, Index
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Arrays = Mapping[str, NDArray[Any]]
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from stickslip.analyses.motion import PeriodOfMotion, Wheel, contact_loops, frames_of, sections
@@ -15,9 +13,7 @@ from stickslip.results.shown_units import system_of
 from stickslip.results.view import level_text, periods_of
 from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.support.checks import Array, fault
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 
 def response_motion(dataset: xr.Dataset, problem: Problem, case: int, point: int) -> PeriodOfMotion:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,9 @@ from stickslip.solve.balance.fourier import complex_harmonics
 from stickslip.solve.continuation.sensitivity import parameter_slopes, respond, solved_factors, start_slopes
 from stickslip.solve.curves.curve import solve_curve
 from stickslip.support.checks import Array, Index, InputError, fault, finite, of_kind, positive
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 RELATIVE_STEP = 1e-5
 """Of the differences of matrices and tables, relative to the value of the parameter."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,11 +16,8 @@ from stickslip.solve.balance.fourier import real_harmonics
 from stickslip.solve.balance.orders import of_attribute
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.support.checks import SMALLEST, Array, fault, whole
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 KEPT = ("outcome", "frequency", "force_level", "response", "contact_force", "contact_motion")
 """The variables of a dataset that a point is made of, and is known again by."""

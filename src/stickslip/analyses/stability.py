@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import IntEnum
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,9 @@ from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.stability.judge import Judge, Verdict
 from stickslip.solve.stability.multipliers import ROUNDING, TIMES_ERROR, Stability
 from stickslip.support.checks import Array, positive
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 REAL = 1e-6
 """Imaginary part of a multiplier, relative to its size, below which it is real."""

@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -28,11 +28,9 @@ from stickslip.solve.time.methods import DEFAULT_METHOD, Method
 from stickslip.solve.time.model import refuse_waves
 from stickslip.solve.time.start import TimeStart, checked_start, from_rest
 from stickslip.support.checks import InputError, fault, of_kind, positive
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band, followed
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NEVER = 1e-30
 """Tolerance of periodicity that no motion reaches: each dwell has all of its periods."""
@@ -165,8 +163,6 @@ def beside_balance(dataset: xr.Dataset, response: xr.Dataset) -> xr.Dataset:
 
 
 def _dataset(work: SteppedSineWork, arrays: Arrays) -> xr.Dataset:
-    import xarray as xr
-
     def named(dims: tuple[str, ...], values: Any, units: str, words: str) -> tuple[Any, ...]:
         return dims, values, {"units": units, "long_name": words}
 

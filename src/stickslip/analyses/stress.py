@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,10 +15,8 @@ from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
 from stickslip.solve.balance.without_contacts import WithoutContacts
 from stickslip.support.checks import Array, fault
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SIZES = ("stress_von_mises", "stress_alternating", "stress_principal", "stress_principal_mean")
 """Sizes of the stress at a place over a period, as `with_stress` explains them."""
@@ -30,8 +27,6 @@ TURNS = 256
 def stress(dataset: xr.Dataset, problem: Problem, case: int, point: int, recovery: StressRecovery) -> xr.Dataset:
     """`stress` (place, component, harmonic, part), `amplitude` of the first harmonic (place, component), `largest` (place,
     component) in size over the period, and `von_mises` (place), its largest over the period; all with the mean, Pa."""
-    import xarray as xr
-
     here, points = degrees_of_freedom(problem, recovery), SolvedPoints(dataset, problem)
     harmonics = stress_harmonics(problem, recovery, points.whole_motion(case, point)[here])
     over_time = np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E)

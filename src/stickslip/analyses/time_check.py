@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,9 +15,7 @@ from stickslip.solve.time.methods import DEFAULT_METHOD, Method
 from stickslip.solve.time.shooting import shoot
 from stickslip.solve.time.start import from_harmonics
 from stickslip.support.checks import Array
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 LEFT = 10.0
 """A last period so many times as far from the harmonic balance as the first one has left it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,7 @@ from stickslip.solve.time.march import March, MarchOutcome, TimeCycle, march
 from stickslip.solve.time.methods import DEFAULT_METHOD, Method
 from stickslip.solve.time.start import TimeStart, from_rest
 from stickslip.support.checks import Array, fault, finite, of_kind, positive
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,8 +74,6 @@ def harmonics_of(signals: Array, harmonics: int) -> np.ndarray:
 
 
 def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March) -> xr.Dataset:
-    import xarray as xr
-
     outputs = cycle.outputs
     samples = outputs.shape[1]
     motion, force = ContactRows(problem).spread(cycle.contact_motion), ContactRows(problem).spread(cycle.contact_force)

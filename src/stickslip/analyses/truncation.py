@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,9 +28,7 @@ from stickslip.solve.continuation.truncation import (
 )
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 ALLOWED = 0.004
 """The estimate above which a curve comes with a warning: the change by many more harmonics was up to 2.3

@@ -11,11 +11,9 @@ import numpy as np
 import typer
 
 from stickslip.support.console import say
+from stickslip.support.late import pd, xr
 
 if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
     from stickslip.model.readers.describe import Description
     from stickslip.study import Job
 

@@ -15,10 +15,9 @@ from stickslip.cli.studies import Figures, Overwrite, finish
 from stickslip.support.checks import existing, fault, nearest
 from stickslip.support.console import progress_bar, say
 from stickslip.support.files import only_own_files
+from stickslip.support.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from stickslip.laboratory.measurement.decay import MeasuredDecay
 
 

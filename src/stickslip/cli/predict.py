@@ -15,10 +15,9 @@ from stickslip.cli.places import free_folder
 from stickslip.cli.studies import Figures, Overwrite, Resume, Workers, carry_out, cores
 from stickslip.support.checks import InputError, existing, fault
 from stickslip.support.console import say
+from stickslip.support.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from stickslip.study.units import Units
 
 RESPONSES, DECAY, IDENTIFICATION = "response_prediction", "decay_prediction", "response_identification"

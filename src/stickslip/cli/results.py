@@ -15,11 +15,9 @@ from stickslip.cli.places import results_in, writable_folder
 from stickslip.support.checks import fault, nearest
 from stickslip.support.console import say
 from stickslip.support.files import WrittenFiles, only_own_files, refuse_obstacle
+from stickslip.support.late import pd, xr
 
 if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
     from stickslip.show.report.presentation import Presentation
 
 FORMULA = re.compile(r"^(?![+-]?[\d.]+(e[+-]?\d+)?\Z)(?=[=+\-@\t\r\n＝＋－＠])|(?<=[;\t\r\n])(?=[=+\-@＝＋－＠])", re.IGNORECASE)
@@ -214,8 +212,6 @@ def captioned(tables: Mapping[str, Mapping[str, pd.DataFrame]], out: Path) -> di
 
 def table_of(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """One table, or several as one with a first column `result`."""
-    import pandas as pd
-
     several = len(tables) > 1
     return pd.concat(
         table.assign(result=name)[["result", *table.columns]] if several else table for name, table in tables.items()

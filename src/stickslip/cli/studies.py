@@ -17,10 +17,9 @@ from stickslip.cli.results import FIGURES, write_reports
 from stickslip.support.checks import Faults, InputError, counted, fault, listed, positive, unique
 from stickslip.support.console import INCOMPLETE, WRONG_INPUT, progress_bar, say, warn
 from stickslip.support.files import left_sentence, only_own_files, write_text
+from stickslip.support.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from stickslip.runs.checkpoint import CheckpointFolder
     from stickslip.runs.dask_cluster import DaskCluster
     from stickslip.study import Job

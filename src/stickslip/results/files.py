@@ -16,7 +16,7 @@ import re
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +30,7 @@ from stickslip.results.view import measure_in
 from stickslip.support.checks import Faults, InputError, fault, similar_file
 from stickslip.support.files import replacing
 from stickslip.support.interrupts import held_back
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import h5py, xr
 
 __all__ = ["SCHEMA", "labelled", "open_results", "save", "stamped"]
 
@@ -117,8 +115,6 @@ def _verified(dataset: xr.Dataset, path: Path) -> xr.Dataset:
 def open_results(path: str | Path) -> xr.Dataset:
     """Read a results file, or the results.nc of a folder, whole into memory and check it against the schema; the file is closed
     on return."""
-    import xarray as xr
-
     path = Path(path)
     path = path / "results.nc" if (path / "results.nc").is_file() else path
     _refuse_foreign(path)
@@ -158,8 +154,6 @@ def _refuse_foreign(path: Path) -> None:
 
 
 def _refuse_what_is_not_in_it(path: Path) -> None:
-    import h5py
-
     try:
         with h5py.File(path) as file:
             refuse_other_files(file)

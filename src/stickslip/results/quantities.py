@@ -5,7 +5,7 @@ In a stored result these are X_h (i h ω)^k, so nothing is computed again. Figur
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,11 +14,7 @@ from stickslip.results.stability import has_stability
 from stickslip.results.stability import words as words_of_flags
 from stickslip.results.view import levels_in_newtons, measure_in, nearest_point, periods_of, sizes
 from stickslip.solve.balance.measure import Measure, Quantity, quantity_named
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
+from stickslip.support.late import pd, xr
 
 ERRORS = ("truncation_error", "sampling_error", "work_error", "modal_error", "patch_error")
 """Estimates of errors at the highest peak of an output, (case, output), of those that a result holds."""
@@ -30,8 +26,6 @@ def as_quantity(dataset: xr.Dataset, name: str, per_force: bool = False) -> xr.D
     name: displacement, velocity or acceleration; per_force divides by the force level. Or the name of what that makes, receptance
     (compliance), mobility, inertance (accelerance).
     """
-    import xarray as xr
-
     quantity, per_force = quantity_named(name, per_force)
     rate = 2.0 * np.pi * dataset["frequency"] * dataset["harmonic"]
     complex_response = dataset["response"].isel(part=0) + 1j * dataset["response"].isel(part=1)
@@ -60,8 +54,6 @@ def quantity_table(dataset: xr.Dataset, name: str | None = None, per_force: bool
     name: the quantity; that of the result's peaks unless given. Samples have a column `start` with their start states
     apart.
     """
-    import pandas as pd
-
     converted = as_quantity(dataset, name or measure_in(dataset).name, per_force)
     units = converted["amplitude"].attrs["units"]
     first = converted["response"].isel(harmonic=periods_of(dataset))

@@ -7,15 +7,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.results.view import highest_peak
 from stickslip.support.checks import listed
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 REPRESENTATIVE = ("lowest", "median", "highest")
 """Start states of one force level that stand for all, by their highest peaks."""

@@ -9,15 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from stickslip.support.checks import Faults, nearest
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FILE_FORMAT = 1
 COMMON_ATTRIBUTES = ("title", "study", "stickslip_version", "file_format")
@@ -133,8 +131,6 @@ def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Map
     variables: an array for each name of SCHEMA; coords: for each name of COORDINATES (`part` and `harmonic` may be left out);
     attrs: title, study, harmonics, samples, cpu_seconds and what else is to be kept; version and file format are added.
     """
-    import xarray as xr
-
     coords = _with_default_coords(coords, variables)
     _refuse_names(variables, coords)
     arrays = {v: _typed(v, coords if v in COORDINATES else variables) for v in (*COORDINATES, *SCHEMA)}

@@ -9,15 +9,11 @@ from __future__ import annotations
 
 import re
 from math import log10
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.support.late import pd, xr
 from stickslip.support.units import FORCES, LENGTHS, MASSES, UnitSystem
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 ATTRIBUTE = "unit_system"
 """Of a dataset: the units of length, force, mass and time of its study; absent for SI."""

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from stickslip.results.view import band_of, in_band, level_text, points
 from stickslip.support.checks import Array, counted, first_of
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 UNSTABLE = 2
 """The flag of an unstable point."""

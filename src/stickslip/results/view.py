@@ -6,7 +6,6 @@ Numbers stay in SI; only `level_text` makes words. `results_schema` says what th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,12 +14,9 @@ from stickslip.results.shown_units import in_system, system_of
 from stickslip.solve.balance.fourier import real_harmonics
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, measure_of
 from stickslip.support.checks import Array, Index
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import UnitSystem, um
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 ROUNDED = 4.0 * float(np.finfo(float).eps)
 """Rounding of a frequency in Hz that has been in rad/s, relative."""

@@ -6,14 +6,12 @@ What a case gives are plain arrays, which travel between machines and to disk.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from numpy.typing import NDArray
 
 from stickslip.support.checks import fault
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 Arrays = Mapping[str, NDArray[Any]]
 Progress = Callable[[float, str], None]

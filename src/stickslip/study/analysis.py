@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.response_settings import ForcedResponseSettings
@@ -21,10 +21,8 @@ from stickslip.solve.balance.orders import checked_harmonics, in_words
 from stickslip.study.fields import Table
 from stickslip.study.units import Units
 from stickslip.support.checks import counted
+from stickslip.support.late import xr
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class Plan(Protocol):

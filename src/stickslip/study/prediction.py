@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -26,10 +26,8 @@ from stickslip.study.analysis import Asked, Plan
 from stickslip.study.fields import Number, Seed, Table
 from stickslip.study.renamed import with_new_names
 from stickslip.support.checks import MOST, InputError, counted, fault, listed
+from stickslip.support.late import xr
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NOT_OF_THE_PROBLEM = ("sweep.frequency", "sweep.at")
 """Settings in which a prediction may differ from its identification."""

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import stickslip
 from stickslip.results.files import open_results, save, stamped
@@ -21,9 +21,7 @@ from stickslip.study.analysis import SearchingPlan
 from stickslip.study.reading import Job
 from stickslip.support.checks import InputError
 from stickslip.support.files import WrittenFiles, only_own_files
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 WARNING = "Warning: "
 """How a note on a study begins that its reader shall look at."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -17,9 +17,7 @@ from stickslip.study.analysis import Asked
 from stickslip.study.fields import Groups, Number, Positive, Table, Words
 from stickslip.study.units import PRESSURE, in_si
 from stickslip.support.checks import InputError, fault, nearest
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 Point = Annotated[list[Number], Field(min_length=3, max_length=3), Words("list of three numbers")]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,10 +35,8 @@ from stickslip.solve.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutco
 from stickslip.solve.platforms.march import PlatformState, Record
 from stickslip.solve.time.methods import Method
 from stickslip.support.checks import Array, Index, fault, positive, vector, whole
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def cycle_motion(dataset: xr.Dataset) -> PeriodOfMotion:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,7 @@ from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.solve.platforms.cycle import CycleModel, Marching, SteadyCycle
 from stickslip.solve.platforms.march import Record
 from stickslip.support.checks import Array, Index
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 HARMONICS = 15
 """Harmonics of the platform forces that are kept."""
@@ -30,8 +28,6 @@ EACH, PLACE = ("sample", "contact"), ("sample", "axis")
 
 def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, marching: Marching, sentence: str) -> xr.Dataset:
     """Everything about the last cycle."""
-    import xarray as xr
-
     variables = _platforms(rig, model, march) | _contact_forces(model, march) | _contact_motions(rig, model, march)
     variables |= _states(model, march) | _energies(model, march) | _section(rig)
     return xr.Dataset(

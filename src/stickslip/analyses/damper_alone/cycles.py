@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,9 +20,7 @@ from stickslip.runs.work import Arrays, Progress, Report, silent
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome
 from stickslip.solve.platforms.march import PlatformState
 from stickslip.support.checks import Array, InputError, between, fault, positive, several, vector, whole
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 REPEATING = (CycleOutcome.STEADY, CycleOutcome.JAMMED)
 
@@ -75,8 +73,6 @@ def _animated(cycles: Sequence[DamperCycle], cycle: int) -> Any:
 
 def together(cycles: Sequence[DamperCycle]) -> xr.Dataset:
     """Cycles of one damper under one motion as one dataset; their outcomes and sentences as variables."""
-    import xarray as xr
-
     found = xr.concat([cycle.dataset for cycle in cycles], "cycle", combine_attrs="drop_conflicts")
     labels = {key: [str(cycle.dataset.attrs[key]) for cycle in cycles] for key in ("outcome", "message")}
     words = {"outcome": "how the search ended", "message": "the outcome in words"}

@@ -6,7 +6,7 @@ Fatigue margins of the blades of mistuned disks, each at its largest amplitude.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,10 +19,8 @@ from stickslip.model.structure.stress import COMPONENTS
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.orders import attribute
 from stickslip.support.checks import Array, InputError
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WORDS = {
     "blade": "blade frequency",
@@ -44,8 +42,6 @@ NO_WORK = 1e-18
 
 def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Dataset:
     """Axes sample, point (padded with NaN), blade (from 1); the tuned disk beside them."""
-    import xarray as xr
-
     tuned, samples = results[0], results[1:]
     units = work.sweep.measure.reported_units(levels_are_newtons(work.disk))
     words = work.sweep.measure.words

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.analyses.fatigue import Equivalent
 from stickslip.analyses.mistuning.dataset import population_dataset, with_blade_fatigue
@@ -15,11 +15,9 @@ from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.structure.fatigue import FatigueLimit
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
+from stickslip.support.late import xr
 from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -6,7 +6,6 @@ Forced motions solved at the peaks that a nonlinear mode synthesises: what the s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,11 +16,8 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCon
 from stickslip.solve.balance.orders import of_attribute
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.support.checks import Array, InputError, rounded
+from stickslip.support.late import pd, xr
 from stickslip.support.units import um
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 ITERATIONS, HALVINGS = 30, 8
 

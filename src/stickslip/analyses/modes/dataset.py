@@ -6,7 +6,7 @@ Labelled dataset of limit cycles: the roots by aerodynamic damping, the curve on
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,7 @@ from stickslip.solve.curves.damping_roots import ROUNDING, DampingCurve, is_stab
 from stickslip.solve.curves.mode_curve import ModeCurve
 from stickslip.solve.curves.mode_refine import first_harmonic_pace, pace
 from stickslip.support.checks import Array
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 _POINT, _OUTPUT, _ROW = ("case", "point"), ("case", "point", "output"), ("case", "point", "contact", "direction")
 _ALONG = "by arc length in ln amplitude, ln frequency and damping ratio"
@@ -186,8 +184,6 @@ def _parts(values: NDArray[np.complex128]) -> Array:
 
 def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, Any]) -> xr.Dataset:
     """All curves as one labelled dataset."""
-    import xarray as xr
-
     data = {
         name: (dims, stacked([np.asarray(result[name]) for result in results]), {"units": units, "long_name": words})
         for name, (dims, units, words) in (VARIABLES | OF_DECAYS).items()
@@ -325,8 +321,6 @@ def limit_cycles_dataset(
     problem: Problem, results: Sequence[Arrays], ratios: Sequence[float], attrs: dict[str, Any]
 ) -> xr.Dataset:
     """The limit cycles of all modes as one labelled dataset."""
-    import xarray as xr
-
     data = {
         name: (dims, stacked([np.asarray(result[name]) for result in results]), {"units": units, "long_name": words})
         for name, (dims, units, words) in CYCLE_VARIABLES.items()

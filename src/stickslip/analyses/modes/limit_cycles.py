@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,11 +33,9 @@ from stickslip.solve.curves.damping_roots import DampingCurve
 from stickslip.solve.curves.mode_curve import ModeCurve, solve_mode
 from stickslip.solve.curves.mode_refine import directed
 from stickslip.support.checks import InputError, fault, unique, vector
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 STEP = 0.1
 """Scale of ln a in arc length."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,10 +20,7 @@ from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.support.checks import between, fault, of_kind, positive, vector
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 SAME_RESONANCE = 0.1
 """Relative distance in frequency within which a peak of a response is that of the mode."""
@@ -66,8 +62,6 @@ class NonlinearModes(Result):
         """Peaks from a mode beside those of a forced response of the same problem: force_level, output, `swept` and `from_mode`
         [m], `difference`, relative to the swept one, and the frequencies of both [Hz]. Of the peaks of the response that nearest
         to the mode's counts; NaN where none is within 10 % of its frequency, as on a curve that was lost or in another band."""
-        import pandas as pd
-
         peaks = of_kind("response", response, ForcedResponse).peaks("displacement", "amplitude")
         rows = []
         for level in response.dataset["force_level"].values.tolist():

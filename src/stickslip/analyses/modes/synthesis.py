@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -26,11 +25,8 @@ from stickslip.model.problem import Problem
 from stickslip.solve.balance.extended_structure import extended_gains_called
 from stickslip.solve.balance.mode_balance import ModalStructures
 from stickslip.support.checks import Array, fault, several
+from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 ForcePattern = Sequence[Force]
 Complex = NDArray[np.complex128]
@@ -242,8 +238,6 @@ class Synthesis:
 
     def peaks(self, levels: Array, output: int) -> pd.DataFrame:
         """The peaks of force levels at an output, the highest of each level first."""
-        import pandas as pd
-
         self._refuse_beyond(levels)
         least = self._levels[0]
         # Which levels lie in which intervals between neighbouring ones of the mode.
@@ -289,8 +283,6 @@ class Synthesis:
 
     def response(self, level: float, output: int) -> pd.DataFrame:
         """The curve of a force level."""
-        import pandas as pd
-
         self._refuse_beyond(np.array([level]))
         count = self.mode.omega.size
         numbers = np.linspace(0.0, count - 1.0, FINER * (count - 1) + 1)
@@ -309,8 +301,6 @@ class Synthesis:
 
     def phase_resonance(self, output: int) -> pd.DataFrame:
         """Force level, frequency and amplitude of phase resonance at every point."""
-        import pandas as pd
-
         mode = self.mode
         columns = {"force_level": mode.quadrature, "frequency": mode.omega / (2.0 * np.pi)}
         columns["amplitude"] = mode.amplitude * np.abs(mode.outputs[:, output])

@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 
@@ -22,11 +22,9 @@ from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance
 from stickslip.solve.balance.orders import Harmonics, attribute, checked_harmonics, harmonics_for, highest, of_attribute
 from stickslip.solve.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, ModeCurve, slip_level, solve_mode
 from stickslip.support.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector, whole
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Extended = Literal["first", "all"]
 

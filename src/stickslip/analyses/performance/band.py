@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,11 +38,9 @@ from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.support.late import xr
 from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -123,8 +121,6 @@ def performance_band(work: BandSettings) -> PerformanceBand:
 
 def band_dataset(asked: BandSettings, results: Sequence[Arrays]) -> xr.Dataset:
     """Bounds of the peak as a band over F_C/F_E."""
-    import xarray as xr
-
     work = asked.bounds
     bounds, unit = work.gathered(results), excitation(work.problem)
     if not np.isfinite(bounds["amplitude"].values).any():

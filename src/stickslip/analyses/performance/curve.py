@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,10 +23,8 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.balance.orders import attribute
 from stickslip.support.checks import fault
+from stickslip.support.late import xr
 from stickslip.support.renamed import renamed_arguments
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -159,8 +157,6 @@ def described(measure: Measure, name: str, units: str, words: str) -> dict[str, 
 
 def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCurve:
     """All curves as one labelled dataset."""
-    import xarray as xr
-
     # A band in which sweeps went well, but no curve has a peak anywhere, is refused.
     found = any(np.isfinite(result["amplitude"]).any() for result in results)
     if not found and any(np.any(result["check_points"] > 0) for result in results):

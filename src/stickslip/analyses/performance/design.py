@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args
+from typing import Annotated, Any, Literal, Protocol, get_args
 
 import numpy as np
 
@@ -35,11 +35,9 @@ from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.balance.orders import MOST_SAMPLES, attribute
 from stickslip.support.checks import Array, InputError, fault, of_kind, positive, vector
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.renamed import renamed_arguments
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FACTOR = 2.0
 """Default uncertainty of the friction coefficient, which evolves with wear (Gola and Gastaldi, ASME GT2014-25240)."""
@@ -321,8 +319,6 @@ def no_optimum(dataset: xr.Dataset) -> str:
 
 
 def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, near: DesignRanges | None) -> xr.Dataset:
-    import xarray as xr
-
     conditions, records = work.conditions, designs.records
     nothing = np.full(designs.low.size, np.nan)
     values = _of_designs(designs, starts) | {

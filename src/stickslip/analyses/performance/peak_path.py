@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,11 +17,9 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import measure_of
 from stickslip.solve.peaks.continuation import ContinuedPeaks, Event, PeakContinuation
 from stickslip.support.checks import between, fault, positive, vector
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +76,6 @@ def follow_peaks(
 
 
 def _dataset(continuation: PeakContinuation, found: ContinuedPeaks) -> xr.Dataset:
-    import xarray as xr
-
     shape, measure = (len(found.values), len(found.branches)), continuation.measure
     arrays = {name: np.full(shape, np.nan) for name in ("frequency", "amplitude", "frequency_width", "on_kink")}
     for b, branch in enumerate(found.branches):

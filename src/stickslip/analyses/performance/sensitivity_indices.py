@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 
@@ -46,11 +46,9 @@ from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
 from stickslip.solve.peaks.sweep import swept_peaks
 from stickslip.support.checks import Array, fault, positive, whole
+from stickslip.support.late import xr
 from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_DRAWS = 2**20
 """More would take months."""
@@ -253,8 +251,6 @@ def sensitivity_indices(work: DrawsWork) -> SensitivityIndices:
 
 def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:
     """Indices, ends and slopes as one labelled dataset."""
-    import xarray as xr
-
     shown = np.array([1.0 / work.measured.per(work.force), 1.0])
     first, drawn = results[0], np.concatenate([result["peaks"] for result in results[1:]])
     first = {**first, "middle": shown * first["middle"], "ends": shown * first["ends"]}

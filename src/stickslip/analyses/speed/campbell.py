@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -20,11 +20,8 @@ from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.work import Progress, checked_progress
 from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, several, unique, vector
+from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 STATES = ("free", "stuck", "nonlinear")
 
@@ -125,8 +122,6 @@ class _Resonance:
 def _dataset(
     resonance: _Resonance, speeds: Array, orders: tuple[int, ...], operating: float | None, progress: Progress
 ) -> xr.Dataset:
-    import xarray as xr
-
     shape = len(STATES), len(orders), speeds.size
     frequencies, amplitudes, messages = np.full(shape, np.nan), np.full(shape[1:], np.nan), np.full(shape[1:], "", dtype=object)
     crossings, margins = np.full((2, *shape[:2]), np.nan), np.full(shape[:2], np.nan)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,10 +18,8 @@ from stickslip.solve.time.model import time_model
 from stickslip.solve.time.period import march_period, settle
 from stickslip.solve.time.start import TimeStart, from_rest
 from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, vector
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FEWEST = 4
 """Cycles of the excitation that a run must hold."""
@@ -133,8 +130,6 @@ def _dataset(
     level: float,
     duration: float,
 ) -> xr.Dataset:
-    import xarray as xr
-
     assert problem.speed is not None
     count = len(rows)
     middle = 0.5 * (times[1 : count + 1] + times[:count])

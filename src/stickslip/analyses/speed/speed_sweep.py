@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import lcm
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -22,12 +22,9 @@ from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.orders import MOST_SAMPLES
 from stickslip.support.checks import Array, InputError, between, fault, of_kind, several, unique, vector
+from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 GRID = 1001
 """Speeds of the envelope."""
@@ -177,8 +174,6 @@ def _order(problem: Problem) -> int:
 
 def _joined(responses: Mapping[int, ForcedResponse]) -> SpeedSweep:
     """The curves of all engine orders over the speed."""
-    import xarray as xr
-
     orders = list(responses)
     parts = [_over_speed(response.dataset, order) for order, response in responses.items()]
     longest = {dim: max(part.sizes[dim] for part in parts) for dim in ("point", "peak", "linear_point")}

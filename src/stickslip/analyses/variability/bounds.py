@@ -17,7 +17,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 
@@ -53,11 +53,9 @@ from stickslip.solve.starts.extremes import AtFrequency, AtPeak, Effort, loss_fa
 from stickslip.solve.starts.space import StartSpace, refuse_forgetful, rule_words
 from stickslip.solve.starts.states import explored_space
 from stickslip.support.checks import InputError, fault
+from stickslip.support.late import xr
 from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band, listed
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Target = Literal["amplitude", "loss_factor", "peak"]
 
@@ -175,8 +173,6 @@ class BoundsWork(OneBalance, Measured, Execution):
 
     def gathered(self, results: Sequence[Arrays]) -> xr.Dataset:
         """All cases as one labelled dataset."""
-        import xarray as xr
-
         data, measured = {}, {"units": self.measured.reported_units(levels_are_newtons(self.problem))}
         for name, (dims, units, words) in VARIABLES.items():
             axis = dims.index("frequency")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,11 +20,9 @@ from stickslip.solve.curves.curve import solve_curve
 from stickslip.solve.starts.space import refuse_forgetful
 from stickslip.solve.starts.states import element_states
 from stickslip.support.checks import InputError, fault, positive
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.units import Band, in_order
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,8 +106,6 @@ def _arrays(balance: HarmonicBalance, evaluations: Sequence[Evaluation], output:
 
 
 def _dataset(problem: Problem, arrays: dict[str, Any], attrs: dict[str, Any]) -> xr.Dataset:
-    import xarray as xr
-
     names: list[str] = []
     for contact in problem.contacts:
         for d, group in zip(contact.direction_names, contact.elements.friction, strict=False):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,12 +19,10 @@ from stickslip.solve.balance.orders import attribute
 from stickslip.solve.continuation.newton import Correction
 from stickslip.solve.starts.states import march
 from stickslip.support.checks import Array, InputError, between, fault, numbers, of_kind, positive
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band, in_order
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 UP_AND_DOWN = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0, 80.0, 50.0, 20.0, 5.0, 1.0)
 """The history of the published experiment, N: from 1 to 100 N and back."""
@@ -128,8 +126,6 @@ class _Table:
 
     def dataset(self, attrs: dict[str, Any]) -> xr.Dataset:
         """The labelled dataset."""
-        import xarray as xr
-
         problem = self.balance.problem
         names = [f"{contact.name} {d}" for contact in problem.contacts for d in contact.direction_names]
         where = np.nanargmax(np.where(np.isnan(self.amplitude), -1.0, self.amplitude), axis=1)

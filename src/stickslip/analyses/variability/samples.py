@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from typing import Annotated, Any, get_args
 
 import numpy as np
 
@@ -45,14 +45,11 @@ from stickslip.solve.starts.solutions import StartSolutions, UnsolvedError
 from stickslip.solve.starts.space import StartSpace, number_of_variables, rule_words
 from stickslip.solve.starts.states import space_around, virgin_solutions
 from stickslip.support.checks import Array, InputError, between, fault, numbers
+from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band, listed
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 PERCENT = (5.0, 25.0, 50.0, 75.0, 95.0)
 
@@ -63,8 +60,6 @@ def percentiles(dataset: xr.Dataset, percent: Sequence[float] = PERCENT, output:
 
     Only of samples that were solved exactly at given frequencies: nothing is interpolated. NaN where no curve has a point.
     """
-    import xarray as xr
-
     if not has_percentiles(dataset):
         raise InputError(
             "Percentiles must be of curves at common frequencies, but these were continued over a band. "
@@ -124,8 +119,6 @@ class ResponseSamples(Result):
         """The highest peak of every curve: force level, start, frequency [Hz], size, loss factor; the size in the column
         `amplitude`, `rms` or `max_abs`, as of `ForcedResponse.peaks`.
         """
-        import pandas as pd
-
         first = self.dataset.isel(peak=slice(0, 1), output=output)
         columns = {"force_level": first["force_level"].values, "start": first["start"].values}
         names = {"frequency": "frequency", "amplitude": measure_in(self.dataset).kind, "loss_factor": "loss_factor"}

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,10 +29,8 @@ from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.results.schema import stamped
 from stickslip.support.checks import Array, InputError, among, existing, fault, finite, of_kind, positive, vector
+from stickslip.support.late import xr
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FEWEST = 8
 """Samples of a cycle at least."""
@@ -300,8 +298,6 @@ def _dominant(x: Array, step: float, band: tuple[float, float]) -> float:
 
 
 def _dataset(record: Record, windows: Sequence[Window], quantity: str, name: str) -> xr.Dataset:
-    import xarray as xr
-
     order = record.order
     middle, size, omega, delta = (
         np.array([getattr(each, key) for each in windows]) for key in ("middle", "amplitude", "omega", "delta")

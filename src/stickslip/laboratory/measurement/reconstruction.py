@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,9 +25,7 @@ from stickslip.laboratory.measurement.cycles import HARMONICS, CycleSet, synthes
 from stickslip.laboratory.measurement.records import BLADE_CELLS, Record
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.support.checks import Array, fault, finite, not_negative, positive, vector
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 SIGNALS = ("force_x", "force_y", "rotation", "damper_y")
 """The channels that a damper answers with."""
@@ -213,8 +211,6 @@ def reconstruct(
     """The mean cycle of the quantities of `UNITS`, each with the standard deviation NAME_error from `draws` samples of the
     rig's systematic errors and of the cycles. Dimension `sample`, (samples,). Motion at the right needs rotation and damper_y
     and a single line of contact there; kn [N/m] of that line, where known, takes its normal deformation into account."""
-    import xarray as xr
-
     generator = np.random.default_rng(seed)
     errors = (RigErrors() if errors is None else errors).with_zeros(cycles.zero_errors)
     force = cycles.pull if pull is None else pull
@@ -335,8 +331,6 @@ def blade_rig_forces(
     errors: cell_gain, zero, draws, seed as of `blade_damper_forces`. Cycles with gaps are left out and drift is stated, as
     warnings in the attributes.
     """
-    import xarray as xr
-
     record.needs(*BLADE_CELLS)
     cycles, pulls = whole_cycles(record, frequency, harmonics), vector("pull", pull, 2)
     found = []

@@ -7,12 +7,11 @@ from typing import Any
 
 from stickslip.model.readers.limits import MOST_DEFLATED, within_file, within_memory
 from stickslip.support.checks import InputError, fault
+from stickslip.support.late import h5py
 
 
 def refuse_other_files(file: Any) -> None:
     """Refuse an open `h5py.File` with a link to another file or with data in another file, in whichever group."""
-    import h5py
-
     names: list[bytes] = []
     file.id.links.visit(names.append)  # follows no link but the hard ones; h5py loses an exception raised here
     for name in names:
@@ -28,8 +27,6 @@ def refuse_data_elsewhere(item: Any, name: bytes = b"") -> None:
 
     name: its place in the file, where a link leads to it.
     """
-    import h5py
-
     if isinstance(item, h5py.h5d.DatasetID):
         created = item.get_create_plist()
         if created.get_layout() == h5py.h5d.VIRTUAL:
@@ -46,8 +43,6 @@ def refuse_too_much(name: str, item: Any) -> None:
 
 def refuse_odd_numbers(name: str, item: Any) -> None:
     """Refuse an `h5py.Dataset` of real numbers with another bias or other bits of the exponent than every processor's."""
-    import h5py
-
     if item.dtype.kind == "f" and item.id.get_type() != h5py.h5t.py_create(item.dtype):
         raise fault(name, "must hold usual floating-point numbers", "others", "The file is damaged.")
 

@@ -13,6 +13,7 @@ from stickslip.model.readers.limits import rows_with_entries
 from stickslip.model.readers.matlab_5 import OBJECT_NAMES
 from stickslip.model.readers.numbers import compressed_columns
 from stickslip.support.checks import fault
+from stickslip.support.late import h5py
 
 OBJECT = "MATLAB_object_decode"
 """Attribute of an object, whose numbers lie elsewhere."""
@@ -22,8 +23,6 @@ DEEPEST = 4
 
 def arrays(path: Path) -> dict[str, Any]:
     """Arrays by name."""
-    import h5py
-
     with h5py.File(path, "r") as file:
         refuse_other_files(file)
         tops = [top for top in file if not top.startswith("#")]
@@ -34,8 +33,6 @@ def arrays(path: Path) -> dict[str, Any]:
 
 def _items(file: Any, name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:
     """A dense or sparse matrix or, for `dofs`, names; the fields of a struct as "rom.M"; nothing for anything else."""
-    import h5py
-
     if isinstance(item, h5py.Group):
         if "MATLAB_sparse" in item.attrs:  # the number of rows; data, ir and jc are compressed columns
             rows, columns = int(item.attrs["MATLAB_sparse"]), int(item["jc"].size) - 1
@@ -61,8 +58,6 @@ def _dense(name: str, item: Any) -> Any:
 
 def _names(file: Any, item: Any) -> list[str]:
     """Names from rows of characters, or from a cell array: references to character arrays."""
-    import h5py
-
     refuse_too_much("dofs", item)
     if item.dtype.kind in "ui":
         return ["".join(map(chr, row)).strip() for row in np.atleast_2d(item[()].T)]

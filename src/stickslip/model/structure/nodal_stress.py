@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip.model.structure.solid import Material
 from stickslip.support.checks import Array, fault
+from stickslip.support.late import skfem
 
 SMALLEST_VOLUME = 1e-12
 """Determinant of the Jacobian, relative to the size of the element cubed, below which it counts as turned inside out."""
@@ -42,8 +43,6 @@ class Element:
 @cache
 def element(kind: str) -> Element:
     """The element of one of `KINDS`."""
-    import skfem
-
     if kind not in KINDS:
         remedy = "Choose another place, or model this region with one of them."
         raise fault("An element at a place of stress", f"must be one of {', '.join(KINDS)}", kind, remedy)

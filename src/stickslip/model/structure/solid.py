@@ -16,6 +16,7 @@ from scipy import sparse
 
 from stickslip.model.structure.matrices import Structure
 from stickslip.support.checks import Array, InputError, fault, finite, positive, vector
+from stickslip.support.late import skfem
 
 Indices = NDArray[np.int64]
 Placed = TypeVar("Placed", bound=Structure)
@@ -113,8 +114,6 @@ def located(structure: Placed, body: Solid, places: Mapping[str, ArrayLike]) -> 
 
 def box_mesh(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Any:
     """A mesh of hexahedra between the grid lines x, y, z [m]."""
-    import skfem
-
     return skfem.MeshHex.init_tensor(*(np.asarray(lines, dtype=float) for lines in (x, y, z)))
 
 
@@ -158,8 +157,6 @@ class ShapeFunctions:
 
 def shape_functions(mesh: Any) -> ShapeFunctions:
     """Those of quadratic serendipity elements on a `MeshHex`; inverted cells are refused."""
-    import skfem
-
     basis = skfem.Basis(mesh, skfem.ElementHexS2(), intorder=GAUSS_DEGREE)
     places = np.hstack([basis.X, basis.elem.doflocs.T])
     _refuse_inverted_cells(np.asarray(basis.mapping.detDF(places)), mesh.p[:, mesh.t].mean(axis=1))

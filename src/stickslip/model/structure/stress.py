@@ -18,6 +18,7 @@ from stickslip.model.structure.cyclic import ONE_SECTOR, HeldDiameters, of_all_s
 from stickslip.model.structure.matrices import freedoms
 from stickslip.model.structure.solid import STEEL, Material, Solid
 from stickslip.support.checks import Array, InputError, counted, fault, vector
+from stickslip.support.late import skfem
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 INSIDE = 1e-6
@@ -106,8 +107,6 @@ def stress_recovery(
 
 def stress_rows(mesh: Any, body: Solid, place: Array, material: Material = STEEL) -> Array:
     """Stress at a place per displacement of the unreduced body, (6, n), Pa/m."""
-    import skfem
-
     basis = skfem.Basis(mesh, skfem.ElementHexS2(), intorder=1)
     cells = _cells_around(basis, mesh, place)
     rows = np.zeros((6, body.size + 1))  # the last column takes clamped directions, −1

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from stickslip.analyses.deformed_shape import has_surface
 from stickslip.analyses.performance.curve import PerformanceCurve
@@ -30,6 +29,7 @@ from stickslip.show.plots.interactive import plotly_figure
 from stickslip.show.plots.look import Style, contact
 from stickslip.show.plots.performance_curve import performance_curves
 from stickslip.show.plots.response_curves import HERTZ, LINEAR, response_axis
+from stickslip.support.late import xr
 
 THIS, PINNED = "this study", "reference"
 

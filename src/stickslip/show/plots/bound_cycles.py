@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,11 +12,9 @@ from stickslip.analyses.damper_alone.force_plane import ForcePlane
 from stickslip.show.plots.chart import Area, Axis, Chart, Layer, Line, Panel, closed
 from stickslip.show.plots.look import LOWER, SAMPLE, UPPER, Style, contact
 from stickslip.support.checks import Array, Index, fault, nearest
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import um
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from stickslip.results.representative import spread
 from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule, band, closed, from_zero
 from stickslip.show.plots.look import Style, contact
 from stickslip.support.checks import Array
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_LOOPS = 6
 """Loops in one figure."""

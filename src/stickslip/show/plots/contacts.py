@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,10 +25,8 @@ from stickslip.show.plots.chart import Axis, Bars, Cells, Chart, Key, Layer, Lin
 from stickslip.show.plots.look import CONTACTS, PAGE, Style, contact, state_colour
 from stickslip.show.plots.response_curves import HERTZ, case_lines
 from stickslip.support.checks import Array
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MANY_ROWS = 12
 MOST_NAMES = 100

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,11 +11,9 @@ from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, spans
 from stickslip.show.plots.look import EMPHASIS, Style, level_lines
 from stickslip.show.plots.response_curves import HERTZ
 from stickslip.support.checks import Array
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 AT_90 = "force and displacement at 90°"
 

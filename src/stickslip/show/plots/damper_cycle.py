@@ -4,7 +4,7 @@ forces with its limit lines, and the timeline of stick, slip and open."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +13,9 @@ from stickslip.show.plots.chart import Axis, Bars, Cells, Chart, Key, Layer, Lin
 from stickslip.show.plots.chart import closed as with_first
 from stickslip.show.plots.look import Dash, Style, colour, contact, level_lines, rgb
 from stickslip.support.checks import Array, counted
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import um
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 CYCLE = Axis("share of the cycle", limits=(0.0, 1.0))
 PARTS: dict[str, tuple[str, Dash]] = {

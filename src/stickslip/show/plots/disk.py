@@ -16,10 +16,10 @@ from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Ru
 from stickslip.show.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, Style, contact, headed, house_style, level, state_colour
 from stickslip.show.plots.response_curves import HERTZ, force_axis, size_label
 from stickslip.support.checks import Array, InputError, fault
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.look import house_style
 from stickslip.support.files import replacing
+from stickslip.support.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 Figures = Mapping[str, Callable[[Any], "Chart | Figure"]]

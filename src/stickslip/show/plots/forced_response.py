@@ -20,9 +20,9 @@ from stickslip.show.plots.files import Figures, write_figures
 from stickslip.show.plots.response_curves import peaks_over_force, response_curves
 from stickslip.show.plots.stress import haigh_diagram, stress_curves
 from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles
+from stickslip.support.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 __all__ = [

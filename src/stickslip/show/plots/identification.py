@@ -3,7 +3,7 @@ intervals."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +15,8 @@ from stickslip.show.plots.look import CONTACTS, MOST_PANELS, Style, contact, ent
 from stickslip.show.plots.response_curves import HERTZ
 from stickslip.show.plots.time_response import HEIGHT
 from stickslip.support.checks import Array
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 CHANNELS = {
     "force_x": ("horizontal force", "N", 1.0),

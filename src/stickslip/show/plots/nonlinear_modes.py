@@ -3,7 +3,7 @@ limit cycles over the aerodynamic damping."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +13,8 @@ from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, fr
 from stickslip.show.plots.look import CONTACTS, MOST_ENTRIES, MOST_PANELS, STUCK, contact, level_lines
 from stickslip.show.plots.response_curves import HERTZ
 from stickslip.support.checks import Array
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @FIGURES.of("NonlinearModes")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -32,10 +32,8 @@ from stickslip.show.plots.look import (
 from stickslip.show.plots.response_curves import HERTZ, LINEAR
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import Array
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 REGIONS = ("stick", "microslip", "slip", "lift-off")
 """Regions of a performance curve, by their number in results; each has a colour of its name."""

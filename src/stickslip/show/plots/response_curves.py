@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -33,11 +33,9 @@ from stickslip.show.plots.chart import Area, Axis, Chart, Layer, Line, Panel, ba
 from stickslip.show.plots.look import CROSS, FREE, STUCK, Style, contact, entries, level
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, quantity_named
 from stickslip.support.checks import Array, fault, nearest
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 THIN = 0.6
 """Width of the line of a start state."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +13,9 @@ from stickslip.results.view import Length, level_text, unit_for
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, spans
 from stickslip.show.plots.look import Style, contact, level, level_lines
 from stickslip.show.plots.response_curves import HERTZ, LINEAR, height_limits
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SPEED = Axis("rotor speed", "rev/min")
 

@@ -4,7 +4,6 @@ over mean of the stress where each curve has its smallest fatigue margin, and th
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,10 +14,8 @@ from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel
 from stickslip.show.plots.look import MOST_PANELS, Style
 from stickslip.show.plots.response_curves import HERTZ, case_lines
 from stickslip.support.checks import InputError
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MPa = 1e6
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from stickslip.results.view import shown_unit, unit_for
@@ -12,10 +10,8 @@ from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, band, cl
 from stickslip.show.plots.look import Dash, Style, contact, entries, level, level_lines
 from stickslip.show.plots.response_curves import HERTZ
 from stickslip.support.checks import Index, fault
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_LOOPS = 7
 """Contact directions whose loops are drawn: those of the largest area, then of the largest motion."""

@@ -4,7 +4,6 @@ sensitivity indices."""
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,10 +29,8 @@ from stickslip.show.plots.look import (
 )
 from stickslip.show.plots.response_curves import HERTZ, force_axis, phase, size_label, words_on_axis
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 OUTER, INNER = (5.0, 95.0), (25.0, 75.0)
 """Ends of the two bands, per cent."""

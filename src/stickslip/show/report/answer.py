@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,10 +15,8 @@ from stickslip.results.view import Peak, highest_peak, is_listed, level_text, me
 from stickslip.show.report.conclusions import SAME, failures_of, level_sentence, linear_limits, reference, unbroken, warnings_of
 from stickslip.show.report.markup import cell, hertz, number, percent, table, text
 from stickslip.support.checks import counted
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_LEVELS, MOST_PEAKS, MOST_WARNINGS = 6, 4, 2
 """Force levels, and peaks of all outputs, in the table, so that the first chart is on the first screen too; the section on peaks

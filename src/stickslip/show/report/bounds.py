@@ -4,7 +4,6 @@ table."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,10 +15,7 @@ from stickslip.show.plots.variability import bound_unit, response_bounds, respon
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.markup import cell, hertz, number, percent, section, table
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 NOTE = (
     '<p class="note">Friction forces of sticking contacts are not unique, so neither is the response. The bounds are the highest '
@@ -42,8 +38,6 @@ def bounds(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
 
 def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
     """Lower and upper bound of each force level and frequency; by peaks, each bound has a frequency of its own."""
-    import pandas as pd
-
     levels, hertz_wanted = bounds["force_level"].values, bounds["frequency"].values
     case, at = (index.ravel() for index in np.indices((levels.size, hertz_wanted.size)))
     columns = {"force_level": levels[case]}
@@ -107,8 +101,6 @@ def percentiles(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
 
 def percentiles_table(dataset: xr.Dataset) -> pd.DataFrame:
     """The percentiles of `percentiles_of` at each force level and frequency, and how many start states they are of."""
-    import pandas as pd
-
     shares = percentiles_of(dataset)
     levels, frequencies = shares["force_level"].values, shares["frequency"].values
     case, at = (index.ravel() for index in np.indices((levels.size, frequencies.size)))

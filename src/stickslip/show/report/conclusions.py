@@ -6,7 +6,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,10 +29,8 @@ from stickslip.results.view import (
 from stickslip.show.report.markup import hertz, number, percent
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import counted
+from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _ABSENT = {"free": "without contacts", "stuck": "with stuck contacts"}
 

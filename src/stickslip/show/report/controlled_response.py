@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +13,8 @@ from stickslip.show.plots.files import Figures
 from stickslip.show.report.markup import hertz
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import counted
+from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 MOST = 12
 """Amplitudes with a sentence each."""
@@ -60,8 +56,6 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Phase resonances, and every point of every curve."""
-    import pandas as pd
-
     units, level = dataset["held_amplitude"].attrs["units"], dataset["force_level"].attrs["units"]
     force, held = f"force level [{level}]", f"{dataset.attrs['quantity']} [{units}]"
     rows, points = [], []

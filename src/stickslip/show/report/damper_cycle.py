@@ -10,17 +10,15 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.show.plots.damper_cycle import cycle_names, damper_cycle, damper_cycles
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import Array, counted, rounded
+from stickslip.support.late import pd, xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from stickslip.show.plots.files import Figures
 
 ROUNDING = 1e-9

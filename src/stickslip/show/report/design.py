@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,10 +12,7 @@ from stickslip.show.plots.files import Figures
 from stickslip.show.plots.performance_curve import design_space
 from stickslip.show.report.markup import percent
 from stickslip.show.report.presentation import Presentation, presents
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 MORE = 0.1
 """Share by which the worst case over all start states must exceed that of the sampled ones to be reported."""
@@ -136,8 +132,6 @@ def _variables(dataset: xr.Dataset, design: int) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The best design beside the known ones, variable by variable; every design, the best ones first."""
-    import pandas as pd
-
     best = {} if no_optimum(dataset) else {"best design": _best_design(dataset)}
     table = pd.DataFrame({str(name): dataset["value"].values[:, k] for k, name in enumerate(dataset["variable"].values)})
     units = dataset["worst_peak"].attrs["units"]
@@ -157,8 +151,6 @@ def _best_design(dataset: xr.Dataset) -> pd.DataFrame:
     """Each variable of the best design: its value and the known ones, the range of it alone in which the worst-case peak rises by
     at most 5 %, and what 1 % less and more of it do to this peak; a change that breaks a constraint has no number.
     """
-    import pandas as pd
-
     columns = {"variable": [str(name) for name in dataset["variable"].values], "best": dataset["optimum"].values}
     count = int(dataset.attrs.get("known", 0))
     columns |= {f"known {k + 1}" if count > 1 else "known": dataset["value"].values[k] for k in range(count)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,11 +12,7 @@ from stickslip.show.plots.files import Figures
 from stickslip.show.plots.time_response import decay, measured
 from stickslip.show.report.markup import hertz, percent
 from stickslip.show.report.presentation import Presentation, presents
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
+from stickslip.support.late import pd, xr
 
 ANSWER = "frequency and damping over the amplitude"
 
@@ -67,8 +63,6 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The half cycles of all outputs."""
-    import pandas as pd
-
     columns: dict[str, Any] = {"output": np.repeat(dataset["output"].values, dataset.sizes["half_cycle"])}
     keys = ("turning_time", "turning_point", "amplitude", "frequency", "damping_ratio")
     for key in keys:
@@ -78,8 +72,6 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The motion of all outputs over time, which `stickslip decay` reads."""
-    import pandas as pd
-
     motion = dataset["displacement"]
     outputs = {f"{name} [m]": values for name, values in zip(dataset["output"].values, motion.values, strict=True)}
     return {"motion": pd.DataFrame({"time [s]": dataset["time"].values, **outputs})}
@@ -131,8 +123,6 @@ def measured_sentences(dataset: xr.Dataset) -> list[str]:
 
 def measured_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Windows at amplitudes in equal ratios, and all windows."""
-    import pandas as pd
-
     keys = [str(key) for key, variable in dataset.variables.items() if variable.dims == ("window",) and str(key) != "window"]
     columns = {f"{key.replace('_', ' ')} [{dataset[key].attrs['units']}]": dataset[key].values for key in keys}
     size, windows = np.log(dataset["amplitude"].values), pd.DataFrame(columns)

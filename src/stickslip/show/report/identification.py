@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +20,7 @@ from stickslip.show.plots.identification import intervals, loops_and_fit, measur
 from stickslip.show.report.markup import percent
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import counted
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
@@ -60,8 +57,6 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Parameters, and misfits of the loops."""
-    import pandas as pd
-
     factors, units = zip(*(_shown(str(unit), dataset) for unit in dataset["parameter_units"].values), strict=True)
     parameters = pd.DataFrame(
         {
@@ -118,8 +113,6 @@ def law_failures(dataset: xr.Dataset) -> list[str]:
 
 def law_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Parameters of all laws, those of the chosen law cycle by cycle, and friction over the load."""
-    import pandas as pd
-
     laws = pd.DataFrame({"law": dataset["law"].values})
     least = dataset.attrs.get("least_mu")
     for name, factor, unit in (("kt", 1e-6, " in N/µm"), ("mu", 1.0, "")):
@@ -148,8 +141,6 @@ def law_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 def _over_load(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
     """Friction over the normal load, where it was asked for."""
-    import pandas as pd
-
     if "friction" not in dataset:
         return {}
     bounds = {f"mu, {end} (95 %)": dataset["friction_interval"].sel(bound=end).values for end in ("low", "high")}
@@ -185,8 +176,6 @@ def response_failures(dataset: xr.Dataset) -> list[str]:
 
 def response_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Parameters with intervals, their correlations, and the tests with their misfit and what they have by themselves."""
-    import pandas as pd
-
     names = [str(name) for name in dataset["parameter"].values]
     factors: dict[str, tuple[list[float], str]] = json.loads(dataset.attrs.get("factors", "{}"))
     columns: dict[str, Any] = {"parameter": [f"{name} ×" if name in factors else name for name in names]}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,10 +15,7 @@ from stickslip.show.plots.disk import all_blades, amplification, busiest_damper,
 from stickslip.show.plots.files import Figures
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import Array, counted
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
@@ -111,8 +107,6 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Every sample, and every blade of the worst one."""
-    import pandas as pd
-
     units = dataset["blade_peak"].attrs["units"]
     samples = pd.DataFrame(
         {
@@ -144,8 +138,6 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 def _known(numbers: xr.DataArray) -> pd.Series:
     """Numbers of sectors; nothing in place of 0, where a sample failed or no damper slips."""
-    import pandas as pd
-
     found = pd.Series(numbers.values).astype("Int64")
     return found.where(found > 0)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from stickslip.analyses.damper_alone.cycle import cycle_motion
 from stickslip.analyses.deformed_shape import has_shapes, kept_shapes
@@ -19,9 +18,7 @@ from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_nor
 from stickslip.show.plots.moving_picture import MovingPicture
 from stickslip.show.report.charts import Charts, Choice
 from stickslip.show.report.markup import picture, section, text
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 OF_DISK = (
     '<p class="note">Dampers are shown at the largest amplitude. In a tuned disk all of them behave alike, each later than the '

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,11 +21,8 @@ from stickslip.show.plots.nonlinear_modes import (
 )
 from stickslip.show.report.markup import hertz, number, percent
 from stickslip.show.report.presentation import Presentation, presents
+from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 MOST_LEVELS = 12
 """Force levels of a mode that a summary lists."""
@@ -118,8 +114,6 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The peaks of the force levels, and the points of every mode."""
-    import pandas as pd
-
     frames_by_caption: dict[str, pd.DataFrame] = {}
     if _has_levels(dataset):
         rows = []
@@ -195,8 +189,6 @@ def cycle_failures(dataset: xr.Dataset) -> list[str]:
 
 def cycle_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Every limit cycle, and the curve on which they lie."""
-    import pandas as pd
-
     cycles, curves = [], []
     for case, d, k in np.argwhere(np.isfinite(dataset["frequency"].values)):
         one = dataset.isel(case=case, aerodynamic_damping=d, limit_cycle=k)

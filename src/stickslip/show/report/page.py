@@ -13,8 +13,6 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
-import xarray as xr
-
 from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.stress import has_stress
 from stickslip.analyses.variability.bounds import has_bounds
@@ -30,6 +28,7 @@ from stickslip.show.report.presentation import presentation_of
 from stickslip.show.report.stress import stress
 from stickslip.support.checks import fault
 from stickslip.support.files import write_text
+from stickslip.support.late import xr
 
 Section = tuple[str, str, Callable[[Mapping[str, xr.Dataset], Charts], str]]
 

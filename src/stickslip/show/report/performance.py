@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +13,8 @@ from stickslip.show.plots.variability import tornado
 from stickslip.show.report.markup import percent
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
@@ -84,8 +80,6 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Every point of every curve, and what happened to peaks between them."""
-    import pandas as pd
-
     events = []
     for case, mu in enumerate(dataset["friction"].values.tolist()):
         numbers = (dataset[f"event_{key}"].values[case] for key in ("low", "high", "frequency"))
@@ -98,8 +92,6 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 def _points(dataset: xr.Dataset) -> pd.DataFrame:
     """Every point of every curve."""
-    import pandas as pd
-
     rows, units = [], dataset["amplitude_per_force"].attrs["units"]
     for case, mu in enumerate(dataset["friction"].values):
         for k, ratio in enumerate(dataset["force_ratio"].values):
@@ -163,8 +155,6 @@ def band_failures(dataset: xr.Dataset) -> list[str]:
 
 def band_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Both ends of the band at every point."""
-    import pandas as pd
-
     units = dataset["amplitude_per_force"].attrs["units"]
     columns = {"F_C/F_E": dataset["force_ratio"].values, f"virgin [{units}]": dataset["virgin_amplitude_per_force"].values}
     for bound, name in enumerate(("lowest", "highest")):
@@ -209,8 +199,6 @@ def index_failures(dataset: xr.Dataset) -> list[str]:
 
 def index_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Indices, ends and slopes of every parameter."""
-    import pandas as pd
-
     columns = {name: dataset[name].values for name in ("parameter", "low", "high")}
     for q, quantity in enumerate(("amplitude", "frequency")):
         words_of = {"first_order": "alone", "total": "total", "low_end": "at the low end", "high_end": "at the high end"}

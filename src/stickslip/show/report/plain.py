@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +16,7 @@ from stickslip.show.report.answer import warnings_at_a_glance
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.markup import cell, number, section, table, text
 from stickslip.show.report.presentation import presentation_of
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 Datasets = Mapping[str, "xr.Dataset"]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from stickslip.laboratory.identification.response.decay_prediction_result import (
     comparison_table as decay_comparison_table,
@@ -28,10 +27,7 @@ from stickslip.laboratory.identification.response.prediction_result import (
 from stickslip.show.plots.files import Figures
 from stickslip.show.plots.identification import predicted, predicted_decay, predicted_peaks
 from stickslip.show.report.presentation import Presentation, presents
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:

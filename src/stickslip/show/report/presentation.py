@@ -17,10 +17,9 @@ from stickslip.results.shown_units import shown_sentence, shown_table, system_of
 from stickslip.show import report
 from stickslip.show.plots.chart import Chart, shown_chart
 from stickslip.support.checks import fault
+from stickslip.support.late import pd, xr
 
 if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
     from matplotlib.figure import Figure
 
     from stickslip.show.plots.files import Figures

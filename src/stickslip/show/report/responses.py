@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -40,11 +39,8 @@ from stickslip.show.report.stress import (
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.solve.balance.orders import of_attribute
 from stickslip.support.checks import counted
+from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 MOST_LINES = 12
 """Force levels listed in a summary."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -49,9 +48,7 @@ from stickslip.show.report.markup import cell, hertz, number, section, table, te
 from stickslip.show.report.stress import fatigue_headline
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
 from stickslip.support.checks import Array, counted
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 Datasets = Mapping[str, "xr.Dataset"]
 

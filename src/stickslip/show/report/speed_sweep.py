@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +13,8 @@ from stickslip.show.report.answer import error_words, errors_of
 from stickslip.show.report.markup import hertz, percent
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import counted
+from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 MOST = 12
 """Curves with a sentence each."""
@@ -95,8 +91,6 @@ def failures(dataset: xr.Dataset) -> list[str]:
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """All peaks, with the estimate of error at the highest of each curve and beside the linear resonances, and every point of
     every curve."""
-    import pandas as pd
-
     outputs = [str(name) for name in dataset["output"].values]
     peaks, points = [], []
     for e, case in np.ndindex(dataset["outcome"].shape[:2]):

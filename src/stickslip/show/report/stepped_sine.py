@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,7 @@ from stickslip.show.plots.time_response import stepped_sine
 from stickslip.show.report.markup import hertz
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import Index, counted
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 ANSWER = "highest amplitude at the end of a dwell"
 
@@ -105,8 +102,6 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The highest amplitude of each output and way, and all dwells."""
-    import pandas as pd
-
     columns = {"amplitude [m]": "amplitude"}
     if "balance_amplitude" in dataset:
         columns["harmonic balance [m]"] = "balance_amplitude"

@@ -4,7 +4,7 @@ section."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,10 +15,7 @@ from stickslip.results.view import inside_band, level_text, peak_unit
 from stickslip.show.plots.stress import haigh_diagram, stress_curves
 from stickslip.show.report.charts import Charts
 from stickslip.show.report.markup import cell, hertz, number, section, table
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 OF_MARGINS = (
     '<p class="note">The smallest margin of each curve and place is the stress amplitude that the material withstands at the '
@@ -57,8 +54,6 @@ def fatigue_sentences(dataset: xr.Dataset) -> list[str]:
 
 def fatigue_table(dataset: xr.Dataset) -> pd.DataFrame:
     """`margins` as a table."""
-    import pandas as pd
-
     rows = []
     for margin in margins(dataset):
         level, stresses = float(dataset["force_level"].values[margin.case]), (margin.alternating, margin.mean, margin.allowed)
@@ -149,8 +144,6 @@ def largest_stresses(dataset: xr.Dataset) -> Iterator[Largest]:
 
 def stress_table(dataset: xr.Dataset) -> pd.DataFrame:
     """`largest_stresses` as a table."""
-    import pandas as pd
-
     rows = [(float(dataset["force_level"].values[largest.case]), *largest[1:]) for largest in largest_stresses(dataset)]
     heads = ["frequency [Hz]", "von Mises [Pa]", "component", "amplitude [Pa]", "mean [Pa]"]
     return pd.DataFrame(rows, columns=["force_level", "place", *heads])
@@ -181,8 +174,6 @@ def largest_strains(dataset: xr.Dataset) -> Iterator[Strain]:
 
 def strain_table(dataset: xr.Dataset) -> pd.DataFrame:
     """`largest_strains` as a table."""
-    import pandas as pd
-
     rows = [(float(dataset["force_level"].values[largest.case]), *largest[1:]) for largest in largest_strains(dataset)]
     return pd.DataFrame(rows, columns=["force_level", "gauge", "frequency [Hz]", "strain amplitude [1]", "limit [1]"])
 

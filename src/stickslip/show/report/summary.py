@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 from stickslip.show.report.markup import picture, text
 from stickslip.show.report.presentation import presentations
+from stickslip.support.late import xr
 from stickslip.support.renderers import SENTENCES
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from stickslip.results.result import Result
 
 MOST_FAILURES = 5

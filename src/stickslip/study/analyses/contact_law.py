@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -18,9 +18,7 @@ from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Column, Number, Positive, Table
 from stickslip.study.units import FORCE, STIFFNESS, Units, in_si
 from stickslip.support.checks import counted, fault, nearest
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 LawName = Literal["jenkins", "iwan", "dahl", "array", "valanis"]
 DEFAULT: list[LawName] = ["jenkins", "iwan", "dahl", "array"]

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -22,10 +22,8 @@ from stickslip.study.fields import Harmonics, Number, Positive, QuantityName, Ta
 from stickslip.study.settings_table import table_of, values_of
 from stickslip.study.tables import Ends
 from stickslip.support.checks import fault, nearest
+from stickslip.support.late import xr
 from stickslip.support.units import STANDARD_GRAVITY
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class RigTable(Table):

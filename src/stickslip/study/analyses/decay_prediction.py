@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -25,9 +25,7 @@ from stickslip.study.prediction import PredictionPlan, PredictionTable
 from stickslip.study.tables import Ends
 from stickslip.study.units import LENGTH, with_si
 from stickslip.support.checks import MOST, between, counted, existing, fault
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 
 class DecayPredictionTable(PredictionTable):

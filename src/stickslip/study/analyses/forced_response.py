@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.response_settings import ForcedResponseSettings
@@ -14,9 +13,7 @@ from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of
 from stickslip.study.further_curves import BranchesTable, FurtherCurves, IsolatedTable, ordered
 from stickslip.study.stress import FatigueTable, StabilityTable, StressTable, fatigue_of, recovery_of, stability_of
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -22,10 +22,8 @@ from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Number, Positive, Table
 from stickslip.study.units import FREQUENCY, LENGTH, VELOCITY
 from stickslip.support.checks import counted, fault
+from stickslip.support.late import xr
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 TABLE = "free_decay"
 

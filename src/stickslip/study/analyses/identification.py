@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -24,10 +24,7 @@ from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Number, Positive, Seed, Table
 from stickslip.study.units import FORCE, FREQUENCY, LENGTH, Units, in_si
 from stickslip.support.checks import MOST, InputError, counted, fault, nearest
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from stickslip.support.late import xr
 
 LawName = Literal["macroslip", "iwan", "microslip"]
 MACROSLIP: LawName = "macroslip"

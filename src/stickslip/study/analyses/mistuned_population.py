@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag
 
@@ -18,9 +18,7 @@ from stickslip.study.analysis import Asked, Kind, OneWork, summary_of
 from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
 from stickslip.study.stress import FatigueTable, fatigue_of, recovery_of
 from stickslip.support.checks import Faults, InputError, counted
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
 Deviation = Annotated[float, Field(gt=-1, allow_inf_nan=False), NotHuge]

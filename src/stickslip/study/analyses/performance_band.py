@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.band import BandSettings, band_dataset
@@ -19,10 +19,7 @@ from stickslip.study.settings_table import table_of
 from stickslip.study.starts import RuleOrRules
 from stickslip.study.tables import Ends
 from stickslip.study.units import FORCE
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from stickslip.support.late import xr
 
 BandTable = table_of(
     BandSettings,

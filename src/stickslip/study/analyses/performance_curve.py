@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -22,10 +22,7 @@ from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.tables import Ends
 from stickslip.study.units import FORCE, Units, in_si
 from stickslip.support.checks import MOST, InputError, counted, fault
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from stickslip.support.late import xr
 
 Points = Annotated[int, Field(ge=2, le=MOST, description="number of values of F_C/F_E, in equal ratios")]
 PerformanceTable = table_of(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.response_settings import ForcedResponseSettings
@@ -16,10 +16,7 @@ from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
 from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.starts import RuleOrRules
 from stickslip.study.units import in_si
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from stickslip.support.late import xr
 
 BoundsTable = table_of(
     BoundsWork, "Highest and lowest response over the start states of the contacts, beside the response itself.", rule=RuleOrRules

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -30,9 +30,7 @@ from stickslip.study.fields import Column, Number, Positive, Seed, Table
 from stickslip.study.starts import RuleOrRules
 from stickslip.study.tables import Ends
 from stickslip.support.checks import MOST, Index, counted, fault, nearest
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 FACTORS = ("kt", "kn", "mu", "preload", "damping", "mass", "stiffness")
 WITHOUT = {"kn": "A contact has kn where it has a normal direction and its law a stiffness kn; else leave it out."}

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -26,9 +26,7 @@ from stickslip.study.analysis import Asked, Kind
 from stickslip.study.fields import Column, Positive
 from stickslip.study.prediction import PredictionPlan, PredictionTable
 from stickslip.support.checks import InputError, counted, fault, unique
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 
 class ResponsePredictionTable(PredictionTable):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -22,11 +22,8 @@ from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.starts import RuleOrRules
 from stickslip.study.units import in_si
 from stickslip.support.checks import MOST, InputError, fault
+from stickslip.support.late import xr
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 LawName = Annotated[
     str | None, Field(description="continuous distribution of scipy.stats that every variable follows; default: uniform")

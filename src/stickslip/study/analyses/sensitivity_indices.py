@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -24,10 +24,8 @@ from stickslip.study.settings_table import table_of
 from stickslip.study.tables import Ends, Two
 from stickslip.study.units import LENGTH, in_si
 from stickslip.support.checks import InputError, fault
+from stickslip.support.late import xr
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FACTORS = ("kt", "kn", "mu", "preload")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field, Tag
@@ -25,10 +25,8 @@ from stickslip.study.analysis import Asked, Kind, Plan, summary_of
 from stickslip.study.fields import Number, Positive, Table, by_form
 from stickslip.study.units import STIFFNESS
 from stickslip.support.checks import Array, InputError, counted, fault, positive, unique
+from stickslip.support.late import xr
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Order = Annotated[int, Field(ge=1, le=10_000)]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -16,9 +16,7 @@ from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.settings_table import check_of, table_of, values_of
 from stickslip.support.checks import counted, fault
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 TABLE = "stepped_sine"
 

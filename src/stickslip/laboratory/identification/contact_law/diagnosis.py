@@ -10,10 +10,9 @@ from stickslip.laboratory.identification.contact_law.fit import force_lag
 from stickslip.laboratory.identification.contact_law.model import ContactLoop
 from stickslip.laboratory.identification.contact_law.result import LawFit
 from stickslip.support.checks import Array, Index, rounded
+from stickslip.support.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from stickslip.laboratory.identification.contact_law.work import ContactLawWork
 
 TRAVEL = 3e-6

@@ -13,10 +13,9 @@ from stickslip.laboratory.identification.contact_law.model import ContactLoop, f
 from stickslip.model.contact.friction import LoadDependentFriction
 from stickslip.results.result import Result
 from stickslip.support.checks import Array, counted, fault
+from stickslip.support.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from stickslip.laboratory.identification.contact_law.work import ContactLawWork
 
 PLATEAU = 0.1
@@ -102,8 +101,6 @@ def contact_law_dataset(
     work: ContactLawWork, fits: Mapping[str, LawFit], best: str, cycles: tuple[Array, Array], least_mu: float | None
 ) -> xr.Dataset:
     """The labelled result; see `ContactLaw`. cycles: parameters and errors of each; least_mu: where mu is only bounded."""
-    import xarray as xr
-
     (theta, errors), single = cycles, work.single
     ends = [np.quantile(np.asarray(loop.force), (PLATEAU, 1.0 - PLATEAU)) for loop in single]
     plateau = [0.5 * float(high - low) / loop.load for (low, high), loop in zip(ends, single, strict=True)]

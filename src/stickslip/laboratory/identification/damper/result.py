@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,7 @@ from stickslip.laboratory.measurement.reconstruction import reconstruct
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.results.result import Result
 from stickslip.support.checks import Array, between, fault
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 SAMPLES = 400
 """Samples of a cycle in the result."""
@@ -90,8 +88,6 @@ def identification_dataset(
 ) -> xr.Dataset:
     """The result as a dataset: everything that figures and report need. errors: standard deviations of the lag [s] and of the
     zeros (cases, forces) [N]."""
-    import xarray as xr
-
     computed = fit.predicted(theta)
     assert computed is not None
     table, chain = synthesis(SAMPLES, (fit.data.shape[2] - 1) // 2), fit.chain(computed)
@@ -190,8 +186,6 @@ def over_cycles(fit: DamperFit, theta: Array, points: int) -> xr.Dataset:
 
     Group k holds the kth part of the cycles of every record. NaN where no steady cycle was found.
     """
-    import xarray as xr
-
     fewest = min(len(case.harmonics) for case in fit.cases)
     between("points", points, 2)
     if fewest < FEWEST * points:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -27,10 +27,8 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.orders import highest, of_attribute
 from stickslip.solve.curves.mode_curve import solve_mode
 from stickslip.support.checks import Array, InputError, fault, positive, vector
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 PER_DECADE = 100
 """Amplitudes in a decade at which a decay is predicted: damping rises within a few per cent where slip begins."""
@@ -176,8 +174,6 @@ KEYS = {"frequency": ("Hz", "frequency of the decay"), "damping_ratio": ("1", "d
 
 
 def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
-    import xarray as xr
-
     drawn = np.array([np.asarray(one["found"]) for one in results[1:]])  # (draws, 2, amplitudes)
     errors = np.asarray(results[0]["errors"])
     whole = np.nan_to_num(errors)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,10 +27,7 @@ from stickslip.results.result import Result
 from stickslip.results.schema import stamped
 from stickslip.results.view import length_text
 from stickslip.support.checks import Array, Index, InputError, fault, of_kind, several
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 COMPARED = (("frequency", "Hz", "frequency", 1.0), ("damping ratio", "%", "damping_ratio", 100.0))
 """What a comparison lists: words, unit, variable, and the unit as a number."""
@@ -135,8 +132,6 @@ def _names(decays: Sequence[xr.Dataset]) -> list[str]:
 
 def decay_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Frequency and damping ratio with their 95 % intervals at amplitudes in equal ratios."""
-    import pandas as pd
-
     at = _shown(dataset["amplitude"].values, ROWS)
     columns: dict[str, Any] = {"amplitude [m]": dataset["amplitude"].values[at]}
     for words, unit, key, factor in COMPARED:
@@ -148,7 +143,6 @@ def decay_table(dataset: xr.Dataset) -> pd.DataFrame:
 
 def whole_tables(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
     """All amplitudes of the prediction, and all windows of the compared decays."""
-    import pandas as pd
 
     def of(keys: Sequence[str], place: dict[str, Any]) -> pd.DataFrame:
         columns = {f"{key.replace('_', ' ')} [{dataset[key].attrs['units']}]": dataset[key].values.ravel() for key in keys}
@@ -168,8 +162,6 @@ def whole_tables(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
 def comparison_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Of each compared decay at amplitudes in equal ratios measured, predicted and interval of frequency and damping ratio, and
     the error in percent of the measured one."""
-    import pandas as pd
-
     rows: dict[str, list[Any]] = {}
     for t, name in enumerate(dataset["decay"].values):
         one = dataset.isel(decay=t)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +13,7 @@ from stickslip.laboratory.identification.response.intervals import FEWEST_TESTS,
 from stickslip.laboratory.identification.response.mistakes import moved, notes_on_mistakes, notes_on_outliers
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units
 from stickslip.support.checks import Array, first_of, rounded
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 UNCERTAIN = 0.5
 """Half width of an interval, relative to the value, from which on a parameter counts as not found; of one that is searched

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args
+from typing import Annotated, Any, Literal, Protocol, get_args
 
 import numpy as np
 from scipy import special
@@ -22,10 +22,8 @@ from stickslip.solve.balance.measure import Measure, measure_of
 from stickslip.solve.starts.space import StartSpace
 from stickslip.solve.starts.states import explored_space
 from stickslip.support.checks import Array, fault, finite, of_kind
+from stickslip.support.late import xr
 from stickslip.support.units import Band
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FEWEST_DRAWS = 20
 """Draws at least."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy import special
@@ -17,9 +17,7 @@ from stickslip.laboratory.identification.least_squares import FreeParameter
 from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
 from stickslip.laboratory.identification.response.intervals import TOGETHER, FitStatistics, above_noise
 from stickslip.support.checks import Array, InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 FIT, OTHER = "fit_variable", "fit_variable_2"
 """Axes of the variables of a fit."""

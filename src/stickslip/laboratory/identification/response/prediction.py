@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -32,11 +32,9 @@ from stickslip.solve.curves.curve import Curve, solve_curve
 from stickslip.solve.curves.refine import refined
 from stickslip.solve.starts.space import StartSpace
 from stickslip.support.checks import Array, InputError, fault
+from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 PER_FORCE = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s2 N)"}
 """Units of responses per force."""
@@ -216,8 +214,6 @@ def predict_response(work: ResponsePredictionWork) -> ResponsePrediction:
 
 
 def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Dataset:
-    import xarray as xr
-
     levels, count = work.levels[work.held], 1 + work.draws
     parts = [results[k * count : (k + 1) * count] for k in range(len(levels))]
     ends = work.ends

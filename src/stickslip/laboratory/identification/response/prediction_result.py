@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +20,7 @@ from stickslip.results.result import Result
 from stickslip.results.schema import stamped
 from stickslip.results.view import size_text
 from stickslip.support.checks import Array, Index, InputError, counted, digits_between, fault, of_kind, rounded, several
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
+from stickslip.support.late import pd, xr
 
 SAME_LEVEL = 0.05
 """Relative distance of a test's level from a predicted one up to which they are compared."""
@@ -190,8 +187,6 @@ def points_in_band(test: MeasuredResponse, low: float, high: float) -> Index:
 def comparison_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Of each compared test measured, predicted and interval of peak frequency, amplitude and damping ratio, error in percent
     of the measured one; share of points inside."""
-    import pandas as pd
-
     at = dataset["predicted_level"].values.astype(int)
     columns: dict[str, Any] = {"test": dataset["measured"].values}
     columns[level_head(dataset)] = dataset["level"].values[at]
@@ -212,8 +207,6 @@ def comparison_table(dataset: xr.Dataset) -> pd.DataFrame:
 
 def peak_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Of each level the predicted peak with its 95 % interval."""
-    import pandas as pd
-
     columns: dict[str, Any] = {level_head(dataset): dataset["level"].values}
     for words, unit, key in COMPARED:
         for end, name in (("", ""), ("_low", "from "), ("_high", "to ")):
@@ -224,8 +217,6 @@ def peak_table(dataset: xr.Dataset) -> pd.DataFrame:
 
 def curve_table(dataset: xr.Dataset) -> pd.DataFrame:
     """The predicted curves with their bands."""
-    import pandas as pd
-
     unit, known = dataset["amplitude"].attrs["units"], np.isfinite(dataset["frequency"].values)
     columns: dict[str, Any] = {level_head(dataset): np.repeat(dataset["level"].values, known.sum(axis=1))}
     columns["frequency [Hz]"] = dataset["frequency"].values[known]

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +23,7 @@ from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.results.schema import stamped
 from stickslip.support.checks import Array, counted, digits_between, rounded
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.support.late import xr
 
 LISTED = 4
 """Tests up to which what each has by itself is listed; of more their range is shown."""
@@ -78,8 +76,6 @@ def dataset_of_fit(
 ) -> xr.Dataset:
     """The labelled result; solution: what the fit gave beside x, outliers and the variables without them, lower bounds of
     friction, and of a fit against bounds these and the ends of the profiles, which have no correlation."""
-    import xarray as xr
-
     tests, longest = [model.test for model in fit.tests], max(np.size(model.test.frequency) for model in fit.tests)
     names = [fit.variables[k].name for k in fit.shared]
     reach, enclosed = statistics.quantile * statistics.error, "bounds" in solution
