@@ -3,7 +3,7 @@ whatever friction wears to.
 """
 
 import stickslip as ss
-from stickslip.analyses.performance.design_constraints import NoJamming
+from stickslip.analyses.performance.worst_case import NoJamming
 
 
 def rig(*, friction: float, mass: float, angle: float) -> ss.Problem:

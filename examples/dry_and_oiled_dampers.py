@@ -1,7 +1,7 @@
 """Two dampers, dry and oiled: less friction shifts the performance curve to more pull, and lowers it on the stick side."""
 
 import stickslip as ss
-from stickslip.model.rigs.two_semi_cylinders import DRY, OILED
+from stickslip.model.rigs.single_blade import DRY, OILED
 
 rig = ss.rigs.two_semi_cylinders(pull=56.0)
 curve = ss.performance_curve(rig, ss.logspace(1, 40, 12), friction=[DRY, OILED], harmonics=3, quantity="inertance")

@@ -15,8 +15,7 @@ from stickslip.model.contact.gap import Gap
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
-from stickslip.model.contact.point import Contact
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.structure.damping import ModalDamping

@@ -13,7 +13,7 @@ from stickslip.analyses.performance.curve import performance_curve
 from stickslip.analyses.performance.sensitivity_indices import sensitivity_indices
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_blade, single_mass
-from stickslip.model.rigs.two_semi_cylinders import DRY, OILED, two_semi_cylinders
+from stickslip.model.rigs.single_blade import DRY, OILED, two_semi_cylinders
 from stickslip.support.units import hertz, logspace, radians_per_second
 from verify.counting import counted
 from verify.one_mass import KD, exact_peak

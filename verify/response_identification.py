@@ -15,7 +15,7 @@ from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import solve_at
-from stickslip.solve.starts.space import start_space
+from stickslip.solve.starts.states import start_space
 from verify.row import Row, absolute, at_most
 
 TITLE = "Parameters from frequency responses"

@@ -13,7 +13,7 @@ import numpy as np
 from robustness.problems import random_case
 from stickslip.analyses.forced_response import ForcedResponse, forced_response
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.analyses.time_check import TimeCheck
+from stickslip.analyses.time_response import TimeCheck
 from stickslip.model.contact.cubic import CubicSpring
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.friction_disc import FrictionDisc

@@ -16,17 +16,14 @@ import numpy as np
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.history import response_history
-from stickslip.analyses.variability.samples import response_samples
-from stickslip.analyses.variability.start_draws import search_cloud
+from stickslip.analyses.variability.samples import response_samples, search_cloud
 from stickslip.model.contact.period import OFFSET
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_blade, three_mass_wedge
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.solve.starts.extremes import AtFrequency, Effort, Extreme, extreme, leapt, size_of
-from stickslip.solve.starts.solutions import UnsolvedError
-from stickslip.solve.starts.space import StartSpace
-from stickslip.solve.starts.states import explored_space
+from stickslip.solve.starts.states import StartSpace, UnsolvedError, explored_space
 from stickslip.support.units import Band, hertz
 from verify.counting import counted, residuals
 from verify.row import Row, at_most, relative

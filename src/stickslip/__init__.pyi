@@ -46,7 +46,7 @@ from .model.contact.macroslip import Macroslip as Macroslip
 from .model.contact.microslip import MicroslipArray as MicroslipArray
 from .model.contact.point import Contact as Contact, between as between
 from .model.contact.spectrum import FourParameter as FourParameter, Hertz as Hertz, Parabolic as Parabolic
-from .model.contact.start import MeanTraction as MeanTraction, SliderOffset as SliderOffset, TractionRatio as TractionRatio
+from .model.contact.point import MeanTraction as MeanTraction, SliderOffset as SliderOffset, TractionRatio as TractionRatio
 from .model.contact.stiffness import (
     LineContact as LineContact,
     SphereContact as SphereContact,
@@ -71,7 +71,7 @@ from .analyses.controlled_response import (
 from .analyses.stepped_sine import SteppedSine as SteppedSine, stepped_sine as stepped_sine
 from .analyses.time_response import time_response as time_response
 from .analyses.free_decay import FreeDecay as FreeDecay, free_decay as free_decay
-from .solve.time.methods import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newmark
+from .solve.time.model import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newmark
 
 # Nonlinear modes
 from .analyses.modes.nonlinear_modes import NonlinearModes as NonlinearModes, nonlinear_modes as nonlinear_modes
@@ -92,7 +92,7 @@ from .analyses.variability.history import ResponseHistory as ResponseHistory, re
 from .analyses.variability.samples import ResponseSamples as ResponseSamples, response_samples as response_samples
 
 # Damper performance and design
-from .analyses.performance.band import PerformanceBand as PerformanceBand, performance_band as performance_band
+from .analyses.performance.curve import PerformanceBand as PerformanceBand, performance_band as performance_band
 from .analyses.performance.curve import PerformanceCurve as PerformanceCurve, performance_curve as performance_curve
 from .analyses.performance.design import DamperDesign as DamperDesign, damper_design as damper_design
 
@@ -104,7 +104,7 @@ from .analyses.mistuning.population import (
     mistuned_response as mistuned_response,
 )
 from .analyses.mistuning.work import run_in as run_in
-from .analyses.damping_by_nodal_diameter import (
+from .analyses.nodal_diameters import (
     DampingByNodalDiameter as DampingByNodalDiameter,
     damping_by_nodal_diameter as damping_by_nodal_diameter,
 )
@@ -113,7 +113,7 @@ from .analyses.speed.campbell import InterferenceDiagram as InterferenceDiagram,
 from .analyses.speed.run_up import RunUp as RunUp, run_up as run_up
 from .analyses.speed.speed_sweep import SpeedSweep as SpeedSweep, speed_sweep as speed_sweep
 from .analyses.nodal_diameters import NodalDiameters as NodalDiameters, nodal_diameters as nodal_diameters
-from .model.disks.full import FullDisk as FullDisk
+from .model.disks.tuned import FullDisk as FullDisk
 from .model.disks.tuned import TunedDisk as TunedDisk
 
 # The damper alone
@@ -160,7 +160,7 @@ from .support.outcome import Outcome as Outcome
 from .results.files import open_results as open_results
 from .results.files import save_mat as save_mat
 from .results.quantities import as_quantity as as_quantity, peak_table as peak_table, quantity_table as quantity_table
-from .runs.checkpoint import CheckpointFolder as CheckpointFolder
+from .runs.work import CheckpointFolder as CheckpointFolder
 from .runs.dask_cluster import DaskCluster as DaskCluster
 from .study.reading import read_problem as read_problem
 

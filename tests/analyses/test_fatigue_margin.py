@@ -11,12 +11,12 @@ from structure.cantilever import cantilever_rig, cantilever_stress, resonant_str
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip.analyses.fatigue import EQUIVALENTS, margins, smallest_margin, with_fatigue
+from stickslip.analyses.stress import EQUIVALENTS, margins, smallest_margin, with_fatigue
 from stickslip.cli import app
 from stickslip.model import rigs
 from stickslip.model.structure.stress import COMPONENTS, TENSOR, critical_plane, normal_rows, principal_size, von_mises
 from stickslip.show import report
-from stickslip.show.plots.stress import haigh_diagram
+from stickslip.show.plots.response_curves import haigh_diagram
 from stickslip.show.report.stress import fatigue_headline, fatigue_table
 from stickslip.support.checks import InputError
 

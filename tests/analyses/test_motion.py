@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.kept_motion import kept_motion
-from stickslip.analyses.motion import LIFTED, PARTLY, SLIPPING, STUCK, point_states
-from stickslip.analyses.response_motion import response_motion
+from stickslip.analyses.motion import LIFTED, PARTLY, SLIPPING, STUCK, kept_motion, point_states, response_motion
 from stickslip.model.contact.period import OPEN, SLIP_DOWN, SLIP_UP, STICK
 
 PULL, MASS = 60.0, 0.02

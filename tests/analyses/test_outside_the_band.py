@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.fatigue import margins
+from stickslip.analyses.stress import margins
 from stickslip.results.view import converged_points, higher_end, highest_maximum, highest_peak, in_band
 from stickslip.show.report.stress import largest_stresses
 from stickslip.solve.balance.balance import HarmonicBalance

@@ -7,8 +7,7 @@ import numpy as np
 from stickslip.model.contact.gap import Gap
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
-from stickslip.model.contact.point import Contact, between
-from stickslip.model.contact.start import MeanTraction, SliderOffset, Start, TractionRatio
+from stickslip.model.contact.point import Contact, MeanTraction, SliderOffset, Start, TractionRatio, between
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.structure.matrices import Structure

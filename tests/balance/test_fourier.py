@@ -3,8 +3,14 @@
 import numpy as np
 import pytest
 
-from stickslip.solve.balance.fourier import add_product_sums, add_run, complex_harmonics, fourier, real_harmonics
-from stickslip.solve.balance.trigonometric import largest_absolute
+from stickslip.solve.balance.fourier import (
+    add_product_sums,
+    add_run,
+    complex_harmonics,
+    fourier,
+    largest_absolute,
+    real_harmonics,
+)
 from stickslip.support.checks import InputError
 
 

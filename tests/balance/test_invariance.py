@@ -7,7 +7,7 @@ import pytest
 from balance.problems import everything
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.model.contact.start import MeanTraction, SliderOffset
+from stickslip.model.contact.point import MeanTraction, SliderOffset
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import chain_of_three, chain_varying_load, three_mass_wedge

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 import stickslip
 from stickslip.cli import app, studies
-from stickslip.cli.places import claimed
+from stickslip.cli.app import claimed
 from stickslip.results.files import open_results
-from stickslip.runs.checkpoint import CheckpointFolder
+from stickslip.runs.work import CheckpointFolder
 from stickslip.show.report import presentation
 from stickslip.show.report.responses import PRESENTATION
 from stickslip.support import console

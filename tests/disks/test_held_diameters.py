@@ -5,7 +5,7 @@ import pytest
 from each import each
 
 import stickslip as ss
-from stickslip.model.rigs.lumped_blisk import lumped_blisk
+from stickslip.model.rigs.lumped import lumped_blisk
 from stickslip.model.structure.cyclic import HeldDiameters
 from stickslip.show.plots.chart import Line
 from stickslip.show.plots.disk import campbell

@@ -8,7 +8,7 @@ import pytest
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.nodal_diameters import nodal_diameters
 from stickslip.analyses.time_response import time_response
-from stickslip.model.contact.start import MeanTraction, TractionRatio
+from stickslip.model.contact.point import MeanTraction, TractionRatio
 from stickslip.model.rigs import lumped_blisk, octopus_blisk
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point

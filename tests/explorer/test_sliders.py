@@ -4,7 +4,7 @@ import tomllib
 
 import pytest
 
-from stickslip.show.explorer.sliders import sliders_of, varied
+from stickslip.show.explorer.solving import sliders_of, varied
 
 RIG = {
     "study": {"analysis": "forced_response"},

@@ -8,7 +8,7 @@ from stickslip.laboratory.identification.response.enclosed import EnclosedTest
 from stickslip.laboratory.identification.response.model import FittedTest
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point
-from stickslip.solve.starts.space import start_space
+from stickslip.solve.starts.states import start_space
 
 KT, MU = 8e5, 0.4
 SETTINGS = {"harmonics": 3, "samples": 128, "tries": 0}

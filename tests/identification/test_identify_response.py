@@ -9,7 +9,6 @@ import xarray as xr
 from scipy import stats
 
 import stickslip as ss
-from stickslip.laboratory.identification.response.diagnosis import _about_misfit
 from stickslip.laboratory.identification.response.fit import ResponseFit, enough
 from stickslip.laboratory.identification.response.intervals import (
     above_noise,
@@ -18,14 +17,14 @@ from stickslip.laboratory.identification.response.intervals import (
     statistics,
 )
 from stickslip.laboratory.identification.response.model import ComputedResponse, FittedTest
-from stickslip.laboratory.identification.response.result import summary
+from stickslip.laboratory.identification.response.result import _about_misfit, summary
 from stickslip.laboratory.measurement.measured_response import flat_top
 from stickslip.laboratory.measurement.response_units import FileUnit
-from stickslip.show.report.charts import Charts
+from stickslip.show.report.markup import Charts
 from stickslip.show.report.sections import energies
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point
-from stickslip.solve.starts.space import start_space
+from stickslip.solve.starts.states import start_space
 
 FREQUENCIES = np.linspace(0.14, 0.24, 21)
 TRUTH = {"kt": 0.5, "limit": 1.0, "damping": 0.02}

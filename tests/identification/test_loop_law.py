@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.stats import lognorm
 
-from stickslip.laboratory.identification.contact_law.diagnosis import share_in_slip
 from stickslip.laboratory.identification.contact_law.fit import (
     SEGMENTS,
     LoopFit,
@@ -13,7 +12,7 @@ from stickslip.laboratory.identification.contact_law.fit import (
     first_guess,
 )
 from stickslip.laboratory.identification.contact_law.model import ContactLoop, array_weights
-from stickslip.laboratory.identification.contact_law.result import LawFit
+from stickslip.laboratory.identification.contact_law.result import LawFit, share_in_slip
 from stickslip.laboratory.identification.contact_law.work import contact_law
 from stickslip.laboratory.identification.least_squares import Solution
 from stickslip.laboratory.measurement.synthetic import loop_of

@@ -11,9 +11,8 @@ from identification.test_identify_response import FREE, measured, one_mass
 from measurement import universal_writer
 
 import stickslip as ss
-from stickslip.laboratory.identification.response.diagnosis import SUSPICION
 from stickslip.laboratory.identification.response.mistakes import named_gain, notes_on_mistakes
-from stickslip.laboratory.identification.response.result import summary
+from stickslip.laboratory.identification.response.result import SUSPICION, summary
 
 SETTINGS = {"tries": 1, "evaluations": 25, "samples": 64, "harmonics": 3}
 

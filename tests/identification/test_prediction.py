@@ -10,8 +10,8 @@ import xarray as xr
 
 import stickslip as ss
 from stickslip.laboratory.identification.response.draws import Draws, interval, line_over
-from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak, measured_peak
 from stickslip.laboratory.identification.response.prediction_result import curve_table, steady_median, summary
+from stickslip.laboratory.measurement.measured_response import at_frequencies, curve_peak, measured_peak
 from stickslip.support.checks import InputError, digits_between
 
 FREQUENCIES = np.linspace(0.14, 0.24, 21)

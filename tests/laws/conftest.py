@@ -4,7 +4,7 @@ import pytest
 from each import each
 from laws.samples import SAMPLES, SMOOTH_SAMPLES
 
-from stickslip.model.contact.start import MeanTraction, SliderOffset, TractionRatio
+from stickslip.model.contact.point import MeanTraction, SliderOffset, TractionRatio
 
 STARTS = {
     "virgin": SliderOffset(),

@@ -9,8 +9,7 @@ import numpy as np
 from laws.marching import Motion, sampled
 from laws.samples import Sample
 
-from stickslip.model.contact.point import Contact, between
-from stickslip.model.contact.start import Start
+from stickslip.model.contact.point import Contact, Start, between
 from stickslip.model.contact.table import contact_table
 from stickslip.solve.balance.contact_forces import compile_contact_forces, contact_forces
 from stickslip.solve.balance.cycle import ContactCycle, contact_cycle

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from laws.samples import Element, Sample
 
-from stickslip.model.contact.start import Start
+from stickslip.model.contact.point import Start
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from laws.samples import DAHL_SAMPLES
 
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import SliderOffset
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import InputError
 

@@ -10,8 +10,7 @@ from laws.samples import every_law, samples_of
 
 from stickslip.model.contact.dispatch import kind_of
 from stickslip.model.contact.period import SLIPPING
-from stickslip.model.contact.point import Contact, between
-from stickslip.model.contact.start import SliderOffset, TractionRatio
+from stickslip.model.contact.point import Contact, SliderOffset, TractionRatio, between
 from stickslip.model.contact.table import contact_table
 from stickslip.model.contact.valanis import Valanis
 from stickslip.solve.balance.energy import cycle_work

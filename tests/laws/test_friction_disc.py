@@ -12,8 +12,7 @@ from scipy.optimize import brentq
 from stickslip.model.contact.friction_disc import FrictionDisc, disc_step
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.period import HELD, SLIPPING, STATIC
-from stickslip.model.contact.point import Contact, between
-from stickslip.model.contact.start import MeanTraction, SliderOffset, TractionRatio
+from stickslip.model.contact.point import Contact, MeanTraction, SliderOffset, TractionRatio, between
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import InputError
 

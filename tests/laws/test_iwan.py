@@ -18,7 +18,7 @@ from stickslip.model.contact.spectrum import FourParameter, Hertz, Parabolic
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.structure.matrices import Structure
-from stickslip.solve.time.methods import GeneralisedAlpha
+from stickslip.solve.time.model import GeneralisedAlpha
 from stickslip.support.checks import InputError
 
 SPECTRA = (

@@ -13,7 +13,7 @@ from stability.hybrid import of_problem
 from stability.test_multipliers import SLIDERS, solved, start
 
 import stickslip as ss
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import SliderOffset
 
 ROUGH = 4.0
 """A coefficient of friction with which contacts stick soon after they land."""

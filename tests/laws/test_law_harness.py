@@ -18,7 +18,7 @@ from stickslip.model.contact.gap import Gap
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.contact.period import HELD, SLIPPING
-from stickslip.model.contact.start import MeanTraction, SliderOffset, TractionRatio
+from stickslip.model.contact.point import MeanTraction, SliderOffset, TractionRatio
 from stickslip.solve.balance.energy import cycle_work
 
 H, NT = 4, 96

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.lugre import LuGre
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import SliderOffset
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import InputError
 

@@ -12,7 +12,7 @@ from laws.samples import DISC_SAMPLES, SAMPLES, SPRING_SAMPLES, Sample
 from scipy.integrate import solve_ivp
 
 from stickslip.model.contact.period import SLIPPING
-from stickslip.model.contact.start import SliderOffset, TractionRatio
+from stickslip.model.contact.point import SliderOffset, TractionRatio
 from stickslip.solve.balance.energy import cycle_work
 
 H, NT = 3, 64

@@ -7,8 +7,7 @@ from laws.marching import harmonics_of, sampled
 from laws.samples import TANH_SAMPLES
 
 from stickslip.model.contact.period import SLIPPING
-from stickslip.model.contact.point import Contact, between
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import Contact, SliderOffset, between
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import InputError

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import SliderOffset
 from stickslip.model.contact.valanis import Valanis
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import InputError

@@ -7,7 +7,7 @@ from laws.kernel import OMEGA, answer, forces, random_motion
 from laws.samples import DAHL_SAMPLES, LUGRE_SAMPLES, VALANIS_SAMPLES
 
 from stickslip.model.contact.period import SLIPPING
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import SliderOffset
 
 H, NT = 3, 64
 VIRGIN = SliderOffset()

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 import stickslip as ss
 from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.analyses.forced_response import forced_response
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import SliderOffset
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.problem.static_balance import unbearable_loads
 from stickslip.solve.balance.energy import cycle_work

@@ -8,8 +8,7 @@ import pytest
 from stickslip.analyses.forced_response import forced_response
 from stickslip.model.contact.gap import Gap
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.point import Contact, between
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import Contact, SliderOffset, between
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import chain, chain_of_three, single_mass, three_mass_wedge

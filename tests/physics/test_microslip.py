@@ -10,7 +10,7 @@ from laws.kernel import forces
 from laws.samples import Element, Sample
 
 from stickslip.model.contact.microslip import MicroslipArray
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import SliderOffset
 from stickslip.solve.balance.energy import cycle_work
 
 F, KT = 1.3, 2.1

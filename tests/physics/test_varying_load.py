@@ -10,7 +10,7 @@ from laws.kernel import cycle, forces
 from laws.samples import Element, Sample
 
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import SliderOffset
 from stickslip.solve.balance.energy import cycle_work
 
 KD, MU, N0, KAPPA, A = 2.0, 0.5, 1.0, 0.3, 2.0

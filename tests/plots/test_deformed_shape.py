@@ -13,10 +13,9 @@ from PIL import Image
 
 import stickslip as ss
 from stickslip.analyses.deformed_shape import MOST_OF_A_WHEEL, SurfaceMotion
-from stickslip.show.plots.deformed_shape import FRAMES, DeformedShape
-from stickslip.show.plots.vtk import save_vtu
+from stickslip.show.plots.deformed_shape import FRAMES, DeformedShape, save_vtu
 from stickslip.show.report import write
-from stickslip.show.report.charts import Charts
+from stickslip.show.report.markup import Charts
 from stickslip.support.units import UnitSystem
 
 

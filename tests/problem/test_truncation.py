@@ -19,9 +19,8 @@ from stickslip.model.problem.truncation import LEAST_SHARE, on_few_coordinates
 from stickslip.model.structure.damping import Dashpot, ModalDamping
 from stickslip.model.structure.matrices import Structure
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.linear_response import linear_amplitudes
+from stickslip.solve.balance.linear_response import WithoutContacts, linear_amplitudes
 from stickslip.solve.balance.receptance import REAL_MODE
-from stickslip.solve.balance.without_contacts import WithoutContacts
 from stickslip.solve.continuation.all_modes import solved_on_all_modes
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.continuation.newton import correct, fixed

@@ -16,10 +16,10 @@ import stickslip
 from stickslip import forced_response, nonlinear_modes, radians_per_second
 from stickslip.model.rigs import single_mass
 from stickslip.solve.balance.balance import HarmonicBalance, Point
-from stickslip.support.kernels import compiled, kernel, separate, sources
+from stickslip.support.kernels import cache, compiled, kernel, separate
+from stickslip.support.kernels.cache import FOLDERS
 from stickslip.support.kernels.results import Boxed
 from stickslip.support.kernels.separate import hold, number_of, numbered
-from stickslip.support.kernels.sources import FOLDERS
 from stickslip.support.kernels.views import view, view_of
 
 COMPILES = """
@@ -78,9 +78,9 @@ def test_a_change_of_any_kernel_compiles_anew():
 
 def changed_by(monkeypatch, module, old, new):
     """Modules whose kernels compile anew after a change of one file."""
-    before, files = digests(), sources._files()
+    before, files = digests(), cache._files()
     assert old in files[module]
-    monkeypatch.setattr(sources, "_files", lambda: files | {module: files[module].replace(old, new)})
+    monkeypatch.setattr(cache, "_files", lambda: files | {module: files[module].replace(old, new)})
     forget()
     after = digests()
     monkeypatch.undo()
@@ -89,14 +89,14 @@ def changed_by(monkeypatch, module, old, new):
 
 
 def forget():
-    sources.digest_of.cache_clear()
-    sources.needs.cache_clear()
+    cache.digest_of.cache_clear()
+    cache.needs.cache_clear()
 
 
 def digests():
     package = Path(stickslip.__file__).parent
-    paths = {module: package.parent / f"{module.replace('.', '/')}.py" for module in sources._files()}
-    return {module.removeprefix("stickslip."): sources.digest_of(path) for module, path in paths.items()}
+    paths = {module: package.parent / f"{module.replace('.', '/')}.py" for module in cache._files()}
+    return {module.removeprefix("stickslip."): cache.digest_of(path) for module, path in paths.items()}
 
 
 def test_a_change_compiles_what_holds_it_and_nothing_else(monkeypatch):

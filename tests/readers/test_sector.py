@@ -10,9 +10,9 @@ from scipy import linalg, sparse
 
 import stickslip as ss
 from stickslip.model.readers.read import read_model
-from stickslip.model.readers.rotation_stress import prestress_note, spin_softening
 from stickslip.model.readers.sector import Faces, sector_of_model
 from stickslip.model.readers.sector_faces import _weights
+from stickslip.model.readers.stress_places import prestress_note, spin_softening
 from stickslip.model.rigs.blisk_sector import BliskSector
 from stickslip.model.structure.cyclic_reduction import lowest_frequencies, rotation
 from stickslip.model.structure.rotation_axis import RotationAxis

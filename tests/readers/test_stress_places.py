@@ -10,15 +10,13 @@ from structure.calculix_elements import CALCULIX
 from structure.cantilever import LENGTH, THICKNESS, cantilever, static_stress
 
 import stickslip as ss
-from stickslip.analyses.fatigue import margins, smallest_margin
-from stickslip.analyses.mistuning.dataset import blade_margins, smallest_blade_margin
-from stickslip.analyses.stress import own_recovery
+from stickslip.analyses.mistuning.population import blade_margins, smallest_blade_margin
+from stickslip.analyses.stress import margins, own_recovery, smallest_margin
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.readers.node_axes import OWN_AXES
 from stickslip.model.readers.read import read_model
-from stickslip.model.readers.rotation_stress import rotation_stress_of_body
 from stickslip.model.readers.sector import Faces, sector_of_model
-from stickslip.model.readers.stress_places import MOST_PLACES, StrainGauge, stress_rows_of
+from stickslip.model.readers.stress_places import MOST_PLACES, StrainGauge, rotation_stress_of_body, stress_rows_of
 from stickslip.model.structure.cyclic_reduction import sector_of
 from stickslip.model.structure.mesh_surface import HEXAHEDRON_OF_SKFEM
 from stickslip.model.structure.nodal_stress import BRICK, BRICK_EDGES, nodal_stress

@@ -13,13 +13,13 @@ from report.synthetic import synthetic
 
 import stickslip as ss
 from stickslip import analyses, laboratory
-from stickslip.analyses.fatigue import with_fatigue
+from stickslip.analyses.stress import with_fatigue
 from stickslip.model.structure.stress import COMPONENTS
 from stickslip.results.representative import representatives, spread
 from stickslip.results.result import Result
 from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.plots.look import MOST_ENTRIES, PAGE
-from stickslip.show.plots.stress import haigh_diagram, stress_curves
+from stickslip.show.plots.response_curves import haigh_diagram, stress_curves
 from stickslip.show.report.page import page
 from stickslip.show.report.responses import sentences
 from stickslip.show.report.sections import MOST_SHOWN

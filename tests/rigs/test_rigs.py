@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip.model import rigs
-from stickslip.model.contact.start import SliderOffset, TractionRatio
+from stickslip.model.contact.point import SliderOffset, TractionRatio
 from stickslip.model.problem import Problem
 from stickslip.model.structure.cyclic import NEXT
 from stickslip.model.structure.cyclic_reduction import rotation

@@ -6,7 +6,7 @@ from scipy import linalg
 from scipy.sparse.linalg import eigsh
 
 from stickslip.model import rigs
-from stickslip.model.contact.start import TractionRatio
+from stickslip.model.contact.point import TractionRatio
 from stickslip.model.dampers.flat_cylinder import FlatCylinder
 from stickslip.model.rigs.platform_blade import PlatformBlade, reduced_blade
 from stickslip.model.rigs.single_blade import PUBLISHED, pads, placed_dampers

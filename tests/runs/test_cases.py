@@ -15,8 +15,7 @@ from runs.logged_cases import Broken, KilledWhileItAnswers, KillsWhatStarts, Log
 import stickslip as ss
 from stickslip.runs import cases
 from stickslip.runs.cases import all_cases
-from stickslip.runs.checkpoint import ABOUT, CheckpointFolder
-from stickslip.runs.work import Stopped
+from stickslip.runs.work import ABOUT, CheckpointFolder, Stopped
 from stickslip.support.checks import Faults
 from stickslip.support.files import LIST
 

@@ -8,7 +8,7 @@ from stability.test_multipliers import SLIDERS, assert_same, solved, start
 import stickslip as ss
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.solve.stability.event_march import EventMarch, LostMotionError, State, coordinates
-from stickslip.solve.stability.orbit import OrbitSearch
+from stickslip.solve.stability.judge import OrbitSearch
 
 
 def sliding_mass(kt, limit=0.5, damping=0.1):

@@ -15,9 +15,8 @@ from stability.test_multipliers import lifting
 
 import stickslip as ss
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.solve.stability.judge import Judge, _of_orbit
+from stickslip.solve.stability.judge import Judge, Orbit, _of_orbit
 from stickslip.solve.stability.multipliers import TIMES_ERROR, PeriodMap, Stability
-from stickslip.solve.stability.orbit import Orbit
 
 
 def two_stiff_masses():

@@ -12,9 +12,8 @@ import stickslip as ss
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.contact.period import STICK
 from stickslip.solve.stability.event_march import EventMarch
-from stickslip.solve.stability.judge import MOST_COORDINATES, Judge
+from stickslip.solve.stability.judge import MOST_COORDINATES, Judge, OrbitSearch
 from stickslip.solve.stability.multipliers import Stability
-from stickslip.solve.stability.orbit import OrbitSearch
 
 STABLE, UNSTABLE, UNDECIDED = Stability.STABLE, Stability.UNSTABLE, Stability.UNDECIDED
 

@@ -11,7 +11,7 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model import rigs
 from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.solve.stability.multipliers import PeriodMap, Stability
-from stickslip.solve.time.start import from_harmonics
+from stickslip.solve.time.march import from_harmonics
 
 EXACT = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13}
 

@@ -14,7 +14,7 @@ from stability.hybrid import DOWN, OPEN, STICK, UP, of_problem
 from stability.test_multipliers import SLIDERS
 
 import stickslip as ss
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import SliderOffset
 from stickslip.model.contact.table import contact_table
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.decoupling import states

@@ -11,8 +11,7 @@ import pytest
 from each import each
 
 import stickslip as ss
-from stickslip.analyses.settings import Settings
-from stickslip.analyses.work_parts import EXECUTION
+from stickslip.analyses.settings import EXECUTION, Settings
 from stickslip.laboratory.identification.contact_law.work import ContactLawWork
 from stickslip.study import job
 from stickslip.study.kinds import KINDS

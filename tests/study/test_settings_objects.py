@@ -15,9 +15,8 @@ import stickslip as ss
 from stickslip.analyses.controlled_response import ControlledResponseWork
 from stickslip.analyses.settings import Setting, Settings, Whole, takes
 from stickslip.study.faults import parsed
-from stickslip.study.fields import Positive
+from stickslip.study.fields import Positive, check_of, table_of
 from stickslip.study.reference import rows
-from stickslip.study.settings_table import check_of, table_of
 from stickslip.support.checks import Faults, InputError, among, positive, unique
 
 RIG = ss.rigs.single_mass()

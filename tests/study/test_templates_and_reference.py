@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip.cli import main
-from stickslip.model.contact.start import TractionRatio
+from stickslip.model.contact.point import TractionRatio
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.study import read, templates
 from stickslip.study.reference import SECTIONS, kind_of, limits, reference

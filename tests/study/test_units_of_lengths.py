@@ -7,8 +7,8 @@ import stickslip as ss
 from stickslip.study.analyses.damper_cycle import DamperTable
 from stickslip.study.analyses.identification import IdentificationTable
 from stickslip.study.build import body
+from stickslip.study.fields import SYSTEMS, in_si
 from stickslip.study.tables import BodyTable
-from stickslip.study.units import SYSTEMS, in_si
 
 MM = {"width": 24, "height": 6.0, "depth": 30.0, "density": 7.8e-9, "left_angle": 35.0, "lines": 2}
 SI = {"width": 0.024, "height": 0.006, "depth": 0.03, "density": 7800.0, "left_angle": 35.0, "lines": 2}

@@ -13,20 +13,23 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from stickslip.analyses.arguments import (
+from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked
+from stickslip.analyses.settings import (
+    Execution,
     Frequencies,
     HarmonicNumbers,
     OfProblem,
+    OneBalance,
     OutputNumber,
     Samples,
+    Setting,
+    Settings,
     ends_of,
     fineness_of,
     output_of,
     over_a_band,
+    takes,
 )
-from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked
-from stickslip.analyses.settings import Execution, Setting, Settings, takes
-from stickslip.analyses.work_parts import OneBalance
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.model.disks.full import FullDisk
-from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.model.structure.cyclic_reduction import rotation

@@ -13,30 +13,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.analyses.base_motion import absolute
 from stickslip.analyses.deformed_shape import deformed_shape, with_shapes
-from stickslip.analyses.dense_output import response_at
-from stickslip.analyses.fatigue import Equivalent, with_fatigue
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.isolated import Isolated, take_from_modes
-from stickslip.analyses.joined_curves import apart_of, arrays_of, beside
-from stickslip.analyses.kept_motion import with_motion
 from stickslip.analyses.level_curves import searched, unsought
+from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.peak_stability import flags, judged, stability_warning
-from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcited
-from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
-from stickslip.analyses.response_motion import response_motion
+from stickslip.analyses.response_dataset import absolute, apart_of, arrays_of, as_given, beside, curve_arrays, response_dataset
 from stickslip.analyses.response_settings import OR_AUTO, ForcedResponseSettings
 from stickslip.analyses.sampling import broken_warning, fold_warning, samples_warning, sampling_warning, without_ripples
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
-from stickslip.analyses.settings import takes
-from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.analyses.settings import OneBalance, takes
+from stickslip.analyses.solved_points import SolvedPoints, peaks_of_another, refuse_unexcited, response_at
 from stickslip.analyses.stability import with_stability
-from stickslip.analyses.stress import own_recovery, stress, with_stress
-from stickslip.analyses.time_check import TimeCheck, verify_in_time
+from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
+from stickslip.analyses.time_response import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
     ALL_MODES,
     ALL_NODES,
@@ -54,7 +48,6 @@ from stickslip.analyses.truncation import (
     truncation_warning,
     work_warning,
 )
-from stickslip.analyses.work_parts import OneBalance
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
 from stickslip.model.problem.many_periods import over_periods
@@ -77,7 +70,7 @@ from stickslip.solve.balance.orders import Harmonics, attribute, harmonics_for, 
 from stickslip.solve.curves.curve import Curve, CurveStopped, solve_curve, stopped_curve
 from stickslip.solve.curves.refine import refined
 from stickslip.solve.peaks.search import TOLERANCE
-from stickslip.solve.time.methods import DEFAULT_METHOD, Method
+from stickslip.solve.time.model import DEFAULT_METHOD, Method
 from stickslip.support.checks import InputError, between, fault, of_kind
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread

@@ -10,11 +10,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from stickslip.analyses.arguments import OfProblem
-from stickslip.analyses.contact_rows import ContactRows
 from stickslip.analyses.controlled_response import PhaseResonance
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
-from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.analyses.response_dataset import ContactRows
+from stickslip.analyses.settings import OfProblem, Setting, Settings, Whole, takes
 from stickslip.analyses.time_response import time_response
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
@@ -26,11 +25,9 @@ from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import quantity_named
 from stickslip.solve.continuation.continuation import first_point
-from stickslip.solve.time.march import no_history, state_at
-from stickslip.solve.time.methods import DEFAULT_METHOD, Method
-from stickslip.solve.time.model import refuse_waves, time_model
+from stickslip.solve.time.march import TimeStart, checked_start, from_harmonics, from_rest, no_history, state_at
+from stickslip.solve.time.model import DEFAULT_METHOD, Method, refuse_waves, time_model
 from stickslip.solve.time.period import Loads, march_period, settle
-from stickslip.solve.time.start import TimeStart, checked_start, from_harmonics, from_rest
 from stickslip.support.checks import Array, InputError, fault, finite, of_kind, positive
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread

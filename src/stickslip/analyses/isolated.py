@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.contact_rows import ContactRows
 from stickslip.analyses.further_curves import SolvedCurve, passes
+from stickslip.analyses.response_dataset import ContactRows
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.fourier import real_harmonics
 from stickslip.solve.continuation.curve_points import CurvePoint, Tangent

@@ -1,6 +1,12 @@
 """Labelled dataset of a forced response: arrays of each curve, padded and stacked.
 
 The arrays of one curve are what processes send back and what is kept on disk while a run goes on.
+
+Mapping from the contact rows of a problem to labelled arrays, by contact and direction t1, t2, n.
+
+Arrays of the curves of a result, from which one with more curves is made.
+
+Conversion of motions relative to a moving base into absolute ones: X + r X_b, X_b = −A/(hω)² for a base acceleration A.
 """
 
 from __future__ import annotations
@@ -11,25 +17,54 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.contact_rows import ContactRows
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.loads import BaseMotion, excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.results.schema import SCHEMA, Variable, labelled
+from stickslip.results.view import periods_of
+from stickslip.runs.work import Arrays
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.cycle import ContactCycle, contact_cycle
 from stickslip.solve.balance.energy import EnergyBalance
-from stickslip.solve.balance.fourier import complex_harmonics
+from stickslip.solve.balance.fourier import complex_harmonics, largest_absolute
 from stickslip.solve.balance.linear_response import linear_amplitudes, linear_frequencies
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.solve.balance.trigonometric import largest_absolute
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array, Index
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 
-Arrays = Mapping[str, NDArray[Any]]
+
+class ContactRows:
+    """contact, direction (rows,): the places of each row."""
+
+    def __init__(self, problem: Problem) -> None:
+        contacts = enumerate(problem.contacts)
+        pairs = [(c, DIRECTION_NAMES.index(name)) for c, contact in contacts for name in contact.direction_names]
+        self.contact, self.direction = np.array(pairs, dtype=int).reshape(len(pairs), 2).T
+        self.contacts = len(problem.contacts)
+
+    def spread(self, values: NDArray[Any], axis: int = 0) -> NDArray[Any]:
+        """Values (..., rows, ...), rows along an axis, as (..., contact, direction, ...), NaN where a contact has no such
+        direction."""
+        before, after = values.shape[:axis], values.shape[axis + 1 :]
+        found = np.full((*before, self.contacts, len(DIRECTION_NAMES), *after), np.nan)
+        found[(slice(None),) * axis + (self.contact, self.direction)] = values
+        return found
+
+    def summed(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Sums over the rows of each contact of values (points, rows): (points, contacts)."""
+        found = np.zeros((len(values), self.contacts))
+        np.add.at(found.T, self.contact, values.T)
+        return found
+
+    def collected(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values (contact, direction, ...) as (rows, ...)."""
+        return np.asarray(values[self.contact, self.direction])
+
+
+ArraysOfCurve = Mapping[str, NDArray[Any]]
 
 _EMPTY: dict[str, Any] = {"float": np.nan, "int8": 0, "str": ""}
 _TYPES: dict[str, Any] = {"float": float, "int8": np.int8, "str": np.str_}
@@ -46,7 +81,7 @@ def curve_arrays(balance: HarmonicBalance, curve: Curve) -> dict[str, NDArray[An
 def response_dataset(
     balance: HarmonicBalance,
     levels: Sequence[float],
-    curves: Sequence[Arrays],
+    curves: Sequence[ArraysOfCurve],
     ends: tuple[float, float],
     attrs: Mapping[str, Any],
     measure: Measure = DISPLACEMENT_AMPLITUDE,
@@ -104,7 +139,7 @@ def newtons_a_level(problem: Problem) -> float | None:
 
 
 def stacked(variable: Variable, pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Arrays of different length as one with a first axis `case`, padded with what means "not there"."""
+    """ArraysOfCurve of different length as one with a first axis `case`, padded with what means "not there"."""
     shape = np.max([piece.shape for piece in pieces], axis=0).astype(int)
     kind = object if variable.kind == "str" else _TYPES[variable.kind]
     whole = np.full((len(pieces), *shape), _EMPTY[variable.kind], dtype=kind)
@@ -250,3 +285,73 @@ def _parts(motion: Array) -> Array:
     """Complex harmonics as (..., H+1, 2): real and imaginary part."""
     values = complex_harmonics(motion)
     return np.stack([values.real, values.imag], axis=-1)
+
+
+KEPT = (
+    "truncation_error", "sampling_error", "work_error", "modal_error", "patch_error", "point_truncation_error",
+    "highest_stability", "end_stability",
+)  # fmt: skip
+"""What a curve has beside the variables of the schema."""
+
+
+def arrays_of(dataset: xr.Dataset, case: int, longer: int = 1) -> dict[str, NDArray[Any]]:
+    """What `curve_arrays` gives of a curve, from its dataset; longer: by how many times the expansion is."""
+    found: dict[str, NDArray[Any]] = {}
+    for variable in SCHEMA:
+        if variable.dims[0] == "case" and "linear_point" not in variable.dims:
+            values = dataset[variable.name].transpose(*variable.dims).values[case]
+            found[variable.name] = _longer(values, variable.dims[1:], longer) if longer > 1 else np.asarray(values)
+    for name in KEPT:
+        if name in dataset:
+            found[name] = dataset[name].values[case]
+    return found
+
+
+APART = "isolated {} "
+"""What stands before the names of the arrays of a curve that lies apart from the swept one, with its number."""
+
+
+def beside(curves: Sequence[Arrays]) -> dict[str, NDArray[Any]]:
+    """The arrays of curves apart from a swept one, under names that stand beside its own."""
+    return {APART.format(k) + name: values for k, each in enumerate(curves) for name, values in each.items()}
+
+
+def apart_of(arrays: Arrays) -> list[Arrays]:
+    """The arrays of the curves that `beside` put there."""
+    found: list[Arrays] = []
+    while own := {name: values for name, values in arrays.items() if name.startswith(APART.format(len(found)))}:
+        begin = len(APART.format(len(found)))
+        found.append({name[begin:]: values for name, values in own.items()})
+    return found
+
+
+def _longer(values: NDArray[Any], dims: tuple[str, ...], longer: int) -> NDArray[Any]:
+    """Over several times the period: harmonics with zeros between them, samples repeated."""
+    if "harmonic" in dims:
+        axis = dims.index("harmonic")
+        shape = list(values.shape)
+        shape[axis] = longer * (shape[axis] - 1) + 1
+        spread = np.where(np.isnan(np.take(values, [0], axis)), np.nan, np.zeros(shape))
+        place: list[Any] = [slice(None)] * values.ndim
+        place[axis] = slice(None, None, longer)
+        spread[tuple(place)] = values
+        return spread
+    return np.tile(values, [longer if dim == "sample" else 1 for dim in dims]) if "sample" in dims else np.asarray(values)
+
+
+def absolute(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
+    """`response` and `amplitude` of a result as absolute motions, m: those of the result, which are relative, and the base."""
+    found = dataset[["frequency", "outcome", "response", "amplitude"]].copy(deep=True)
+    omega, level = 2.0 * np.pi * dataset["frequency"].values, dataset["force_level"].values[:, None]
+    values, periods = found["response"].values, periods_of(dataset)
+    for base in (force for force in problem.forces if isinstance(force, BaseMotion)):
+        along = problem.output_rows @ problem.structure.row(base.coefficients)
+        for harmonic, factor in base.factors.items():
+            acceleration = level * factor * omega**base.power
+            moved = (-acceleration / (harmonic * omega) ** 2)[..., None] * along
+            values[:, :, :, periods * harmonic, 0] += moved.real
+            values[:, :, :, periods * harmonic, 1] += moved.imag
+    found["amplitude"].values[:] = np.hypot(values[:, :, :, periods, 0], values[:, :, :, periods, 1])
+    found["response"].attrs["long_name"] = "absolute response"
+    found["amplitude"].attrs["long_name"] = "amplitude of the first harmonic of the absolute response"
+    return found

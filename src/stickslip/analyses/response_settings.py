@@ -6,9 +6,20 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, fields
 from typing import Annotated, Any, Literal
 
-from stickslip.analyses.arguments import Frequencies, OfProblem, force_levels, measure_name, quantity_name
-from stickslip.analyses.settings import Execution, OfKind, Setting, Settings, Whole, Within
-from stickslip.analyses.work_parts import Measured
+from stickslip.analyses.settings import (
+    Execution,
+    Frequencies,
+    Measured,
+    OfKind,
+    OfProblem,
+    Setting,
+    Settings,
+    Whole,
+    Within,
+    force_levels,
+    measure_name,
+    quantity_name,
+)
 from stickslip.solve.balance.orders import MOST_SAMPLES, Harmonics, checked_harmonics
 from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.support.checks import whole

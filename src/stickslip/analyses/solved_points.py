@@ -1,22 +1,37 @@
-"""Solver states of a forced response, restored from its dataset."""
+"""Solver states of a forced response, restored from its dataset.
+
+Forced response at user-chosen frequencies: interpolated between solved points and checked, or solved.
+
+Peaks of a quantity other than the computed one, searched and solved between the points of a forced response.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stickslip.analyses.contact_rows import ContactRows
+from stickslip.analyses.response_dataset import ContactRows, point_values
+from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.model.problem.truncation import on_few_coordinates
-from stickslip.results.view import periods_of
+from stickslip.results.schema import COORDINATES, SCHEMA, stamped
+from stickslip.results.view import band_of, periods_of
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.fourier import real_harmonics
+from stickslip.solve.balance.measure import Measure
 from stickslip.solve.balance.orders import of_attribute
+from stickslip.solve.continuation.interpolation import SAME, Interpolation, Value
 from stickslip.solve.continuation.newton import correct, fixed
-from stickslip.support.checks import SMALLEST, Array, fault, whole
-from stickslip.support.late import xr
+from stickslip.solve.peaks.search import PeakSearch
+from stickslip.support.checks import SMALLEST, Array, InputError, fault, numbers, positive, whole
+from stickslip.support.late import pd, xr
+from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 
 KEPT = ("outcome", "frequency", "force_level", "response", "contact_force", "contact_motion")
@@ -139,3 +154,122 @@ def _apart(found: Array, known: Array) -> float:
 def _real(parts: Array) -> Array:
     """Real storage (..., 2H+1) of (..., harmonic, part)."""
     return real_harmonics(parts[..., 0] + 1j * parts[..., 1])
+
+
+GIVEN = ("outcome", "residual", "response", "amplitude", "rms", "max_abs", "contact_motion", "contact_force")
+"""The variables of the schema that are given at each frequency."""
+
+OWN = {
+    "solved": "1 where the balance was solved at this frequency, 0 where forces are interpolated",
+    "error": "estimated error of the outputs relative to their amplitudes; 0 where solved",
+}
+
+
+def response_at(dataset: xr.Dataset, problem: Problem, frequencies: Any, tolerance: float) -> xr.Dataset:
+    """What `ForcedResponse.at` says."""
+    wanted = _within_the_band(dataset, frequencies)
+    if not positive("tolerance", tolerance) < 0.1:
+        raise fault("tolerance", "must lie between 0 and 0.1", tolerance)
+    points = SolvedPoints(dataset, problem)
+    with one_blas_thread():
+        curves: list[list[list[Value]]] = []
+        omegas = 2.0 * np.pi * wanted / points.balance.periods
+        for case in range(dataset.sizes["case"]):
+            solved = points.converged(case)
+            curves.append(Interpolation(points.balance, solved, tolerance).values(omegas) if solved else [[] for _ in wanted])
+    return _dataset(dataset, points, wanted, curves, tolerance)
+
+
+def _within_the_band(dataset: xr.Dataset, frequencies: Any) -> Array:
+    """Frequencies in Hz, checked; those that a curve has by rounding are its own. Where curves broke off, some have no values."""
+    wanted = np.array([positive("A frequency", value) for value in np.atleast_1d(numbers("frequencies", frequencies))])
+    if not wanted.size:
+        raise InputError("frequencies must hold at least one value, but is empty.")
+    known = dataset["frequency"].values
+    if np.any(dataset["case_outcome"].values != Outcome.CONVERGED):
+        known = np.append(known, dataset["linear_frequency"].values)  # from end to end of the band that was asked for
+    low, high = np.nanmin(known), np.nanmax(known)
+    for value in wanted.tolist():
+        if not low * (1.0 - SAME) <= value <= high * (1.0 + SAME):
+            what = f"must lie in the band of the response, from {low:g} to {high:g} Hz"
+            raise fault("A frequency", what, value, "Solve a wider band.")
+    return wanted
+
+
+def _dataset(
+    dataset: xr.Dataset, points: SolvedPoints, wanted: Array, curves: Sequence[list[list[Value]]], tolerance: float
+) -> xr.Dataset:
+    branches = max((len(values) for curve in curves for values in curve), default=0)
+    shape = (len(curves), max(branches, 1), len(wanted))
+    found: dict[str, NDArray[Any]] = {name: np.full((*shape, *dataset[name].shape[2:]), np.nan) for name in GIVEN}
+    found |= {
+        "outcome": np.zeros(shape, dtype=np.int8),
+        "solved": np.zeros(shape, dtype=np.int8),
+        "error": np.full(shape, np.nan),
+    }
+    for case, i in product(range(len(curves)), range(len(wanted))):
+        if not curves[case][i]:
+            ended = Outcome(int(dataset["case_outcome"][case]))
+            found["outcome"][case, 0, i] = Outcome.EMPTY if ended == Outcome.CONVERGED else ended
+        for branch, value in enumerate(curves[case][i]):
+            place = case, branch, i
+            found["solved"][place] = value.solved
+            if value.evaluation is None:
+                found["outcome"][place] = Outcome.NOT_CONVERGED
+                continue
+            found["outcome"][place] = Outcome.CONVERGED
+            found["residual"][place], found["error"][place] = value.evaluation.error, value.error
+            for name, values in point_values(points.balance, points.rows, [value.evaluation]).items():
+                found[name][place] = values[0]
+    variables = {v.name: (_dims(v.dims), found[v.name], dataset[v.name].attrs) for v in SCHEMA if v.name in found}
+    variables |= {
+        name: (_dims(("case", "point")), found[name], {"units": "1", "long_name": words}) for name, words in OWN.items()
+    }
+    coords: dict[str, Any] = {v.name: dataset[v.name] for v in COORDINATES}
+    coords["frequency"] = ("frequency", wanted, dataset["frequency"].attrs)
+    attrs = {name: dataset.attrs[name] for name in ("title", "study", "harmonics", "samples", "periods") if name in dataset.attrs}
+    return stamped(xr.Dataset(variables, coords, attrs | {"tolerance": tolerance}), "response_at")
+
+
+def _dims(dims: Sequence[str]) -> tuple[str, ...]:
+    """Those of a point's variable, with the times a curve passes a frequency in place of points."""
+    return ("case", "branch", "frequency", *dims[2:])
+
+
+def refuse_unexcited(problem: Problem, measure: Measure) -> None:
+    """Refuse peaks of the first harmonic where the load excites others."""
+    excited = excited_harmonics(problem.forces)
+    if excited and measure.kind == "amplitude" and 1 not in excited:
+        raise InputError(
+            "The peaks of a band must be of what the load excites, but they are of the amplitude of the first harmonic, and "
+            f'the load excites {", ".join(f"harmonic {h}" for h in sorted(excited))}. Take measure="max_abs" or "rms".'
+        )
+
+
+def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) -> pd.DataFrame:
+    """The peaks of a measure along every curve inside its band, as the table of `ForcedResponse.peaks`."""
+    points = SolvedPoints(dataset, problem)
+    balance = points.balance
+    measure = measure.over(balance.periods)
+    largest = measure.with_kind("max_abs")
+    rows: list[dict[str, Any]] = []
+    band = band_of(dataset)
+    with one_blas_thread():
+        energy = EnergyBalance(balance)
+        for case, level in enumerate(dataset["force_level"].values.tolist()):
+            solved = points.converged(case)
+            search = PeakSearch(balance, Interpolation(balance, solved, 1e-3).curve() if solved else [])
+            for output, name in enumerate(problem.output_names):
+                found: list[dict[str, Any]] = []
+                for point in search.peaks(output, measure).points:
+                    evaluation, omega = point.evaluation, point.point.omega
+                    if not band[0] <= balance.hertz(omega) <= band[1]:
+                        continue
+                    row = evaluation.w[balance.rows + output]
+                    sizes = {str(one.kind): one.size(row, omega) / one.per(level) for one in (measure, largest)}
+                    found.append({"frequency": balance.hertz(omega), **sizes, "loss_factor": energy.loss_factor(evaluation)})
+                found.sort(key=lambda peak: -peak[measure.kind])
+                rows += [{"force_level": level, "output": name, "peak": k} | peak for k, peak in enumerate(found)]
+    sizes_of = list(dict.fromkeys([str(measure.kind), "max_abs"]))
+    table = pd.DataFrame(rows, columns=["force_level", "output", "peak", "frequency", *sizes_of, "loss_factor"])
+    return table.sort_values(["force_level", "output", "peak"], ignore_index=True)

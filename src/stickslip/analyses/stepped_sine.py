@@ -13,9 +13,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from stickslip.analyses.arguments import OfProblem
 from stickslip.analyses.forced_response import ForcedResponse
-from stickslip.analyses.settings import OfKind, Setting, Settings, Whole, takes
+from stickslip.analyses.settings import OfKind, OfProblem, Setting, Settings, Whole, takes
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.problem import Problem
 from stickslip.results.files import save
@@ -23,10 +22,8 @@ from stickslip.results.result import Result
 from stickslip.results.schema import stamped
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
-from stickslip.solve.time.march import March, MarchOutcome, march
-from stickslip.solve.time.methods import DEFAULT_METHOD, Method
-from stickslip.solve.time.model import refuse_waves
-from stickslip.solve.time.start import TimeStart, checked_start, from_rest
+from stickslip.solve.time.march import March, MarchOutcome, TimeStart, checked_start, from_rest, march
+from stickslip.solve.time.model import DEFAULT_METHOD, Method, refuse_waves
 from stickslip.support.checks import InputError, fault, of_kind, positive
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome

@@ -2,9 +2,7 @@
 
 from stickslip.cli.app import app, main
 from stickslip.cli.compile_kernels import compile_kernels
-from stickslip.cli.contact_law import contact_law, contact_stiffness
-from stickslip.cli.decay import decay
-from stickslip.cli.identify_response import identify_response
+from stickslip.cli.identification import contact_law, contact_stiffness, decay, identify_response
 from stickslip.cli.models import info
 from stickslip.cli.predict import predict
 from stickslip.cli.results import explore, export, peaks, plot, report

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from stickslip.cli.app import guarded
-from stickslip.cli.as_json import Json, of_model, say_json
+from stickslip.cli.results import Json, of_model, say_json
 from stickslip.support.console import progress_bar, say
 
 

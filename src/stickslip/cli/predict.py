@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stickslip.cli.app import guarded
-from stickslip.cli.contact_law import pairs
-from stickslip.cli.identify_response import number
-from stickslip.cli.places import free_folder
+from stickslip.cli.app import free_folder, guarded
+from stickslip.cli.identification import number, pairs
 from stickslip.cli.studies import Figures, Overwrite, Resume, Workers, carry_out, cores
 from stickslip.support.checks import InputError, existing, fault
 from stickslip.support.console import say
 from stickslip.support.late import xr
 
 if TYPE_CHECKING:
-    from stickslip.study.units import Units
+    from stickslip.study.fields import Units
 
 RESPONSES, DECAY, IDENTIFICATION = "response_prediction", "decay_prediction", "response_identification"
 
@@ -167,7 +165,7 @@ def refuse_beside_decay(options: list[str]) -> None:
 
 def of_decay(given: list[str], units: Units) -> dict[str, Any]:
     """The amplitudes, m, and the measured decays that --decay says, in the units of a study."""
-    from stickslip.study.units import LENGTH
+    from stickslip.study.fields import LENGTH
 
     files = [text for text in given if Path(text).exists()]
     ranges = [text for text in given if text not in files]

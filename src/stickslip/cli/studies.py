@@ -10,18 +10,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stickslip.cli.app import guarded
-from stickslip.cli.as_json import Json, of_study, say_json
-from stickslip.cli.places import claimed, free_folder, refuse_other_than_folder
-from stickslip.cli.results import FIGURES, write_reports
+from stickslip.cli.app import claimed, free_folder, guarded, refuse_other_than_folder
+from stickslip.cli.results import FIGURES, Json, of_study, say_json, write_reports
 from stickslip.support.checks import Faults, InputError, counted, fault, listed, positive, unique
 from stickslip.support.console import INCOMPLETE, WRONG_INPUT, progress_bar, say, warn
 from stickslip.support.files import left_sentence, only_own_files, write_text
 from stickslip.support.late import xr
 
 if TYPE_CHECKING:
-    from stickslip.runs.checkpoint import CheckpointFolder
     from stickslip.runs.dask_cluster import DaskCluster
+    from stickslip.runs.work import CheckpointFolder
     from stickslip.study import Job
     from stickslip.study.run import Run
 

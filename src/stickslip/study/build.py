@@ -14,8 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from stickslip.model import rigs
-from stickslip.model.contact.point import GROUND, Contact, between
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import GROUND, Contact, SliderOffset, between
 from stickslip.model.dampers import SHAPES
 from stickslip.model.dampers.shape import Shape
 from stickslip.model.disks.tuned import TunedDisk, check_engine_order
@@ -23,13 +22,14 @@ from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem
 from stickslip.model.readers.deck import LONGEST
 from stickslip.model.readers.model import levers
-from stickslip.model.readers.rotation_stress import SAME_SPEED
+from stickslip.model.readers.stress_places import SAME_SPEED
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.model.structure.matrices import nearest_dof, of_single_nodes
 from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.study.contacts import ContactTable, FrictionTable
 from stickslip.study.faults import parsed
+from stickslip.study.fields import DENSITY, LENGTH, MASS, Units, in_si, scaled
 from stickslip.study.starts import StartTable, start_rules
 from stickslip.study.tables import (
     BaseTable,
@@ -42,7 +42,6 @@ from stickslip.study.tables import (
     MeanSpringTable,
     StructureTable,
 )
-from stickslip.study.units import DENSITY, LENGTH, MASS, Units, in_si, scaled
 from stickslip.support.checks import Array, Faults, InputError, fault, nearest
 from stickslip.support.units import Band, followed, listed
 

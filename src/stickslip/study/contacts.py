@@ -25,6 +25,13 @@ from stickslip.model.contact.spectrum import FourParameter, Hertz, Parabolic, Sp
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb
 from stickslip.model.contact.valanis import Valanis
 from stickslip.study.fields import (
+    BY_SYMBOL,
+    CUBIC_STIFFNESS,
+    DIMENSIONLESS,
+    FORCE,
+    LENGTH,
+    PRESSURE,
+    STIFFNESS,
     Direction,
     Directions,
     Groups,
@@ -36,12 +43,13 @@ from stickslip.study.fields import (
     Positive,
     Positives,
     Table,
+    Units,
     Vector,
     Words,
     by_form,
+    in_si,
 )
 from stickslip.study.starts import Starts
-from stickslip.study.units import BY_SYMBOL, CUBIC_STIFFNESS, DIMENSIONLESS, FORCE, LENGTH, PRESSURE, STIFFNESS, Units, in_si
 from stickslip.support.checks import fault, nearest
 
 ENTRIES = Field(min_length=2)

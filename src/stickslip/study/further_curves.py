@@ -13,9 +13,8 @@ from stickslip.analyses.modes.work import AMPLITUDES, NonlinearModesWork
 from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.problem.many_periods import MOST_PERIODS
 from stickslip.study.analysis import Asked
-from stickslip.study.fields import Table, by_form
+from stickslip.study.fields import LENGTH, Table, by_form, with_si
 from stickslip.study.tables import Ends
-from stickslip.study.units import LENGTH, with_si
 from stickslip.support.checks import MOST, fault, unique
 
 ModeNumber = Annotated[int, Field(ge=1, le=MOST)]

@@ -10,8 +10,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from stickslip.analyses.arguments import Frequencies
 from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import Frequencies
 from stickslip.model.contact.point import GROUND, Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
@@ -27,11 +27,10 @@ from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.build import Names, dofs_in
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
 from stickslip.study.faults import Found, Model, parsed
-from stickslip.study.fields import Table
+from stickslip.study.fields import SYSTEMS, Table, Units, check_of, values_of
 from stickslip.study.kinds import KINDS, StudyTable, all_keys, keys_of, owners
 from stickslip.study.plausibility import check_static_loads, other_speed, plausibility_warnings
 from stickslip.study.renamed import with_new_names
-from stickslip.study.settings_table import check_of, values_of
 from stickslip.study.stress import NO_STRESS
 from stickslip.study.structure import (
     AerodynamicsTable,
@@ -57,7 +56,6 @@ from stickslip.study.tables import (
     SweepTable,
 )
 from stickslip.study.toml_text import with_line
-from stickslip.study.units import SYSTEMS, Units
 from stickslip.support.checks import Faults, InputError, fault, nearest, similar_file, storable
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.units import UNIT_SYSTEMS, UnitSystem

@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from stickslip.study.contacts import LAWS, LoadDependentFrictionTable
 from stickslip.study.faults import tables_in
-from stickslip.study.fields import Table, Words
+from stickslip.study.fields import SYSTEMS, Dimension, Table, Units, Words
 from stickslip.study.kinds import KINDS, StudyTable
 from stickslip.study.starts import StartTable
 from stickslip.study.structure import AerodynamicsTable
@@ -37,7 +37,6 @@ from stickslip.study.tables import (
     StructureTable,
     SweepTable,
 )
-from stickslip.study.units import SYSTEMS, Dimension, Units
 from stickslip.support.files import write_text
 
 SECTIONS: dict[str, tuple[type[Table], ...]] = {

@@ -15,8 +15,7 @@ import stickslip
 from stickslip.results.files import open_results, save, stamped
 from stickslip.results.shown_units import attributes_of
 from stickslip.runs.cases import Together, all_cases
-from stickslip.runs.checkpoint import CheckpointFolder, changed_line
-from stickslip.runs.work import Arrays, Progress, StoppableWork, Stopped, Work, Workers
+from stickslip.runs.work import Arrays, CheckpointFolder, Progress, StoppableWork, Stopped, Work, Workers, changed_line
 from stickslip.study.analysis import SearchingPlan
 from stickslip.study.reading import Job
 from stickslip.support.checks import InputError

@@ -6,9 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag
 
-from stickslip.model.contact.start import STARTS, SliderOffset, Start
-from stickslip.study.fields import Number, Numbers, Ratio, Table, Words, by_form
-from stickslip.study.units import FORCE, LENGTH, Units, in_si
+from stickslip.model.contact.point import STARTS, SliderOffset, Start
+from stickslip.study.fields import FORCE, LENGTH, Number, Numbers, Ratio, Table, Units, Words, by_form, in_si
 from stickslip.support.checks import fault
 
 Values = Annotated[Annotated[Number, Tag("<single>")] | Annotated[list[Numbers], Field(min_length=1), Tag("<list>")], by_form()]

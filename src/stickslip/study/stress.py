@@ -8,14 +8,12 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from stickslip.analyses.fatigue import with_fatigue
-from stickslip.analyses.stress import own_recovery
+from stickslip.analyses.stress import own_recovery, with_fatigue
 from stickslip.model import rigs
 from stickslip.model.structure.fatigue import FatigueLimit
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked
-from stickslip.study.fields import Groups, Number, Positive, Table, Words
-from stickslip.study.units import PRESSURE, in_si
+from stickslip.study.fields import PRESSURE, Groups, Number, Positive, Table, Words, in_si
 from stickslip.support.checks import InputError, fault, nearest
 from stickslip.support.late import xr
 

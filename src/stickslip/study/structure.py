@@ -32,9 +32,21 @@ from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.results.shown_units import in_system
 from stickslip.study import build
 from stickslip.study.faults import Found
-from stickslip.study.fields import Groups, Number, Place, Positive, Table, Words
+from stickslip.study.fields import (
+    FREQUENCY,
+    MASS,
+    STIFFNESS,
+    SYSTEMS,
+    Groups,
+    Number,
+    Place,
+    Positive,
+    Table,
+    Units,
+    Words,
+    in_si,
+)
 from stickslip.study.tables import AxisTable, BodyTable, FilesTable, GaugeTable, MatricesTable, SectorTable, StructureTable
-from stickslip.study.units import FREQUENCY, MASS, STIFFNESS, SYSTEMS, Units, in_si
 from stickslip.support.checks import MOST, Array, InputError, fault
 from stickslip.support.units import UnitSystem
 

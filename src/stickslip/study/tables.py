@@ -11,8 +11,18 @@ from stickslip.model.dampers import SHAPES
 from stickslip.model.loads import HIGHEST_POWER
 from stickslip.model.structure.cyclic import MOST_SECTORS
 from stickslip.study.fields import (
+    ACCELERATION,
+    FORCE,
+    FREQUENCY,
+    INERTIA,
+    LENGTH,
+    MASS,
+    STIFFNESS,
+    VELOCITY,
+    VISCOSITY,
     Amplitude,
     Coefficients,
+    Dimension,
     Direction,
     Groups,
     Harmonics,
@@ -26,19 +36,7 @@ from stickslip.study.fields import (
     Vector,
     Words,
     by_form,
-)
-from stickslip.study.settings_table import table_of
-from stickslip.study.units import (
-    ACCELERATION,
-    FORCE,
-    FREQUENCY,
-    INERTIA,
-    LENGTH,
-    MASS,
-    STIFFNESS,
-    VELOCITY,
-    VISCOSITY,
-    Dimension,
+    table_of,
 )
 from stickslip.support.checks import MOST
 

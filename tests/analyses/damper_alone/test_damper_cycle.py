@@ -22,7 +22,7 @@ from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.platform_motion import elliptic, in_phase, measured, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome
-from stickslip.solve.time.methods import GeneralisedAlpha, Newmark
+from stickslip.solve.time.model import GeneralisedAlpha, Newmark
 from stickslip.support.checks import InputError
 
 MOTIONS = {"out-of-phase": out_of_phase, "in-phase": in_phase}

@@ -7,8 +7,7 @@ from balance.full_balance import marched_forces
 import stickslip as ss
 from robustness.problems import CLASSES, random_case
 from stickslip.solve.balance.fourier import complex_harmonics
-from stickslip.solve.balance.mode_balance import ModeBalance
-from stickslip.solve.balance.mode_energy import mode_energy
+from stickslip.solve.balance.mode_balance import ModeBalance, mode_energy
 from stickslip.solve.continuation.newton import fixed
 from stickslip.solve.curves.mode_curve import solve_mode
 from stickslip.support.outcome import Outcome

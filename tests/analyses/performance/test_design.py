@@ -9,8 +9,8 @@ import stickslip as ss
 from stickslip.analyses.performance import design as design_module
 from stickslip.analyses.performance import design_search, worst_case
 from stickslip.analyses.performance.design import DesignSettings
-from stickslip.analyses.performance.design_constraints import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
 from stickslip.analyses.performance.design_search import AllStarts, Designs, design_ranges
+from stickslip.analyses.performance.worst_case import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
 from stickslip.show.plots.performance_curve import design_space
 from stickslip.show.report.design import failures, sentences, tables
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.performance.band import performance_band
-from stickslip.model.rigs.two_semi_cylinders import DRY, OILED
+from stickslip.analyses.performance.curve import performance_band
+from stickslip.model.rigs.single_blade import DRY, OILED
 
 RATIOS = (1.0, 2.0, 4.0, 8.0, 15.0, 170.0)
 STICK_SIDE = slice(1, 5)

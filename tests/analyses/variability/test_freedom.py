@@ -5,7 +5,7 @@ import pytest
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.freedom import friction_freedom
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import SliderOffset
 from stickslip.model.rigs import single_mass, three_mass_wedge
 
 

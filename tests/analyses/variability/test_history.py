@@ -5,7 +5,7 @@ import pytest
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.history import response_history
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import SliderOffset
 from stickslip.model.rigs import single_blade, single_mass, three_mass_wedge
 from stickslip.support.checks import InputError
 from stickslip.support.units import hertz

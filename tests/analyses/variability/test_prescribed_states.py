@@ -7,8 +7,7 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.samples import response_samples
 from stickslip.model.contact.friction_disc import FrictionDisc
-from stickslip.model.contact.point import Contact
-from stickslip.model.contact.start import SliderOffset, TractionRatio
+from stickslip.model.contact.point import Contact, SliderOffset, TractionRatio
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_blade, three_mass_wedge
@@ -16,8 +15,7 @@ from stickslip.model.structure.matrices import Structure
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.starts.extremes import AtFrequency
-from stickslip.solve.starts.solutions import UnsolvedError
-from stickslip.solve.starts.states import explored_space
+from stickslip.solve.starts.states import UnsolvedError, explored_space
 from stickslip.support.checks import InputError
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import hertz

@@ -8,12 +8,10 @@ from scipy import stats
 from scipy.stats import qmc
 
 from stickslip.analyses.variability import samples
-from stickslip.analyses.variability.samples import SamplesWork, percentiles, response_samples
-from stickslip.analyses.variability.start_draws import draw, named_law
+from stickslip.analyses.variability.samples import SamplesWork, draw, named_law, percentiles, response_samples
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.show.plots.variability import response_percentiles
-from stickslip.solve.starts.solutions import StartSolutions
-from stickslip.solve.starts.states import virgin_solutions
+from stickslip.solve.starts.states import StartSolutions, virgin_solutions
 from stickslip.support.checks import InputError
 from stickslip.support.units import hertz
 

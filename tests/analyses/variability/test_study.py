@@ -11,7 +11,7 @@ from stickslip.cli import main
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.results.files import open_results, save
 from stickslip.solve.starts.extremes import AtFrequency
-from stickslip.solve.starts.solutions import UnsolvedError
+from stickslip.solve.starts.states import UnsolvedError
 from stickslip.study import read
 from stickslip.support.checks import Faults
 from stickslip.support.outcome import Outcome

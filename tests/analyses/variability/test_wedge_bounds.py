@@ -17,8 +17,7 @@ from stickslip.solve.continuation.continuation import TURNED_BACK
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.starts import extremes
 from stickslip.solve.starts.extremes import AtFrequency, AtPeak, Extreme, highest_peak, size_of
-from stickslip.solve.starts.solutions import UnsolvedError
-from stickslip.solve.starts.states import explored_space
+from stickslip.solve.starts.states import UnsolvedError, explored_space
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import hertz
 

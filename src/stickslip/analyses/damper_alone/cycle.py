@@ -33,7 +33,7 @@ from stickslip.results.result import Result
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
 from stickslip.solve.platforms.march import PlatformState, Record
-from stickslip.solve.time.methods import Method
+from stickslip.solve.time.model import Method
 from stickslip.support.checks import Array, Index, fault, positive, vector, whole
 from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES

@@ -10,9 +10,8 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.arguments import Seed
 from stickslip.analyses.damper_alone.cycle import DamperCycle, Driven, damper_cycle, gathered, march_arrays, march_of
-from stickslip.analyses.settings import Setting, Whole, takes
+from stickslip.analyses.settings import Seed, Setting, Whole, takes
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases

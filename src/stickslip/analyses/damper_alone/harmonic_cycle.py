@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.model.dampers.between_platforms import RIGHT, BetweenPlatforms
 from stickslip.model.dampers.platform_motion import PlatformMotion
-from stickslip.model.rigs.platform_problem import platform_problem
+from stickslip.model.rigs.laboratory_damper import platform_problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.continuation.newton import correct, fixed

@@ -1,23 +1,215 @@
-"""Response of one mistuned disk or of a random population of them, compared with the tuned disk."""
+"""Response of one mistuned disk or of a random population of them, compared with the tuned disk.
+
+Labelled dataset of mistuned disks, from the arrays of the tuned disk and of all samples.
+
+Fatigue margins of the blades of mistuned disks, each at its largest amplitude.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
-from stickslip.analyses.fatigue import Equivalent
-from stickslip.analyses.mistuning.dataset import population_dataset, with_blade_fatigue
+import numpy as np
+
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
 from stickslip.analyses.mistuning.work import PopulationWork
+from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import takes
+from stickslip.analyses.stress import SIZES, Equivalent, has_fatigue, with_fatigue
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.structure.fatigue import FatigueLimit
+from stickslip.model.structure.stress import COMPONENTS
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays
+from stickslip.solve.balance.orders import attribute
+from stickslip.support.checks import Array, InputError
 from stickslip.support.late import xr
+from stickslip.support.outcome import Outcome
 from stickslip.support.renamed import renamed_arguments
 from stickslip.support.units import Band
+
+WORDS = {
+    "blade": "blade frequency",
+    "kt": "tangential stiffness",
+    "kn": "normal stiffness",
+    "mu": "friction coefficient",
+    "pull": "pull on the damper",
+}
+
+STRESSES = {
+    "stress_von_mises": "largest von Mises stress over the period, with the mean",
+    "stress_alternating": "the same without the mean",
+    "stress_principal": "amplitude of the largest principal stress",
+    "stress_principal_mean": "mean stress along its axis",
+}
+NO_WORK = 1e-18
+"""J per period: a damper that sticks works less than this, by rounding."""
+
+
+def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Dataset:
+    """Axes sample, point (padded with NaN), blade (from 1); the tuned disk beside them."""
+    tuned, samples = results[0], results[1:]
+    units = work.sweep.measure.reported_units(levels_are_newtons(work.disk))
+    words = work.sweep.measure.words
+    data = _samples(samples, units, words) | _tuned(tuned, units) | _amplification(samples, tuned) | _deviations(work)
+    N = work.disk.sectors
+    coords: dict[str, Any] = {"blade": ("blade", np.arange(1, N + 1), _named("1", "blade, or sector, from 1"))}
+    if work.places:
+        data |= _stresses(samples, tuned)
+        coords["place"] = ("place", list(work.places), _named("1", "place of stress of a sector"))
+        coords["component"] = ("component", list(COMPONENTS), _named("1", "component of stress in the axes of the sector"))
+    attrs: dict[str, Any] = {"title": work.disk.heading, "study": "", "analysis": "mistuned_population"}
+    attrs |= {"sectors": N, "engine_order": work.disk.engine_order, "seed": work.seed, "force_level": work.sweep.levels[0]}
+    attrs |= {"harmonics": attribute(work.sweep.harmonics), "samples": work.sweep.samples, "whitehead": 0.5 * (1.0 + np.sqrt(N))}
+    attrs |= work.sweep.measure.attributes
+    attrs["cpu_seconds"] = sum(float(arrays["cpu_seconds"]) for arrays in results)
+    return xr.Dataset(data, coords, attrs)
+
+
+def _named(units: str, long_name: str) -> dict[str, str]:
+    return {"units": units, "long_name": long_name}
+
+
+def _samples(samples: Sequence[Arrays], units: str, words: str) -> dict[str, Any]:
+    """Curves, maxima and outcomes."""
+    longest = max(arrays["frequency"].size for arrays in samples)
+    frequency = np.full((len(samples), longest), np.nan)
+    amplitude = np.full((len(samples), longest, samples[0]["peak"].size), np.nan)
+    for k, arrays in enumerate(samples):
+        frequency[k, : arrays["frequency"].size] = arrays["frequency"]
+        amplitude[k, : arrays["frequency"].size] = arrays["amplitude"]
+    curve, each = ("sample", "point"), ("sample", "blade")
+    peak, place, work = (np.array([arrays[name] for arrays in samples]) for name in ("peak", "peak_frequency", "damper_work"))
+    busiest = np.where(np.nan_to_num(work).max(axis=1) > NO_WORK, np.nan_to_num(work).argmax(axis=1) + 1, 0)
+    outcome = np.array([int(arrays["outcome"]) for arrays in samples], dtype=np.int8)
+    return {
+        "frequency": (curve, frequency, _named("Hz", "excitation frequency")),
+        "amplitude": ((*curve, "blade"), amplitude, _named(units, f"{words} of each blade")),
+        "envelope": (curve, amplitude.max(axis=2), _named(units, "largest amplitude of all blades")),
+        "blade_peak": (each, peak, _named(units, "largest amplitude of each blade over the band")),
+        "blade_peak_frequency": (each, place, _named("Hz", "frequency of the largest amplitude of each blade")),
+        "damper_work": (each, work, _named("J", "friction work per period of the damper after each blade, at the highest peak")),
+        "busiest_damper": (
+            "sample",
+            busiest,
+            _named("1", "blade before the damper with the most friction work; 0 where none slips"),
+        ),
+        "sample_outcome": ("sample", outcome, _named("1", f"{int(Outcome.CONVERGED)} where the sample was solved")),
+        "sample_message": ("sample", [str(a["message"]) for a in samples], _named("1", "outcome of the sample")),
+        "cpu_time": ("sample", [float(a["cpu_seconds"]) for a in samples], _named("s", "processor time of the sample")),
+    }
+
+
+def _stresses(samples: Sequence[Arrays], tuned: Arrays) -> dict[str, Any]:
+    """Of each blade at its largest amplitude, and of the tuned disk."""
+    found = np.array([arrays["stress"] for arrays in samples])
+    data: dict[str, Any] = {}
+    for prefix, dims, values, where in (
+        ("", ("sample", "blade", "place"), found, "of each blade at its largest amplitude"),
+        ("tuned_", ("place",), tuned["stress"][0], "of the tuned disk at its largest amplitude"),
+    ):
+        for k, name in enumerate(SIZES):
+            data[prefix + name] = (dims, values[..., k], _named("Pa", f"{STRESSES[name]}, {where}"))
+        data[f"{prefix}stress_mean"] = ((*dims, "component"), values[..., len(SIZES) :], _named("Pa", f"mean stress, {where}"))
+    return data
+
+
+def _tuned(tuned: Arrays, units: str) -> dict[str, Any]:
+    return {
+        "tuned_frequency": ("tuned_point", tuned["frequency"], _named("Hz", "excitation frequency of the tuned disk")),
+        "tuned_amplitude": ("tuned_point", tuned["amplitude"][:, 0], _named(units, "amplitude of the tuned disk")),
+        "tuned_damper_work": ((), float(tuned["damper_work"][0]), _named("J", "friction work per period of a damper there")),
+        "tuned_peak": ((), float(tuned["peak"][0]), _named(units, "largest amplitude of the tuned disk")),
+        "tuned_peak_frequency": ((), float(tuned["peak_frequency"][0]), _named("Hz", "frequency of that amplitude")),
+    }
+
+
+def _amplification(samples: Sequence[Arrays], tuned: Arrays) -> dict[str, Any]:
+    """Largest over all blades against the tuned disk, and the blade that has it; NaN and 0 where a sample failed."""
+    largest = np.array([arrays["peak"].max() for arrays in samples])
+    worst = [0 if np.isnan(arrays["peak"]).any() else int(arrays["peak"].argmax()) + 1 for arrays in samples]
+    ratio: Array = largest / float(tuned["peak"][0])
+    return {
+        "amplification": ("sample", ratio, _named("1", "largest amplitude of any blade over that of the tuned disk")),
+        "worst_blade": ("sample", worst, _named("1", "blade with the largest amplitude; 0 where the sample failed")),
+    }
+
+
+def _deviations(work: PopulationWork) -> dict[str, Any]:
+    drawn = [work.deviations(sample) for sample in range(work.count)]
+    each = ("sample", "blade")
+    data: dict[str, Any] = {
+        f"{name}_deviation": (each, np.array([m.deviation(name) for m in drawn]), _named("1", f"relative deviation, {words}"))
+        for name, words in WORDS.items()
+    }
+    missing = np.array([np.isin(np.arange(1, work.disk.sectors + 1), m.missing) for m in drawn], dtype=np.int8)
+    return data | {"damper_missing": (each, missing, _named("1", "1 where the damper after the blade is missing"))}
+
+
+TUNED = "tuned_"
+KEPT = ("fatigue_amplitude", "fatigue_mean", "fatigue_limit")
+
+
+class BladeMargin(NamedTuple):
+    """The smallest margin of a population: sample and blade, from 1; the place and Hz; amplitude and mean of the stress there and
+    the amplitude that the material stands, Pa; the smallest margin of the tuned disk."""
+
+    sample: int
+    blade: int
+    place: str
+    frequency: float
+    alternating: float
+    mean: float
+    allowed: float
+    tuned: float
+
+    @property
+    def size(self) -> float:
+        """By how much the vibration may grow; infinite where nothing vibrates."""
+        return self.allowed / self.alternating if self.alternating > 0.0 else np.inf
+
+
+def with_blade_fatigue(
+    dataset: xr.Dataset, limit: FatigueLimit, mean: Mapping[str, float] | None = None, equivalent: Equivalent = "sines"
+) -> xr.Dataset:
+    """A population with stress and its fatigue margins: `fatigue_amplitude`, `fatigue_mean` and `fatigue_limit` (sample, blade,
+    place) as of `with_fatigue`, each blade at its largest amplitude, and those of the tuned disk, `tuned_fatigue_amplitude`, ...
+
+    Where several modes are excited, stress may be larger at another frequency than that of the largest amplitude.
+    """
+    if "stress_mean" not in dataset:
+        raise InputError(
+            "A fatigue margin of mistuned disks needs the stress of their blades. Name places of stress with the model of the "
+            "sector (stress = ...), and compute results of an older version again."
+        )
+    found = with_fatigue(dataset, limit, mean, equivalent)
+    own_names = {TUNED + name: name for name in (*SIZES, "stress_mean")}
+    tuned = with_fatigue(dataset[list(own_names)].rename(own_names), limit, mean, equivalent)
+    return found.assign({TUNED + name: tuned[name] for name in KEPT})
+
+
+def blade_margins(dataset: xr.Dataset, prefix: str = "") -> xr.DataArray:
+    """The margin of each blade at each place, (sample, blade, place), or of the tuned disk (place,); NaN where it failed."""
+    allowed, alternating = dataset[f"{prefix}fatigue_limit"], dataset[f"{prefix}fatigue_amplitude"]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return (allowed / alternating).where(alternating != 0.0, np.inf).where(np.isfinite(alternating))
+
+
+def smallest_blade_margin(dataset: xr.Dataset) -> BladeMargin | None:
+    """The smallest margin of all blades, samples and places; None without a fatigue limit or where every sample failed."""
+    if not has_fatigue(dataset):
+        return None
+    sizes = blade_margins(dataset)
+    if not sizes.notnull().any():
+        return None
+    sample, blade, place = np.unravel_index(int(np.nanargmin(sizes.values)), sizes.shape)
+    here = dataset.isel(sample=int(sample), blade=int(blade), place=int(place))
+    alternating, mean, allowed = (float(here[name]) for name in KEPT)
+    where = int(sample) + 1, int(here["blade"]), str(here["place"].values), float(here["blade_peak_frequency"])
+    return BladeMargin(*where, alternating, mean, allowed, float(blade_margins(dataset, TUNED).min()))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -14,18 +14,25 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.linalg import LinAlgError
 
-from stickslip.analyses.arguments import MeasureName, OutputNumber, QuantityName, Samples, Seed
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
 from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.analyses.settings import Execution, OfKind, Setting, Whole
+from stickslip.analyses.settings import (
+    Execution,
+    Measured,
+    MeasureName,
+    OfKind,
+    OutputNumber,
+    QuantityName,
+    Samples,
+    Seed,
+    Setting,
+    Whole,
+)
 from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
-from stickslip.analyses.work_parts import Measured
-from stickslip.model.contact.point import Contact
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.disks.few import LARGE, REACH, few_waves, most_coordinates
-from stickslip.model.disks.full import FullDisk
-from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.structure.stress import COMPONENTS
 from stickslip.runs.work import Arrays, Report

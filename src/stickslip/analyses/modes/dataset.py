@@ -11,22 +11,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.contact_rows import ContactRows
 from stickslip.analyses.modes.slow_decay import SlowDecay, slow_decay
 from stickslip.analyses.performance.work import stacked
+from stickslip.analyses.response_dataset import ContactRows
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.results.view import length_text
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.balance import Evaluation
 from stickslip.solve.balance.cycle import contact_cycle
-from stickslip.solve.balance.fourier import complex_harmonics
-from stickslip.solve.balance.mode_balance import ModeBalance
-from stickslip.solve.balance.mode_energy import mode_energy
-from stickslip.solve.balance.trigonometric import largest_absolute
-from stickslip.solve.curves.damping_roots import ROUNDING, DampingCurve, is_stable, slope
-from stickslip.solve.curves.mode_curve import ModeCurve
-from stickslip.solve.curves.mode_refine import first_harmonic_pace, pace
+from stickslip.solve.balance.fourier import complex_harmonics, largest_absolute
+from stickslip.solve.balance.mode_balance import ModeBalance, mode_energy
+from stickslip.solve.curves.mode_curve import ROUNDING, DampingCurve, ModeCurve, first_harmonic_pace, is_stable, pace, slope
 from stickslip.support.checks import Array
 from stickslip.support.late import xr
 

@@ -13,11 +13,10 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.analyses.arguments import OfProblem
-from stickslip.analyses.contact_rows import ContactRows
 from stickslip.analyses.modes.dataset import curve_arrays, limit_cycles_dataset, root_arrays
 from stickslip.analyses.modes.work import Modes
-from stickslip.analyses.settings import Execution, Setting, Settings, takes
+from stickslip.analyses.response_dataset import ContactRows
+from stickslip.analyses.settings import Execution, OfProblem, Setting, Settings, takes
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.result import Result
@@ -29,9 +28,7 @@ from stickslip.solve.balance.mode_balance import ModeBalance
 from stickslip.solve.balance.orders import of_attribute
 from stickslip.solve.continuation.curve_points import CurvePoint, Tangent, moving_sizes, relative_metric
 from stickslip.solve.continuation.newton import correct, fixed
-from stickslip.solve.curves.damping_roots import DampingCurve
-from stickslip.solve.curves.mode_curve import ModeCurve, solve_mode
-from stickslip.solve.curves.mode_refine import directed
+from stickslip.solve.curves.mode_curve import DampingCurve, ModeCurve, directed, solve_mode
 from stickslip.support.checks import InputError, fault, unique, vector
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread

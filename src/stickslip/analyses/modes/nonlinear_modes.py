@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.arguments import output_of
 from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.modes.characteristic import with_solved
 from stickslip.analyses.modes.dataset import with_phase_at
 from stickslip.analyses.modes.limit_cycles import LimitCycles, limit_cycles_of
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
 from stickslip.analyses.modes.work import NonlinearModesWork, with_decays
-from stickslip.analyses.settings import takes
-from stickslip.model.contact.start import TractionRatio
+from stickslip.analyses.settings import output_of, takes
+from stickslip.model.contact.point import TractionRatio
 from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases

@@ -30,12 +30,11 @@ from stickslip.model.contact.period import OFFSET, SLIPPING
 from stickslip.solve.balance.balance import Evaluation, Point
 from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.solve.balance.fourier import Fourier, complex_harmonics, fourier
-from stickslip.solve.balance.mode_balance import ModeBalance
-from stickslip.solve.balance.mode_energy import mode_energy
+from stickslip.solve.balance.mode_balance import ModeBalance, mode_energy
 from stickslip.solve.continuation.curve_points import CurvePoint, Tangent
 from stickslip.solve.continuation.newton import correct, fixed
-from stickslip.solve.curves.mode_refine import arc_tangent, directed
-from stickslip.solve.time.given_path import contact_work
+from stickslip.solve.curves.mode_curve import arc_tangent, directed
+from stickslip.solve.time.contact_law import contact_work
 from stickslip.support.checks import Array
 
 HEAVY = 0.05

@@ -10,10 +10,9 @@ from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 
-from stickslip.analyses.arguments import OfProblem, OutputNumber, Samples, output_of
 from stickslip.analyses.modes.characteristic import with_peaks
 from stickslip.analyses.modes.dataset import decay_arrays, mode_arrays, modes_dataset
-from stickslip.analyses.settings import Execution, Setting, Settings
+from stickslip.analyses.settings import Execution, OfProblem, OutputNumber, Samples, Setting, Settings, output_of
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.runs.work import Arrays, Report

@@ -10,8 +10,17 @@ from typing import Annotated, Any, Literal, Protocol, get_args
 
 import numpy as np
 
-from stickslip.analyses.arguments import (
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.performance.design_search import AllStarts, DesignRanges, Designs, Record, design_ranges, evolve, refine
+from stickslip.analyses.performance.worst_case import Conditions, Constraint, WorstCase, searched_peak, worst_case
+from stickslip.analyses.settings import (
+    Execution,
+    Measured,
+    OfKind,
+    OneOf,
     Seed,
+    Setting,
+    Whole,
     fineness_of,
     harmonic_numbers,
     made,
@@ -21,13 +30,8 @@ from stickslip.analyses.arguments import (
     point_of,
     quantity_name,
     ranges_of,
+    takes,
 )
-from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.performance.design_constraints import Constraint
-from stickslip.analyses.performance.design_search import AllStarts, DesignRanges, Designs, Record, design_ranges, evolve, refine
-from stickslip.analyses.performance.worst_case import Conditions, WorstCase, searched_peak, worst_case
-from stickslip.analyses.settings import Execution, OfKind, OneOf, Setting, Whole, takes
-from stickslip.analyses.work_parts import Measured
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.result import Result

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, output_of
 from stickslip.analyses.response_dataset import levels_are_newtons
+from stickslip.analyses.settings import ends_of, fineness_of, made, maker, output_of
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Progress
 from stickslip.solve.balance.balance import HarmonicBalance

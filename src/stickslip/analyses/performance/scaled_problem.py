@@ -1,4 +1,7 @@
-"""Copies of a problem with scaled friction or preload, and the forces in F_C/F_E."""
+"""Copies of a problem with scaled friction or preload, and the forces in F_C/F_E.
+
+Search band for resonances, from the free to the stuck one, and the message if it holds none.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.analyses.settings import Ends
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import Contact
 from stickslip.model.loads import BaseMotion
 from stickslip.model.problem import Problem
-from stickslip.support.checks import fault, not_negative, positive
+from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.peaks.linear import linear_peak
+from stickslip.support.checks import InputError, fault, not_negative, positive
+from stickslip.support.units import Band
 
 PRELOADS = ("normal_load", "preload")
 """Fields of contact laws that hold a load in newtons."""
@@ -86,3 +93,20 @@ def _times(factor: float, value: Any) -> Any:
 
 def _length(direction: Any) -> float:
     return float(np.linalg.norm(list(direction.values())))
+
+
+OUTSIDE = (0.9, 1.1)
+"""How far the band reaches beyond the free and the stuck resonance."""
+
+
+def resonance_band(balance: HarmonicBalance, output: int) -> Band:
+    """A band that holds the free and the stuck resonance of an output."""
+    peaks = [linear_peak(balance, output, stuck).frequency for stuck in (False, True)]
+    return Band(OUTSIDE[0] * min(peaks), OUTSIDE[1] * max(peaks))
+
+
+def no_resonance(balance: HarmonicBalance, output: int, band: Ends, where: str = "") -> InputError:
+    """The fault of a band in Hz that holds no resonance of an output; where: " at 5 N", say."""
+    free, stuck = (linear_peak(balance, output, stuck).frequency for stuck in (False, True))
+    remedy = f"The highest resonance without contacts is at {free:.5g} Hz, that with contacts stuck at {stuck:.5g} Hz."
+    return fault("The band of frequencies", f"must hold a resonance{where}", f"{band[0]:g} to {band[1]:g} Hz", remedy)

@@ -15,13 +15,19 @@ from typing import Annotated, Any, Protocol
 
 import numpy as np
 
-from stickslip.analyses.arguments import (
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.performance.scaled_problem import no_resonance
+from stickslip.analyses.response_dataset import levels_are_newtons
+from stickslip.analyses.settings import (
+    Execution,
     HarmonicNumbers,
+    Measured,
     MeasureName,
     OutputNumber,
     QuantityName,
     Samples,
     Seed,
+    Setting,
     ends_of,
     fineness_of,
     made,
@@ -29,12 +35,8 @@ from stickslip.analyses.arguments import (
     output_of,
     over_a_band,
     ranges_of,
+    takes,
 )
-from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.performance.resonance_band import no_resonance
-from stickslip.analyses.response_dataset import levels_are_newtons
-from stickslip.analyses.settings import Execution, Setting, takes
-from stickslip.analyses.work_parts import Measured
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.result import Result

@@ -12,11 +12,9 @@ from stickslip.analyses.speed.speed_sweep import excited
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.problem import Problem
 from stickslip.results.result import Result
-from stickslip.solve.time.march import March, MarchOutcome, loads_of_steps, march, no_history, state_at
-from stickslip.solve.time.methods import DEFAULT_METHOD, Method
-from stickslip.solve.time.model import time_model
+from stickslip.solve.time.march import March, MarchOutcome, TimeStart, from_rest, loads_of_steps, march, no_history, state_at
+from stickslip.solve.time.model import DEFAULT_METHOD, Method, time_model
 from stickslip.solve.time.period import march_period, settle
-from stickslip.solve.time.start import TimeStart, from_rest
 from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread

@@ -11,9 +11,8 @@ import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
 from stickslip.analyses.response_settings import Fineness, ForcedResponseSettings
-from stickslip.analyses.settings import Execution, Setting, Settings, takes
+from stickslip.analyses.settings import Execution, Setting, Settings, StateOfFields, takes
 from stickslip.analyses.speed.models import synchronous
-from stickslip.analyses.work_parts import StateOfFields
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.results.quantities import ERRORS

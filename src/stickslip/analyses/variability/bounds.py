@@ -21,26 +21,31 @@ from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 
-from stickslip.analyses.arguments import (
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.response_dataset import levels_are_newtons
+from stickslip.analyses.settings import (
+    Execution,
     ForceLevels,
     HarmonicNumbers,
+    Measured,
     MeasureName,
     OfProblem,
+    OneBalance,
+    OneOf,
     OutputNumber,
     QuantityName,
     Rule,
     Samples,
     Seed,
+    Setting,
     Share,
+    Whole,
     force_levels,
     output_of,
+    takes,
 )
-from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.response_dataset import levels_are_newtons
-from stickslip.analyses.settings import Execution, OneOf, Setting, Whole, takes
 from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
-from stickslip.analyses.variability.start_draws import search_cloud
-from stickslip.analyses.work_parts import Measured, OneBalance
+from stickslip.analyses.variability.samples import search_cloud
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.result import Result
@@ -50,8 +55,7 @@ from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.orders import attribute
 from stickslip.solve.starts.extremes import AtFrequency, AtPeak, Effort, loss_factor, size_of
-from stickslip.solve.starts.space import StartSpace, refuse_forgetful, rule_words
-from stickslip.solve.starts.states import explored_space
+from stickslip.solve.starts.states import StartSpace, explored_space, refuse_forgetful, rule_words
 from stickslip.support.checks import InputError, fault
 from stickslip.support.late import xr
 from stickslip.support.renamed import renamed_arguments

@@ -15,7 +15,7 @@ from stickslip.solve.balance.cycle import contact_cycle
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.starts.extremes import Effort, Extreme, StartObjective, extreme, leapt
-from stickslip.solve.starts.solutions import UnsolvedError
+from stickslip.solve.starts.states import UnsolvedError
 from stickslip.support.checks import Array
 from stickslip.support.outcome import Outcome
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.analyses.arguments import output_of
 from stickslip.analyses.response_dataset import as_given
+from stickslip.analyses.settings import output_of
 from stickslip.model.contact.period import OFFSET
 from stickslip.model.problem import Problem
 from stickslip.results.result import Result
@@ -17,8 +17,7 @@ from stickslip.runs.work import Progress, checked_progress
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
 from stickslip.solve.curves.curve import solve_curve
-from stickslip.solve.starts.space import refuse_forgetful
-from stickslip.solve.starts.states import element_states
+from stickslip.solve.starts.states import element_states, refuse_forgetful
 from stickslip.support.checks import InputError, fault, positive
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import fftconvolve
 
-from stickslip.analyses.arguments import output_of
 from stickslip.analyses.controlled_response import PhaseResonance
 from stickslip.analyses.free_decay import beside_modes, beside_phase_resonance
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
+from stickslip.analyses.settings import output_of
 from stickslip.laboratory.measurement.decay_windows import Record, Window, fitted_windows
 from stickslip.laboratory.measurement.matlab_columns import response_columns
 from stickslip.laboratory.measurement.number_table import UNITS, NumberTable, matlab_arrays, named_column, text_table

@@ -17,7 +17,7 @@ from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import inlined, kernel
 
 OFFSET, RATIO, MEAN = 0, 1, 2
-"""Codes of the start rules, as `stickslip.model.contact.start` gives them."""
+"""Codes of the start rules, as `stickslip.model.contact.point` gives them."""
 
 STICK, SLIP_UP, SLIP_DOWN, OPEN = 0, 1, -1, 2
 """What an element does at a sample; the sign of a slip is that of the traction."""

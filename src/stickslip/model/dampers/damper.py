@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.model.contact.law import Law
-from stickslip.model.contact.point import Contact, Motion, contact_in_space
-from stickslip.model.contact.start import Start
+from stickslip.model.contact.point import Contact, Motion, Start, contact_in_space
 from stickslip.model.loads import Force
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rigid_body import RigidBody

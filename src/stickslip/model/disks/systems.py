@@ -20,8 +20,7 @@ from stickslip.model.structure.modes import Modes, natural_modes
 from stickslip.support.checks import Array
 
 if TYPE_CHECKING:
-    from stickslip.model.disks.full import FullDisk
-    from stickslip.model.disks.tuned import TunedDisk
+    from stickslip.model.disks.tuned import FullDisk, TunedDisk
 
 SAME = 1e-10
 """How far the blocks of a circulant matrix may differ, relative to its largest entry: rounding."""

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.model.contact.law import Law
-from stickslip.model.contact.point import Contact, Motion, PatchNode, contact_in_space, ground, mean
-from stickslip.model.contact.start import Start
+from stickslip.model.contact.point import Contact, Motion, PatchNode, Start, contact_in_space, ground, mean
 from stickslip.model.interfaces.node_surface import NodeSurface
 from stickslip.support.checks import Array, Index, InputError, between, fault, of_kind, vector
 

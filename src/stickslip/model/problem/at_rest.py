@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.model.contact.law import NormalElements
-from stickslip.model.contact.point import Contact
-from stickslip.model.contact.start import MeanTraction, TractionRatio
+from stickslip.model.contact.point import Contact, MeanTraction, TractionRatio
 from stickslip.support.checks import Array
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.model.contact.friction import LoadDependentFriction, largest_friction
-from stickslip.model.contact.point import Contact, Direction
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import Contact, Direction, SliderOffset
 from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.model.structure.damping import ModalDamping
 from stickslip.model.structure.modes import Modes, natural_modes

@@ -19,8 +19,7 @@ from stickslip.model.readers import numpy_archive
 from stickslip.model.readers.describe import indefinite_mass
 from stickslip.model.readers.limits import within_memory
 from stickslip.model.readers.model import Model
-from stickslip.model.readers.rotation_stress import prestress_note, rotation_note, rotation_stress_of_body
-from stickslip.model.readers.stress_places import Place, StressRows
+from stickslip.model.readers.stress_places import Place, StressRows, prestress_note, rotation_note, rotation_stress_of_body
 from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.craig_bampton import craig_bampton, mode_names
 from stickslip.model.structure.damping import Damping

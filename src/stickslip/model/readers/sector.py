@@ -21,9 +21,20 @@ from stickslip.model.readers.model import ROTATIONS, Model
 from stickslip.model.readers.node_axes import OWN_AXES
 from stickslip.model.readers.read import Paths, read_model
 from stickslip.model.readers.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, quiet, to_cache
-from stickslip.model.readers.rotation_stress import prestress_note, refuse_own_axes, rotation_note, rotation_stress
 from stickslip.model.readers.sector_faces import interpolation_error, paired
-from stickslip.model.readers.stress_places import Keep, Place, StrainGauge, StressRows, Where, places_of, stress_rows_of
+from stickslip.model.readers.stress_places import (
+    Keep,
+    Place,
+    StrainGauge,
+    StressRows,
+    Where,
+    places_of,
+    prestress_note,
+    refuse_own_axes,
+    rotation_note,
+    rotation_stress,
+    stress_rows_of,
+)
 from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.craig_bampton import mode_names
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic

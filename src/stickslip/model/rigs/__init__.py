@@ -6,18 +6,23 @@ Nothing heavy is imported here: scikit-fem loads when a rig is meshed.
 from collections.abc import Callable
 
 from stickslip.model.problem import Problem
-from stickslip.model.rigs.blade_and_wedge import blade_and_wedge
 from stickslip.model.rigs.blade_root import blade_root
-from stickslip.model.rigs.jointed_mode import jointed_mode
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
-from stickslip.model.rigs.lumped import chain, chain_of_three, chain_varying_load, single_mass, three_mass_wedge
-from stickslip.model.rigs.lumped_blisk import lumped_blisk
+from stickslip.model.rigs.lumped import (
+    blade_and_wedge,
+    chain,
+    chain_of_three,
+    chain_varying_load,
+    jointed_mode,
+    lumped_blisk,
+    single_mass,
+    three_mass_wedge,
+)
 from stickslip.model.rigs.octopus_blisk import octopus_blisk
 from stickslip.model.rigs.ring_damper import ring_damper, ring_energy
 from stickslip.model.rigs.shrouded_blades import shrouded_blades
-from stickslip.model.rigs.single_blade import single_blade, single_blade_stress
+from stickslip.model.rigs.single_blade import single_blade, single_blade_stress, two_semi_cylinders
 from stickslip.model.rigs.strip_damper import strip_damper, strip_energy
-from stickslip.model.rigs.two_semi_cylinders import two_semi_cylinders
 from stickslip.model.structure.stress import StressRecovery
 
 RIGS: dict[str, Callable[..., Problem]] = {

@@ -8,8 +8,7 @@ import numpy as np
 
 from stickslip.model.contact.friction import Friction
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.point import Contact
-from stickslip.model.contact.start import SliderOffset, Start
+from stickslip.model.contact.point import Contact, SliderOffset, Start
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.rigs.beam_element import beam_mass, beam_stiffness

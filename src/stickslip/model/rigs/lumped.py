@@ -1,23 +1,37 @@
 """Lumped rigs for hand calculation: one mass, chains of masses, two blades with a wedge damper.
 
 The chains and the single mass are the problems on which harmonic balance codes are compared and timed.
+
+A bladed disk of 24 lumped sectors with a damper between neighbours, small enough to solve without cyclic symmetry.
+
+Case W: wedges that do not turn. Case R: cylinders that roll. Numbers of this project, computed by an independent script.
+
+One mode of a jointed structure, such as a bolted beam, with a joint by Segalman's four parameters.
+
+One blade mode with a wedge damper between its platform and a fixed one: the smallest rig for damper design.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from math import cos, radians, sin
+from typing import Literal
 
 import numpy as np
 
+from stickslip.model.contact.iwan import Iwan
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.point import Contact, between
-from stickslip.model.contact.start import Start, TractionRatio
+from stickslip.model.contact.point import Contact, SliderOffset, Start, TractionRatio, between
+from stickslip.model.contact.spectrum import FourParameter
 from stickslip.model.dampers.wedge import wedge_outline
+from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
+from stickslip.model.structure.assembly import Spring
+from stickslip.model.structure.cyclic import CyclicStructure, sector_chain
+from stickslip.model.structure.damping import ModalDamping
 from stickslip.model.structure.matrices import Structure
-from stickslip.support.checks import Array, fault
+from stickslip.support.checks import Array, fault, finite, positive
 
 
 def single_mass(
@@ -150,3 +164,134 @@ def _check_masses(masses: int, used: Sequence[int]) -> None:
     outside = sorted({i for i in used if not 1 <= i <= masses})
     if outside:
         raise fault("Numbers of masses", f"must lie between 1 and {masses}", outside)
+
+
+ROLLER_RADIUS = 5e-3
+ROLL_STIFFNESS = 1e3
+"""Spring on the mean roll of a cylinder, N m/rad: with both contacts in slip any mean roll is in equilibrium."""
+
+
+def lumped_blisk(
+    case: Literal["W", "R"] = "W",
+    *,
+    engine_order: int = 2,
+    sectors: int = 24,
+    platform_angle: float = 45.0,
+    pull: float = 147.0,
+    kt: float = 1.7e7,
+    kn: float = 6.3e8,
+    mu: float = 0.6,
+    damper_mass: float = 0.017,
+    force: float = 1.0,
+    start: Start | None = None,
+) -> TunedDisk:
+    """Disk, platform and tip of each blade move tangentially; a damper sits between each platform and the next one.
+
+    case: "W", a wedge without rotation, or "R", a cylinder of 5 mm radius that rolls. engine_order: force F cos(ωt − 2π EO j/N)
+    on tip j [N]; platform_angle [degrees]; pull: centrifugal force F_C of each damper [N]; kt, kn [N/m], mu of each contact.
+    """
+    if case not in ("W", "R"):
+        raise fault("case", 'must be "W" (wedge) or "R" (cylinder that rolls)', case)
+    if not 0.0 <= finite("platform_angle", platform_angle) < 90.0:
+        raise fault("platform_angle", "must lie in [0, 90) degrees", platform_angle)
+    rolls = case == "R"
+    law, rule = Macroslip(kt, mu, kn), start or SliderOffset()
+    lever, radius = (0.2, ROLLER_RADIUS) if rolls else (0.02, 0.0)
+    c, s = cos(radians(platform_angle)), sin(radians(platform_angle))
+    contacts = (
+        Contact("right edge", law, (_along("", -lever, c, s, radius),), _along("", -lever, -s, c), rule),
+        Contact("left edge", law, (_along("next/", lever, c, -s, radius),), _along("next/", lever, s, c), rule),
+    )
+    roll = (Spring({"damper.rz": 1.0}, ROLL_STIFFNESS),) if rolls else ()
+    loads = (Force("tip.t", force, name="engine order"), Force("damper.y", static=pull, name="centrifugal pull"))
+    title = f"Lumped bladed disk, case {case}"
+    return TunedDisk(_structure(sectors, damper_mass, rolls), contacts, loads, ("tip.t",), title, roll, engine_order)
+
+
+def _structure(sectors: int, damper_mass: float, rolls: bool) -> CyclicStructure:
+    """Disk 2 kg, platform 1.2 kg, tip 0.6 kg with C = 2 M + 1e-6 K; the free damper undamped."""
+    ground, ring, shank, blade = 1e7, 2e7, 3e6, 5.5e5
+    M = np.diag([2.0, 1.2, 0.6])
+    K = np.array([[ground + 2 * ring + shank, -shank, 0.0], [-shank, shank + blade, -blade], [0.0, -blade, blade]])
+    K_next = np.diag([-ring, 0.0, 0.0])
+    damper = np.diag([damper_mass, damper_mass, *([0.5 * damper_mass * ROLLER_RADIUS**2] if rolls else [])])
+    dofs = ("disk.t", "platform.t", "tip.t", "damper.x", "damper.y", *(["damper.rz"] if rolls else []))
+    size, free = len(dofs), len(dofs) - 3
+    whole = np.zeros((3, size, size))
+    whole[0, :3, :3], whole[0, 3:, 3:], whole[1, :3, :3], whole[2, :3, :3] = M, damper, K, K_next
+    sector = Structure(whole[0], whole[1], dofs)
+    chain = sector_chain(sector, sectors, whole[2])
+    assert chain.masses is not None
+    assert chain.stiffnesses is not None
+    keep = np.diag([1.0] * 3 + [0.0] * free)
+    return chain.with_damping(2.0 * keep @ chain.masses @ keep + 1e-6 * chain.stiffnesses)
+
+
+def _along(side: str, lever: float, x: float, y: float, radius: float = 0.0) -> dict[str, float]:
+    """The damper's motion along (x, y) relative to a platform edge, which moves (p, lever (t − p)); a roll lessens it."""
+    platform = {f"{side}platform.t": -x + y * lever, f"{side}tip.t": -y * lever}
+    return {"damper.x": x, "damper.y": y, **platform, **({"damper.rz": -radius} if radius else {})}
+
+
+def jointed_mode(
+    frequency: float = 80.3,
+    damping: float = 1.4e-3,
+    mass: float = 2.0,
+    kt: float = 1e5,
+    slip_force: float = 46.0,
+    chi: float = 0.66,
+    beta: float = 0.0,
+    *,
+    count: int | None = None,
+) -> Problem:
+    """m q̈ + 2 ζ m ω0 q̇ + (m ω0² − kt) q + T(q) = F cos ωt, T an Iwan law: ω0 = 2π frequency with the joint stuck.
+
+    frequency [Hz], damping ζ and mass [kg] of the mode where nothing slips, as seen at the output; kt [N/m] of the joint, its
+    force in full slip [N], chi and beta of `FourParameter`; count: number of its elements, as for `Iwan`. The force is 1 N.
+    Far from full slip the joint dissipates 4 R A^(χ+3)/((χ+2)(χ+3)), so that its damping ratio goes by A^(χ+1).
+    """
+    whole = positive("mass", mass) * (2.0 * np.pi * positive("frequency", frequency)) ** 2
+    if positive("kt", kt) > whole:
+        raise fault("kt", f"must not exceed the stiffness of the mode, {whole:.4g} N/m", kt)
+    C = 2.0 * positive("damping", damping) * np.sqrt(whole * mass)
+    structure = Structure(np.array([[mass]]), np.array([[whole - kt]]), ("1.x",), C=np.array([[C]]))
+    law = Iwan(kt, 1.0, normal_load=positive("slip_force", slip_force), spectrum=FourParameter(chi, beta), count=count)
+    joint = Contact("joint", law, (between("1.x", "ground"),))
+    return Problem(structure, (joint,), (Force("1.x", 1.0),), ("1.x",), "One mode with a joint")
+
+
+def blade_and_wedge(
+    pull: float = 60.0,
+    platform_angle: float = 35.0,
+    mu: float = 0.4,
+    *,
+    damper_mass: float = 0.02,
+    kt: float = 8e5,
+    kn: float = 1.2e6,
+    mass: float = 0.5,
+    stiffness: float = 2e6,
+    damping: float = 2e-3,
+    force: float = 1.0,
+) -> Problem:
+    """A mass on a spring, moving along x, and a wedge D that its pull along y presses against two platforms at ± the angle.
+
+    pull: F_C on the damper [N]; platform_angle α [degrees], the same on both sides; mu, kt, kn [N/m] of each contact, so that
+    stuck the damper adds k_H = kt kn/(2 (kt sin²α + kn cos²α)) to the blade; mass, damper_mass [kg]; stiffness of the blade
+    [N/m]; damping: ratio of every stuck mode; force: cosine amplitude on blade.mode, which moves along x [N].
+    """
+    if not 0.0 < finite("platform_angle", platform_angle) < 90.0:
+        raise fault("platform_angle", "must lie between 0 and 90 degrees", platform_angle)
+    positive("pull", pull)
+    c, s = cos(radians(platform_angle)), sin(radians(platform_angle))
+    light = positive("damper_mass", damper_mass)
+    M = np.diag([positive("mass", mass), light, light])
+    K = np.diag([positive("stiffness", stiffness), 0.0, 0.0])
+    rule = ModalDamping(damping, on="stuck")
+    structure = Structure(M, K, ("blade.mode", "D.x", "D.y"), damping=rule, outlines={"D": wedge_outline(platform_angle)})
+    law = Macroslip(kt, mu, kn)
+    on_blade = {"D.x": c, "D.y": s, "blade.mode": -c}, {"D.x": -s, "D.y": c, "blade.mode": s}
+    on_ground = {"D.x": c, "D.y": -s}, {"D.x": s, "D.y": c}
+    sides = {"blade side": on_blade, "fixed side": on_ground}
+    contacts = tuple(Contact(name, law, (tangential,), normal) for name, (tangential, normal) in sides.items())
+    forces = (Force("blade.mode", force), Force("D.y", static=pull))
+    return Problem(structure, contacts, forces, ("blade.mode",), f"Blade and wedge, {pull:g} N, {platform_angle:g} degrees")

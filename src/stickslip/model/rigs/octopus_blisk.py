@@ -14,8 +14,7 @@ from typing import Literal
 import numpy as np
 
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.point import Contact, Direction, Motion, contact_in_space, node
-from stickslip.model.contact.start import Start
+from stickslip.model.contact.point import Contact, Direction, Motion, Start, contact_in_space, node
 from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact, static_normal_load
 from stickslip.model.dampers.section import hull_of
 from stickslip.model.disks.tuned import TunedDisk

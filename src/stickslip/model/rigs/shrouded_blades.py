@@ -8,8 +8,7 @@ from math import cos, pi, radians, sin
 import numpy as np
 
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.point import Contact, difference
-from stickslip.model.contact.start import SliderOffset, Start
+from stickslip.model.contact.point import Contact, SliderOffset, Start, difference
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force, Output
 from stickslip.model.rigs.beam_element import beam_mass, beam_stiffness

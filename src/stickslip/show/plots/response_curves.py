@@ -1,4 +1,10 @@
-"""Response curves of all force levels between the free and stuck linear responses, with the peaks."""
+"""Response curves of all force levels between the free and stuck linear responses, with the peaks.
+
+Controlled response: the force that holds an amplitude, and its phase, over frequency; phase resonances over the amplitude.
+
+Von Mises stress along the curves, a panel for each place and a line for each force level; and the Haigh diagram: amplitude
+over mean of the stress where each curve has its smallest fatigue margin, and the limit.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +13,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from stickslip.analyses.stress import has_fatigue, margins
 from stickslip.analyses.truncation import ALLOWED
 from stickslip.results.curve_kind import CurveKind, kinds_in
 from stickslip.results.representative import is_cloud, levels_of, representative_starts
@@ -22,17 +30,21 @@ from stickslip.results.view import (
     has_linear_curves,
     highest_maximum,
     highest_peak,
+    inside_band,
     length_unit,
     level_text,
     levels_in_newtons,
     measure_in,
     periods_of,
+    points,
     quantity_unit,
+    shown_unit,
+    size_text,
 )
 from stickslip.show.plots.chart import Area, Axis, Chart, Layer, Line, Panel, band, from_zero, spans
-from stickslip.show.plots.look import CROSS, FREE, STUCK, Style, contact, entries, level
+from stickslip.show.plots.look import CROSS, EMPHASIS, FREE, MOST_PANELS, STUCK, Style, contact, entries, level, level_lines
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, quantity_named
-from stickslip.support.checks import Array, fault, nearest
+from stickslip.support.checks import Array, InputError, fault, nearest
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import FIGURES
@@ -270,3 +282,135 @@ def height_limits(curves: Sequence[Line], log: bool) -> tuple[float | None, floa
     if not heights.size:
         return (None, None)
     return (0.7 * float(heights.min()), 1.6 * float(heights.max())) if log else (0.0, 1.06 * float(heights.max()))
+
+
+AT_90 = "force and displacement at 90°"
+
+
+@FIGURES.of("ControlledResponse")
+def controlled_response(dataset: xr.Dataset) -> Chart:
+    """Force level and phase against frequency, one curve a held amplitude; rings mark where force and displacement are at 90°."""
+    force, phase = _force_axis(dataset, "force_level"), Axis("phase", "°")
+    units = dataset["held_amplitude"].attrs["units"]
+    labels = [size_text(float(value), units, dataset) for value in dataset["held_amplitude"].values]
+    top: list[Layer] = []
+    bottom: list[Layer] = []
+    for case, look in enumerate(level_lines(labels)):
+        hertz, degrees = _along(dataset, "phase", case)
+        hover = {"phase in °": degrees, "loss factor": _along(dataset, "loss_factor", case)[1]}
+        top.append(Line(*_along(dataset, "force_level", case), **look, hover=hover))
+        if dataset.sizes["resonance"]:
+            ring = replace(look["style"], dash="none", marker="ring", size=5.0)
+            at, lowest = (dataset[f"resonance_{name}"].values[case] for name in ("frequency", "force_level"))
+            top.append(Line(at, lowest, ring, look["label"], {"": [AT_90] * at.size}, listed=False))
+        bottom.append(Line(hertz, degrees, **look))
+    panels = [Panel(HERTZ, force, top, height=3.2), Panel(HERTZ, phase, bottom, height=1.9)]
+    return Chart(_title(dataset), panels, shared_x=True)
+
+
+@FIGURES.of("ControlledResponse", "resonances")
+def resonances(dataset: xr.Dataset) -> Chart:
+    """Frequency, force and loss factor of the phase resonance with the lowest force against the held amplitude."""
+    order = np.argsort(dataset["held_amplitude"].values)
+    amplitude = dataset["held_amplitude"].values[order]
+    names = ("resonance_frequency", "resonance_force_level", "resonance_loss_factor")
+    none = np.full((order.size, 0), np.nan)
+    columns = [dataset[name].values[order] if dataset.sizes["resonance"] else none for name in names]
+    values = [column[:, 0] if column.shape[1] else np.full(order.size, np.nan) for column in columns]
+    return _over_amplitude(dataset, "held_amplitude", names[1], amplitude, values)
+
+
+@FIGURES.of("PhaseResonance")
+def phase_resonance(dataset: xr.Dataset) -> Chart:
+    """Frequency, force and loss factor of the followed phase resonance against the amplitude."""
+    values = [dataset[name].values for name in ("frequency", "force_level", "loss_factor")]
+    return _over_amplitude(dataset, "amplitude", "force_level", dataset["amplitude"].values, values)
+
+
+def _title(dataset: xr.Dataset) -> str:
+    return f"{dataset.attrs.get('title', '')}: {dataset.attrs['quantity']} of {dataset.attrs['output_held']} held".removeprefix(
+        ": "
+    )
+
+
+def _force_axis(dataset: xr.Dataset, name: str) -> Axis:
+    """Force in N, or force level."""
+    values, newtons = dataset[name].values, dataset[name].attrs["units"] == "N"
+    known = values[np.isfinite(values)]
+    return Axis("force" if newtons else "force level", "N" if newtons else "", log=spans(known, 8.0))
+
+
+def _along(dataset: xr.Dataset, name: str, case: int) -> tuple[Array, Array]:
+    """Frequency and a variable along the points of a case that were solved."""
+    at = dataset["outcome"].values[case] == Outcome.CONVERGED
+    return dataset["frequency"].values[case][at], dataset[name].values[case][at]
+
+
+def _over_amplitude(dataset: xr.Dataset, name: str, force: str, amplitude: Array, values: list[Array]) -> Chart:
+    """Three panels over the amplitude: frequency, force, loss factor."""
+    units = dataset[name].attrs["units"]
+    shown = shown_unit(units, float(np.max(amplitude, initial=0.0)))
+    across = Axis(f"amplitude of the {dataset.attrs['quantity']}", shown.name, log=spans(amplitude, 8.0))
+    axes = HERTZ, replace(_force_axis(dataset, force), log=spans(values[1], 8.0)), Axis("loss factor")
+    style: Style = replace(EMPHASIS, marker="circle")
+    panels = [
+        Panel(across, axis, [Line(amplitude / shown.metres, value, style)], height=1.9)
+        for axis, value in zip(axes, values, strict=True)
+    ]
+    return Chart(f"{_title(dataset).removesuffix(' held')}: {AT_90}", panels, shared_x=True, legend=False)
+
+
+MPa = 1e6
+
+
+@FIGURES.of("ForcedResponse", "stress")
+def stress_curves(dataset: xr.Dataset) -> Chart:
+    """Largest von Mises stress over the period against Hz at each place; dots mark the largest of each curve."""
+    if "stress_von_mises" not in dataset:
+        raise InputError("The figure of stress must have stress along the curves. Draw `response.with_stress(recovery)`.")
+    names = [str(name) for name in dataset["place"].values]
+    counted = inside_band(dataset, "stress_von_mises")
+    largest = np.nan_to_num(counted).max(axis=(0, 1), initial=0.0)
+    places = sorted(np.argsort(-largest, kind="stable")[:MOST_PANELS].tolist())  # the most stressed, in their old order
+    note = f"{len(places)} of {len(names)} places, the most stressed" if len(places) < len(names) else ""
+    panels = []
+    for place in places:
+        layers: list[Layer] = []
+        for case, line in enumerate(case_lines(dataset)):
+            hertz, stress = frequencies(dataset, case), along_curve(dataset, "stress_von_mises", case)[:, place] / MPa
+            layers.append(Line(hertz, stress, **line))
+            inside = counted[case, points(dataset, case), place]
+            if np.any(np.isfinite(inside)):
+                top, dot = int(np.nanargmax(inside)), replace(line["style"], dash="none", marker="circle")
+                layers.append(Line(hertz[[top]], stress[[top]], dot, line["label"], {"": ["largest"]}, listed=False))
+        panels.append(Panel(HERTZ, Axis("von Mises stress", "MPa", log=True), layers, names[place], 2.3))
+    return Chart(f"Stress: {dataset.attrs['title']}", panels, note=note, shared_x=True)
+
+
+FAR = 10.0
+"""Margin above which all stresses would lie on the axis of a linear scale."""
+
+
+@FIGURES.of("ForcedResponse", "haigh")
+def haigh_diagram(dataset: xr.Dataset) -> Chart:
+    """A dot for each place of stress and force level; below the line the material stands the stress for ever."""
+    if not has_fatigue(dataset):
+        raise InputError("A Haigh diagram must have a fatigue limit. Draw `response.with_stress().with_fatigue(limit)`.")
+    limit = f"fatigue limit, {dataset.attrs['fatigue_criterion']}"
+    drawn, sizes = dataset["haigh_mean"].values / MPa, dataset["haigh_limit"].values / MPa
+    layers: list[Layer] = [Line(drawn, np.where(sizes > 0.0, sizes, np.nan), Style("grey", "dash", 1.4), limit)]
+    every_margin = list(margins(dataset))
+    for case, line in enumerate(case_lines(dataset)):
+        here = [margin for margin in every_margin if margin.case == case]
+        if here:
+            hover: dict[str, ArrayLike] = {
+                "": [margin.place for margin in here],
+                "frequency in Hz": np.array([margin.frequency for margin in here]),
+                "margin": np.array([margin.size for margin in here]),
+            }
+            means, sizes = (np.array([getattr(margin, name) for margin in here]) / MPa for name in ("mean", "alternating"))
+            dots = replace(line["style"], dash="none", marker="circle", size=5.0)
+            layers.append(Line(means, sizes, dots, line["label"], hover, line["listed"]))
+    far = all(margin.size > FAR for margin in every_margin)
+    axes = Axis("mean stress", "MPa"), Axis("stress amplitude", "MPa", log=far, limits=(None if far else 0.0, None))
+    return Chart(f"Haigh diagram: {dataset.attrs['title']}", [Panel(*axes, layers, height=3.2)])

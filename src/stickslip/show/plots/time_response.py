@@ -1,17 +1,235 @@
-"""Motions in time: the last period of an integration, stepped sines, a response before and after other cycles, free decays."""
+"""Motions in time: the last period of an integration, stepped sines, a response before and after other cycles, free decays.
+
+Contact motion and forces over a cycle, from bounds, samples or histories, per contact or summed over a surface; and the plane
+of tangential forces of a damper: static limit lines, and the paths of the forces at both bounds.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
 import numpy as np
 
+from stickslip.analyses.damper_alone.force_plane import ForcePlane
 from stickslip.results.view import shown_unit, unit_for
-from stickslip.show.plots.bound_cycles import MOST_ROWS, PERIOD, run_cycles
-from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, band, closed
-from stickslip.show.plots.look import Dash, Style, contact, entries, level, level_lines
+from stickslip.show.plots.chart import Area, Axis, Chart, Layer, Line, Panel, band, closed
+from stickslip.show.plots.look import LOWER, SAMPLE, UPPER, Dash, Style, contact, entries, level, level_lines
 from stickslip.show.plots.response_curves import HERTZ
-from stickslip.support.checks import Index, fault
+from stickslip.support.checks import Array, Index, fault, nearest
 from stickslip.support.late import xr
 from stickslip.support.renderers import FIGURES
+from stickslip.support.units import um
+
+
+@dataclass(frozen=True, eq=False)
+class Cycles:
+    """Curves over one period: motion [m] and force [N], (curve, row, sample), of rows "CONTACT DIRECTION"."""
+
+    rows: tuple[str, ...]
+    motion: Array
+    force: Array
+
+    @property
+    def phase(self) -> Array:
+        """Share of the period of each sample."""
+        return np.asarray(np.arange(self.force.shape[-1]) / self.force.shape[-1])
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Contacts that have both a first tangential and a normal direction."""
+        return tuple(row[:-3] for row in self.rows if row.endswith(" t1") and f"{row[:-3]} n" in self.rows)
+
+    def row(self, name: str) -> int:
+        """The place of a row."""
+        if name not in self.rows:
+            raise fault("row", "must be a known one", name, nearest(name, self.rows))
+        return self.rows.index(name)
+
+    def summed(self) -> Cycles:
+        """Forces summed and motions averaged over points of one surface, "left flat 1", "left flat 2", ...: "left flat"."""
+        surfaces = tuple(dict.fromkeys(_surface(row) for row in self.rows))
+        share = np.array([[float(_surface(row) == surface) for row in self.rows] for surface in surfaces])
+        mean = share / share.sum(axis=1, keepdims=True)
+        return Cycles(surfaces, *(np.einsum("sr,crt->cst", m, x) for m, x in ((mean, self.motion), (share, self.force))))
+
+
+def bound_cycles(dataset: xr.Dataset, case: int = 0, frequency: float | None = None, summed: bool = False) -> Cycles:
+    """The lower and the upper bound of one force level, at the frequency nearest to the given one."""
+    k = 0 if frequency is None else int(np.nanargmin(np.abs(dataset["frequency"].values - frequency)))
+    rows = tuple(str(name) for name in dataset["row"].values)
+    cycles = Cycles(rows, dataset["contact_motion"].values[case, :, k], dataset["contact_force"].values[case, :, k])
+    return cycles.summed() if summed else cycles
+
+
+def sample_cycles(dataset: xr.Dataset, level: float, summed: bool = False) -> Cycles:
+    """All samples of one force level at their highest peak, or at the one frequency that they were solved at."""
+    cases = np.flatnonzero(np.isclose(dataset["force_level"].values, level))
+    motion, force = dataset["loop_motion"].values[cases], dataset["loop_force"].values[cases]
+    names = [f"{contact} {direction}" for contact in dataset["contact"].values for direction in dataset["direction"].values]
+    flat = (motion.shape[0], len(names), motion.shape[-1])
+    there = np.any(np.isfinite(force), axis=(0, 3)).ravel()
+    rows = tuple(name for name, used in zip(names, there, strict=True) if used)
+    cycles = Cycles(rows, motion.reshape(flat)[:, there], force.reshape(flat)[:, there])
+    return cycles.summed() if summed else cycles
+
+
+def run_cycles(dataset: xr.Dataset, runs: Index, summed: bool = False) -> Cycles:
+    """Some runs of a history, each at its largest point."""
+    rows = tuple(str(name) for name in dataset["row"].values)
+    cycles = Cycles(rows, dataset["largest_contact_motion"].values[runs], dataset["largest_contact_force"].values[runs])
+    return cycles.summed() if summed else cycles
+
+
+def _surface(row: str) -> str:
+    """The row without the number of its point."""
+    contact, _, direction = row.rpartition(" ")
+    surface, _, number = contact.rpartition(" ")
+    return f"{surface} {direction}" if surface and number.isdigit() else row
+
+
+BOUNDS = (("lower", replace(LOWER, marker="")), ("upper", replace(UPPER, marker="")))
+MOST_ROWS = 8
+"""Contact rows in one figure."""
+PERIOD = Axis("share of the period")
+
+
+@FIGURES.of("ResponseBounds", "contact_forces")
+def contact_forces(
+    dataset: xr.Dataset,
+    case: int = 0,
+    frequency: float | None = None,
+    rows: Sequence[str] | None = None,
+    samples: xr.Dataset | None = None,
+    summed: bool = False,
+) -> Chart:
+    """Contact forces over a cycle at both bounds, of the rows that differ most, at the frequency nearest to the given one.
+
+    samples: of the same force level, drawn behind, best solved at that frequency alone; summed: over the points of a surface.
+    """
+    cycles = bound_cycles(dataset, case, frequency, summed)
+    chosen = [cycles.row(name) for name in rows] if rows else most_different(cycles.force)
+    labels = _labels(dataset, case, frequency)
+    behind = None if samples is None else sample_cycles(samples, float(dataset["force_level"][case]), summed)
+    panels = []
+    for row in chosen:
+        layers: list[Layer] = []
+        if behind is not None:
+            of_samples = behind.force[:, behind.row(cycles.rows[row])]
+            layers += [Line(behind.phase, force, SAMPLE, "samples", listed=not k) for k, force in enumerate(of_samples)]
+        layers += [Line(cycles.phase, cycles.force[bound, row], style, labels[bound]) for bound, (_, style) in enumerate(BOUNDS)]
+        panels.append(Panel(PERIOD, Axis("contact force", "N"), layers, cycles.rows[row], 1.7))
+    return Chart(f"Contact forces at the bounds, force {float(dataset['force_level'][case]):g}", panels, columns=2)
+
+
+@FIGURES.of("ResponseBounds", "force_ratios")
+def force_ratios(dataset: xr.Dataset, case: int = 0, frequency: float | None = None, summed: bool = False) -> Chart:
+    """T/N over a cycle at both bounds, for every contact, or surface, with a tangential and a normal direction."""
+    cycles = bound_cycles(dataset, case, frequency, summed)
+    if not cycles.contacts:
+        raise fault("The result", "must have contacts with a normal direction", list(cycles.rows))
+    axis = Axis("ratio T/N along t1")
+    panels = []
+    for bound, (word, _) in enumerate(BOUNDS):
+        ratios = ((name, ratio(cycles, name)[bound]) for name in cycles.contacts)
+        lines = [Line(cycles.phase, values, contact(i, width=1.2), name) for i, (name, values) in enumerate(ratios)]
+        panels.append(Panel(PERIOD, axis, lines, f"{word} bound", 2.9))
+    return Chart(f"Ratio of friction to normal force, force {float(dataset['force_level'][case]):g}", panels, columns=2)
+
+
+@FIGURES.of("ResponseBounds", "loops")
+def loops(
+    dataset: xr.Dataset,
+    case: int = 0,
+    frequency: float | None = None,
+    rows: Sequence[str] | None = None,
+    samples: xr.Dataset | None = None,
+    summed: bool = False,
+) -> Chart:
+    """Hysteresis loops T against displacement at both bounds; arguments as of `contact_forces`. A stuck side is a line."""
+    cycles = bound_cycles(dataset, case, frequency, summed)
+    tangential = [k for k, name in enumerate(cycles.rows) if not name.endswith(" n")]
+    chosen = [cycles.row(name) for name in rows] if rows else [tangential[k] for k in most_different(cycles.force[:, tangential])]
+    behind = None if samples is None else sample_cycles(samples, float(dataset["force_level"][case]), summed)
+    labels = _labels(dataset, case, frequency)
+    panels = []
+    for row in chosen:
+        layers: list[Layer] = []
+        if behind is not None:
+            own, like = behind.row(cycles.rows[row]), Line([], [], SAMPLE, "samples")
+            layers += [replace(_loop(behind, k, own, like), listed=not k) for k in range(len(behind.force))]
+        layers += [_loop(cycles, bound, row, Line([], [], style, labels[bound])) for bound, (_, style) in enumerate(BOUNDS)]
+        panels.append(Panel(Axis("displacement", "µm"), Axis("tangential force", "N"), layers, cycles.rows[row], 2.2))
+    return Chart(f"Loops at the bounds, force {float(dataset['force_level'][case]):g}", panels, columns=2)
+
+
+def ratio(cycles: Cycles, contact: str) -> Array:
+    """T/N along t1, (curve, sample), NaN where the contact is open."""
+    tangential, load = cycles.force[:, cycles.row(f"{contact} t1")], cycles.force[:, cycles.row(f"{contact} n")]
+    closed_there = load > 1e-9 * np.nanmax(np.abs(load), initial=0.0)
+    return np.asarray(np.where(closed_there, tangential / np.where(closed_there, load, 1.0), np.nan))
+
+
+def most_different(force: Array) -> list[int]:
+    """Rows of (curve, row, sample) whose force differs most between the curves, in their old order."""
+    difference = np.nan_to_num(np.ptp(force, axis=0).max(axis=-1))
+    return sorted(np.argsort(-difference, kind="stable")[:MOST_ROWS].tolist())
+
+
+def _loop(cycles: Cycles, curve: int, row: int, like: Line) -> Line:
+    """The closed loop of a row, with style and label of a line."""
+    return replace(like, x=closed(cycles.motion[curve, row]) / um, y=closed(cycles.force[curve, row]))
+
+
+def _labels(dataset: xr.Dataset, case: int, frequency: float | None) -> list[str]:
+    """Both bounds with the frequencies that they are of."""
+    k = 0 if frequency is None else int(np.nanargmin(np.abs(dataset["frequency"].values - frequency)))
+    at = dataset["resonance"].values[case, :, k]
+    return [f"{word} bound, {hertz:.1f} Hz" for (word, _), hertz in zip(BOUNDS, at, strict=True)]
+
+
+SLIPPING = 1.0 - 1e-6
+"""Share of its own limit μN at which a side slips."""
+
+
+@FIGURES.of("ResponseBounds", "force_plane")
+def force_plane(
+    dataset: xr.Dataset, plane: ForcePlane, case: int = 0, frequency: float | None = None, summed: bool = False
+) -> Chart:
+    """T of one side of a damper against T of the other at both bounds; dots: where a side slips; grey: the limit lines.
+
+    Slip off the lines and forces beyond them are what the static picture leaves out: inertia, other springs, rotation, lift-off.
+    """
+    cycles = bound_cycles(dataset, case, frequency, summed)
+    paths = paths_in(cycles, plane)
+    reach = 1.15 * max(float(np.abs(paths).max()), float(np.abs(plane.corners()).max()))
+    layers: list[Layer] = []
+    for side, sense in ((0, -1), (0, 1), (1, -1), (1, 1)):
+        x, y = plane.limit(side, sense, np.array([-reach, reach])).T
+        layers.append(Line(x, y, Style("grey", width=0.9), "a side slips, statically"))
+    x, y = plane.corners().T
+    layers.append(Area(x, y, Style("grey", opacity=0.12), "both stick, statically"))
+    for k, (word, style) in enumerate(BOUNDS):
+        path, label = paths[k], f"{word} bound"
+        layers.append(Line(closed(path[:, 0]), closed(path[:, 1]), style, label))
+        slipping, dots = path[slips(cycles, plane, k)], replace(style, dash="none", marker="circle")
+        layers.append(Line(slipping[:, 0], slipping[:, 1], dots, label, listed=False))
+    left, right = (Axis(f"tangential force of {side}", "N", limits=(-reach, reach)) for side in plane.sides)
+    title = f"Tangential forces of both sides, force {float(dataset['force_level'][case]):g}"
+    return Chart(title, [Panel(left, right, layers, height=4.0, equal=True)])
+
+
+def paths_in(cycles: Cycles, plane: ForcePlane) -> Array:
+    """Tangential forces of both sides over the period, (curve, sample, 2)."""
+    return np.stack([cycles.force[:, cycles.row(f"{side} t1")] for side in plane.sides], axis=-1)
+
+
+def slips(cycles: Cycles, plane: ForcePlane, curve: int) -> Array:
+    """Where a side of a curve has reached its own limit μN, (sample,)."""
+    loads = np.stack([cycles.force[curve, cycles.row(f"{side} n")] for side in plane.sides], axis=-1)
+    reached = np.abs(paths_in(cycles, plane)[curve]) >= SLIPPING * plane.friction * loads
+    return np.asarray(np.any(reached, axis=-1))
+
 
 MOST_LOOPS = 7
 """Contact directions whose loops are drawn: those of the largest area, then of the largest motion."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from stickslip.analyses.fatigue import Margin, has_fatigue, smallest_margins
+from stickslip.analyses.stress import Margin, has_fatigue, smallest_margins
 from stickslip.analyses.truncation import ALL_MODES, ALL_NODES
 from stickslip.results.representative import representatives
 from stickslip.results.stability import peak_is_unstable

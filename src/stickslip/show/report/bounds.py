@@ -12,8 +12,7 @@ from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.analyses.variability.samples import percentiles as percentiles_of
 from stickslip.results.view import measure_in, peak_unit
 from stickslip.show.plots.variability import bound_unit, response_bounds, response_percentiles
-from stickslip.show.report.charts import Charts
-from stickslip.show.report.markup import cell, hertz, number, percent, section, table
+from stickslip.show.report.markup import Charts, cell, hertz, number, percent, section, table
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.late import pd, xr
 

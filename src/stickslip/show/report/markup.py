@@ -1,6 +1,11 @@
 """HTML as strings: all data enter the page through `text` or `cell`, which escape them.
 
 Numbers as text: Hz, per cent, energies with prefix.
+
+The charts of a page: places in the HTML, and the data from which report.js draws them.
+
+A place shows one of several charts, by the choices of the reader (output, quantity, scale): every choice is a chart of its own,
+described in `show/plots/`. What several charts share stands in the page once, numbers up to a factor.
 """
 
 from __future__ import annotations
@@ -11,10 +16,19 @@ import html
 import io
 import math
 import re
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import TYPE_CHECKING, Any, Literal
 
-from stickslip.show.plots.look import house_style
+import numpy as np
+
+from stickslip.show.plots.chart import Chart, shown_chart
+from stickslip.show.plots.interactive import Combination, description, escaped
+from stickslip.show.plots.look import colour, house_style
+from stickslip.show.plots.moving_picture import MovingPicture
+from stickslip.support.checks import Array
+from stickslip.support.units import UnitSystem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -97,3 +111,134 @@ def hertz(value: float) -> str:
 def percent(value: float) -> str:
     """A share in percent; more digits where it is near 100 %."""
     return f"{100.0 * value:.1f} %" if 0.0 < abs(1.0 - value) < 0.02 or abs(value) < 0.1 else f"{100.0 * value:.0f} %"
+
+
+DIGITS = 7
+"""Of the numbers in the page; exact values stand in its tables and in results.nc."""
+PACKED = {"<f4": "Float32Array", "<i4": "Int32Array"}
+"""Kinds of large arrays that stand in the page as bytes, by their type; others stand as numbers."""
+SHORT, LONG, WORDY = 4, 200, 60
+"""Arrays of so few numbers stand where they are used, and parts and texts of not more characters."""
+FEW = 16
+"""Longer arrays stand as bytes with 7 digits: half the size of numbers as text, and read in a tenth of the time."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One thing that the reader may choose in a chart; charts of one page with a choice of the same name change together."""
+
+    name: str
+    options: Sequence[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """Charts that a click on a curve opens: by the label of the curve the index of the chart of each point, or None."""
+
+    charts: Sequence[Chart]
+    points: Mapping[str, Sequence[int | None]]
+    note: str
+
+
+Draw = Callable[..., Chart | MovingPicture]
+
+
+@dataclass(eq=False)
+class Charts:
+    """Gathers the charts of a page while its sections are written; system: the units that they are shown in."""
+
+    results: Sequence[str]
+    system: UnitSystem | None = None
+    places: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    parts: list[Any] = field(default_factory=list)
+    known: dict[str, int] = field(default_factory=dict)
+    colours: set[str] = field(default_factory=set)
+
+    def place(
+        self, name: str, draw: Draw, choices: Iterable[Choice] = (), result: str = "", opening: Opening | None = None
+    ) -> str:
+        """HTML of a place for the charts that `draw` gives for every combination of choices.
+
+        result: the result that they show; a place of several results shows the one that is chosen for the whole page.
+        """
+        shown = [choice for choice in choices if choice.options]
+        drawn = [self._shown(draw(*options)) for options in product(*(choice.options for choice in shown))]
+        offered = [{"name": choice.name, "options": list(choice.options)} for choice in shown if len(choice.options) > 1]
+        entry: dict[str, Any] = {"result": result, "choices": offered, "charts": [self._encoded(chart) for chart in drawn]}
+        if opening is not None:
+            charts = [self._encoded(self._shown(chart)) for chart in opening.charts]
+            entry["opening"] = {"charts": charts, "points": {escaped(label): list(at) for label, at in opening.points.items()}}
+        first = name not in self.places
+        self.places.setdefault(name, []).append(entry)
+        return _html(name, drawn[0], opening) if first else ""
+
+    def drawn(self, name: str, figure: Chart | Figure, description: str, result: str = "") -> str:
+        """HTML of one chart without choices, or of a drawing as a picture."""
+        return self.place(name, lambda: figure, result=result) if isinstance(figure, Chart) else picture(figure, description)
+
+    def data(self) -> dict[str, Any]:
+        """Everything that report.js draws."""
+        schemes = {
+            scheme: {name: colour(name, scheme == "dark") for name in sorted(self.colours)} for scheme in ("light", "dark")
+        }
+        return {"results": list(self.results), "places": self.places, "parts": self.parts, "colours": schemes}
+
+    def _shown(self, chart: Chart | MovingPicture) -> Chart | MovingPicture:
+        """A chart in the units of the page."""
+        return shown_chart(chart, self.system) if isinstance(chart, Chart) else chart
+
+    def _encoded(self, chart: Chart | MovingPicture) -> dict[str, Any]:
+        described = chart.description() if isinstance(chart, MovingPicture) else description(chart)
+        heads = {"title": described.pop("title"), "note": described.pop("note")}
+        return {**heads, **self._part(described)}
+
+    def _part(self, part: Any) -> Any:
+        if isinstance(part, Combination):
+            return {"sum": [self._part(array) for array in part.arrays], "weights": list(part.weights)}
+        if isinstance(part, np.ndarray):
+            return self._array(part)
+        if isinstance(part, Mapping):
+            encoded = {key: self._part(value) for key, value in part.items()}
+            return self._shared(encoded) if len(repr(encoded)) > LONG else encoded
+        if isinstance(part, str):
+            if part.startswith("@"):
+                self.colours.add(part[1:])
+            return self._shared(part) if len(part) > WORDY else part
+        return [self._part(value) for value in part] if isinstance(part, list) else part
+
+    def _array(self, values: Array) -> Any:
+        """Numbers in the page, or a factor times numbers that other charts have too."""
+        if values.dtype.str in PACKED:
+            return self._shared({"bytes": base64.b64encode(values.tobytes()).decode(), "kind": PACKED[values.dtype.str]})
+        if values.size <= SHORT or not np.isfinite(values).any():
+            return rounded(values)
+        factor = float(np.abs(values[np.isfinite(values)]).max()) or 1.0
+        scaled = values / factor
+        return {**(self._shared(rounded(scaled)) if values.size <= FEW else self._array(scaled.astype("<f4"))), "factor": factor}
+
+    def _shared(self, part: Any) -> dict[str, Any]:
+        """The place of a part that stands in the page once."""
+        key = repr(part)
+        if key not in self.known:
+            self.known[key] = len(self.parts)
+            self.parts.append(part)
+        return {"part": self.known[key]}
+
+
+def rounded(values: Array) -> list[float | None]:
+    """Numbers with `DIGITS` digits; None for what is not a number."""
+    return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in np.asarray(values, dtype=float).tolist()]
+
+
+def _html(name: str, chart: Chart | MovingPicture, opening: Opening | None) -> str:
+    """The place that report.js fills: caption, controls, the chart in words for who cannot see it, and what a click opens."""
+    panels = () if isinstance(chart, MovingPicture) else chart.panels
+    axes = [f"{panel.y.label} over {panel.x.label}".strip() for panel in panels if panel.y.label and panel.x.label]
+    spoken = ". ".join(dict.fromkeys([chart.title, *axes]))
+    frame = f'<figure class="place" data-place="{text(name)}"><figcaption></figcaption><div class="controls"></div>'
+    steps = '<div class="steps"></div>' if isinstance(chart, MovingPicture) else ""
+    drawing = f'<div class="chart" id="{text(name)}" role="img" aria-label="{text(spoken)}"></div>{steps}</figure>'
+    if opening is None:
+        return frame + drawing
+    opened = f'<figure><figcaption aria-live="polite"></figcaption><div class="chart" id="{text(name)}-opened"></div></figure>'
+    return f'{frame}{drawing}<div data-opened="{text(name)}" hidden>{opened}<p class="note">{text(opening.note)}</p></div>'

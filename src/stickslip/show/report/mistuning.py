@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stickslip.analyses.fatigue import has_fatigue
-from stickslip.analyses.mistuning.dataset import blade_margins, smallest_blade_margin
+from stickslip.analyses.mistuning.population import blade_margins, smallest_blade_margin
+from stickslip.analyses.stress import has_fatigue
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import energy_text, size_text
 from stickslip.show.plots.disk import all_blades, amplification, busiest_damper, worst_blade

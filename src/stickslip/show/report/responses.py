@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stickslip.analyses.fatigue import has_fatigue
-from stickslip.analyses.stress import has_gauges, has_stress
+from stickslip.analyses.stress import has_fatigue, has_gauges, has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.analyses.variability.samples import has_percentiles

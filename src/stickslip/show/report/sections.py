@@ -35,7 +35,6 @@ from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, loops_at, loops_of, loss_factor
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
 from stickslip.show.report.answer import engine_order, peaks_at_a_glance
-from stickslip.show.report.charts import Charts, Choice, Opening
 from stickslip.show.report.conclusions import (
     bounds_headline,
     failures_of,
@@ -44,7 +43,7 @@ from stickslip.show.report.conclusions import (
     level_sentence,
     warnings_of,
 )
-from stickslip.show.report.markup import cell, hertz, number, section, table, text
+from stickslip.show.report.markup import Charts, Choice, Opening, cell, hertz, number, section, table, text
 from stickslip.show.report.stress import fatigue_headline
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
 from stickslip.support.checks import Array, counted

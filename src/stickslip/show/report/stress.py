@@ -8,13 +8,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.analyses.fatigue import EQUIVALENTS, Margin, has_fatigue, margins, smallest_margin, smallest_margins
-from stickslip.analyses.stress import has_gauges, has_stress
+from stickslip.analyses.stress import (
+    EQUIVALENTS,
+    Margin,
+    has_fatigue,
+    has_gauges,
+    has_stress,
+    margins,
+    smallest_margin,
+    smallest_margins,
+)
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import inside_band, level_text, peak_unit
-from stickslip.show.plots.stress import haigh_diagram, stress_curves
-from stickslip.show.report.charts import Charts
-from stickslip.show.report.markup import cell, hertz, number, section, table
+from stickslip.show.plots.response_curves import haigh_diagram, stress_curves
+from stickslip.show.report.markup import Charts, cell, hertz, number, section, table
 from stickslip.support.late import pd, xr
 
 OF_MARGINS = (

@@ -16,8 +16,7 @@ from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, friction_period, landing_shares
 from stickslip.model.contact.protocol import NOT_PERIODIC, PeriodMotion, no_forces
 from stickslip.model.contact.table import ContactTable, bent, contact_data, contact_table
-from stickslip.solve.balance.fourier import Fourier, add_product_sums, add_run, fourier
-from stickslip.solve.balance.openings import add_openings
+from stickslip.solve.balance.fourier import Fourier, add_openings, add_product_sums, add_run, fourier
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import compiled, inlined, inner, kernel, separate
 from stickslip.support.kernels.arrays import empty_line, fill, zero_line, zero_numbers, zero_table

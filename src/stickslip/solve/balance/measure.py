@@ -12,7 +12,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from stickslip.solve.balance.trigonometric import largest_absolute
+from stickslip.solve.balance.fourier import largest_absolute
 from stickslip.support.checks import Array, among, fault, of_kind, similar
 
 Kind = Literal["amplitude", "rms", "max_abs"]

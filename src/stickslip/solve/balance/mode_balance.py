@@ -3,11 +3,14 @@
 The extended periodic motion concept (M. Krack, Computers and Structures 154, 2015): the negative damping −2ζωM makes the free,
 decaying motion periodic. ω and ζ are unknowns beside λ, ln a is the path parameter; the phase is that of the followed stuck mode,
 whose coordinate at harmonic 1 is real.
+
+Energies of a nonlinear mode over one period, and what a synthesis of forced responses needs of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +23,7 @@ from stickslip.model.problem.systems import LinearSystem
 from stickslip.solve.balance import newton_parts
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point, constant_size
 from stickslip.solve.balance.decoupling import is_diagonal, stuck_modes
+from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.balance.extended_structure import ExtendedStructure, coordinates_called, coordinates_slope
 from stickslip.solve.balance.fourier import fourier, real_harmonics
 from stickslip.solve.balance.mode_iteration import ModeSystem
@@ -204,3 +208,64 @@ def _damping(matrices: Sequence[Array], used: Index) -> Array:
     """Modal damping of each structure, (keys, m, m); its diagonal (keys, 1, m) where those that vibrate are uncoupled."""
     coupled = any(not is_diagonal(matrices[k]) for k in set(used[used >= 0].tolist()))
     return np.array(matrices) if coupled else np.array([np.diag(matrix)[None] for matrix in matrices])
+
+
+@dataclass(frozen=True)
+class ModeEnergy:
+    """Energies of one point, J, and where they are.
+
+    mechanical: twice the mean kinetic energy, Σ ½ (hω)² Q_hᴴ M Q_h, of a linear mode its mechanical energy; dissipated (rows,):
+    contact work of each row per period; viscous: that of C; residual: |dissipated + viscous − fed| over the
+    larger of |fed| and dissipated, fed by −2ζωM.
+    modal_mass, modal_damping: Q₁ᴴ M Q₁ [kg m²] and Q₁ᴴ C Q₁ of the first harmonic.
+    others: share of the first harmonic's energy in the stuck modes beside the followed one; harmonics: share of the energy in
+    the harmonics above the first; strongest: the harmonic and the stuck mode, from 1 on, with most of it, whose share is
+    `resonant`.
+    """
+
+    mechanical: float
+    dissipated: Array
+    viscous: float
+    residual: float
+    modal_mass: float
+    modal_damping: float
+    others: float
+    harmonics: float
+    strongest: tuple[int, int]
+    resonant: float
+
+
+def mode_energy(balance: ModeBalance, evaluation: Evaluation) -> ModeEnergy:
+    """Energies of a solved point."""
+    point, structures = evaluation.point, balance.structures
+    omega, zeta = balance.omega_of(point), balance.damping_of(point)
+    state, order = balance.modal_coordinates(evaluation), np.arange(balance.highest + 1)
+    squares, viscous = np.zeros(state.shape), np.zeros(order.size)
+    for h in order[structures.key >= 0]:
+        k = structures.key[h]
+        squares[:, h] = structures.squares[k] * np.abs(state[:, h]) ** 2
+        damping, x = structures.damping[k], state[:, h]
+        product = damping[0] * x if damping.shape[0] == 1 else damping @ x
+        viscous[h] = float(np.real(np.vdot(x, product)))
+    fed_by = (order > 0) & (order <= balance.mode_system.structure.extended)
+    shares = 0.5 * (order * omega) ** 2 * squares
+    fed = 2.0 * np.pi * zeta * omega**2 * float(np.sum(fed_by * order**2 * squares))
+    beyond_springs = (point.forces - evaluation.residual)[: balance.rows]
+    dissipated = cycle_work(beyond_springs, evaluation.w[: balance.rows])
+    lost = np.pi * omega * float(np.sum(order**2 * viscous))
+    scale = max(abs(fed), float(dissipated.sum()), np.finfo(float).tiny)
+    total, first = float(shares.sum()), float(shares[:, 1].sum())
+    above = np.where(order > 1, shares, 0.0) / total
+    mode, harmonic = np.unravel_index(int(np.argmax(above)), above.shape)
+    return ModeEnergy(
+        mechanical=total,
+        dissipated=dissipated,
+        viscous=lost,
+        residual=abs(float(dissipated.sum()) + lost - fed) / scale,
+        modal_mass=float(squares[:, 1].sum()),
+        modal_damping=float(viscous[1]),
+        others=1.0 - float(shares[balance.followed, 1]) / first,
+        harmonics=float(above.sum()),
+        strongest=(int(harmonic), int(mode) + 1),
+        resonant=float(above[mode, harmonic]),
+    )

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.model.contact.start import TractionRatio
+from stickslip.model.contact.point import TractionRatio
 from stickslip.model.problem import Problem
 from stickslip.support.checks import Index, between, counted, fault, whole
 

@@ -25,9 +25,8 @@ from stickslip.solve.platforms.march import (
     carry_quasi_static,
     new_record,
 )
-from stickslip.solve.platforms.states import enumerable
-from stickslip.solve.platforms.step import Bodies
-from stickslip.solve.time.methods import Method
+from stickslip.solve.platforms.step import Bodies, enumerable
+from stickslip.solve.time.model import Method
 from stickslip.support.checks import Array, fault
 
 LEAD_IN = 50

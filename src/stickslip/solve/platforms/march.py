@@ -11,10 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.model.contact.table import ContactTable
-from stickslip.solve.platforms.states import find_states
-from stickslip.solve.platforms.step import Bodies, Workspace, solve_step, workspace
+from stickslip.solve.platforms.step import Bodies, Workspace, find_states, solve_step, workspace
 from stickslip.solve.time.contact_law import Earlier
-from stickslip.solve.time.methods import Coefficients
+from stickslip.solve.time.model import Coefficients
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import inlined, kernel
 

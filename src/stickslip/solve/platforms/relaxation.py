@@ -18,7 +18,7 @@ from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.table import ContactTable
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, Marching, steady_cycle
-from stickslip.solve.time.contact_step import solve_in_place
+from stickslip.solve.time.contact_law import solve_in_place
 from stickslip.support.checks import Array, Index, fault
 from stickslip.support.kernels import inner, kernel
 

@@ -30,9 +30,7 @@ from stickslip.solve.continuation.sensitivity import respond, solved_factors, st
 from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, Plane, plane_at
 from stickslip.solve.peaks.search import PeakSearch
-from stickslip.solve.starts.solutions import StartSolutions, UnsolvedError
-from stickslip.solve.starts.space import StartSpace
-from stickslip.solve.starts.states import settled
+from stickslip.solve.starts.states import StartSolutions, StartSpace, UnsolvedError, settled
 from stickslip.support.checks import Array
 from stickslip.support.outcome import Outcome
 

@@ -4,6 +4,15 @@ From it come the variables that describe a solution (several do, since a start s
 wide the space of start states must be so that every solution lies in it.
 
 Loading history: the sliders of each solved point are the start state of the next, along frequency and between levels.
+
+Parametrisation of start states by variables in [−1, 1]: the elements that share one, and the meaning of ±1.
+
+Every admissible solution has its tractions at the last sample in their own [LO, HI]; slider offsets reach all of them, and so
+do traction ratios. Ratios and mean tractions take the static tangential stiffness of a stuck contact away: a body that
+only friction holds is then held by nothing. Offsets always have an equilibrium. A rule for each tangential direction combines
+them: ratios in the plane of a damper, and offsets along its axis, where nothing but friction holds it.
+
+Solutions at one frequency and level as a function of the start state, each reached from a known neighbour.
 """
 
 from __future__ import annotations
@@ -11,17 +20,218 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Literal, get_args
 
 import numpy as np
 
 from stickslip.model.contact.period import OFFSET, friction_period, stick_interval
+from stickslip.model.contact.point import STARTS
+from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
-from stickslip.solve.balance.cycle import contact_cycle, friction_limits
+from stickslip.solve.balance.cycle import contact_cycle, friction_limits, friction_reach
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.continuation.newton import Correction, correct, fixed
-from stickslip.solve.starts.solutions import StartSolutions, UnsolvedError
-from stickslip.solve.starts.space import RULES, Rules, Sharing, StartSpace, refuse_forgetful, start_space
-from stickslip.support.checks import Array, InputError
+from stickslip.solve.continuation.sensitivity import solved_factors
+from stickslip.solve.continuation.sweep import SINGULAR, failure
+from stickslip.support.checks import Array, Index, InputError, among, fault
+from stickslip.support.outcome import Outcome
+
+Rule = Literal["slider_offset", "traction_ratio", "mean_traction", "virgin"]
+Sharing = Literal["element", "direction", "contact", "all"]
+
+Rules = Rule | Sequence[Rule]
+"""One rule, or one for each tangential direction t1, t2 of every contact; "virgin" sliders rest at 0 and are no variables."""
+
+RULES = {start.key: start.code for start in STARTS}
+
+
+@dataclass(frozen=True, eq=False)
+class StartSpace:
+    """By friction element, (elements,): code of its rule, its variable (−1: none, virgin), and its start value at variable 1."""
+
+    kind: Index
+    group: Index
+    scale: Array
+
+    @property
+    def size(self) -> int:
+        """Number of variables."""
+        return int(self.group.max(initial=-1)) + 1
+
+    def values(self, variables: Array) -> Array:
+        """Start values of every element for variables (size,)."""
+        return np.asarray(np.where(self.varied, self.scale * np.append(variables, 0.0)[self.group], 0.0))
+
+    @property
+    def varied(self) -> np.ndarray:
+        """Elements that have a variable."""
+        return np.asarray(self.group >= 0)
+
+    def balance(self, balance: HarmonicBalance, variables: Array) -> HarmonicBalance:
+        """The balance that starts there."""
+        return balance.with_starts(self.values(variables), self.kind)
+
+    @property
+    def prescribes(self) -> bool:
+        """Whether some traction is prescribed, so that a body may be held by nothing."""
+        return bool(np.any(self.kind != OFFSET))
+
+    def by_rule(self, **values: Array) -> Array:
+        """Of an array (elements,) for each rule, the entries of each element's own one."""
+        return np.choose(self.kind, [values[rule] for rule in RULES])
+
+    def gradient(self, elements: Index, slopes: Array) -> Array:
+        """Derivative by the variables from derivatives (k,) by the start values of `elements`."""
+        varied = self.varied[elements]
+        elements, slopes = elements[varied], slopes[varied]
+        return np.asarray(np.bincount(self.group[elements], self.scale[elements] * slopes, minlength=self.size), dtype=float)
+
+
+def number_of_variables(balance: HarmonicBalance, rule: Rules = "slider_offset", share: Sharing = "element") -> int:
+    """How many variables the start states of a problem have, which no solution is needed for."""
+    kind, group = _variables(balance, rule, share)
+    return StartSpace(kind, group, np.zeros(kind.size)).size
+
+
+def start_space(
+    balance: HarmonicBalance, virgin: Evaluation, rule: Rules = "slider_offset", share: Sharing = "element"
+) -> StartSpace:
+    """The space of start states of a problem; offsets and mean tractions are scaled by what the virgin solution allows.
+
+    An offset beyond max|u| + max L/kt is clipped; a mean traction beyond max L too.
+    """
+    kind, group = _variables(balance, rule, share)
+    reach, limit = friction_reach(virgin.table, balance.tables, virgin.w)
+    space = StartSpace(kind, group, reach)
+    return replace(space, scale=space.by_rule(slider_offset=reach, traction_ratio=np.ones_like(reach), mean_traction=limit))
+
+
+def _variables(balance: HarmonicBalance, rule: Rules, share: Sharing) -> tuple[Index, Index]:
+    """Code of the rule and variable of each element."""
+    refuse_forgetful(balance.problem)
+    rules = rules_of(rule)
+    coupled = any(contact.law.couples_directions for contact in balance.problem.contacts)
+    if coupled and (len(set(rules)) > 1 or "mean_traction" in rules):
+        raise fault("rule", "must be slider_offset or traction_ratio, the same in both directions, with friction discs", rule)
+    table = balance.table
+    row = np.repeat(np.arange(table.rows), np.diff(table.friction_first))
+    contact = np.searchsorted(table.first_row, row, side="right") - 1
+    names = [rules[min(d, len(rules) - 1)] for d in row - table.first_row[contact]]
+    kind = np.array([RULES.get(name, OFFSET) for name in names], dtype=np.int64)
+    varied = np.array([name != "virgin" for name in names], dtype=bool)
+    if names and not varied.any():
+        raise fault("rule", "must vary some start state", rule_words(rule), 'Take another rule than "virgin" for one direction.')
+    return kind, _groups(row, contact, kind, varied, share)
+
+
+def refuse_forgetful(problem: Problem) -> None:
+    """Start states must matter to every law with friction; a law without friction has none."""
+    for contact in problem.contacts:
+        if contact.has_no_start:
+            raise fault(
+                f"The law of {contact.name!r}",
+                "must have a start state, which this analysis varies",
+                type(contact.law).__name__,
+                "Its response is unique: use forced_response, or use macroslip.",
+            )
+
+
+def rules_of(rule: Rules) -> tuple[Rule, ...]:
+    """The rules of the tangential directions, checked: one for all, or one each for t1 and t2."""
+    rules = tuple(rule) if isinstance(rule, list | tuple) else (rule,)
+    if isinstance(rule, list | tuple) and len(rules) != 2:
+        raise fault("rule", "must be one rule, or two, for the tangential directions t1 and t2", rule)
+    for one in rules:
+        among("rule", one, get_args(Rule))
+    return rules
+
+
+def rule_words(rule: Rules) -> str:
+    """The rules as text: "traction_ratio, slider_offset"."""
+    return ", ".join(rules_of(rule))
+
+
+def _groups(row: Index, contact: Index, kind: Index, varied: np.ndarray, share: Sharing) -> Index:
+    """The variable of each element; elements with different rules have none in common."""
+    elements = np.arange(row.size)
+    keys = {"element": elements, "direction": row, "contact": contact, "all": np.zeros_like(elements)}
+    key = len(RULES) * keys[among("share", share, keys)] + kind
+    group = np.full(row.size, -1, dtype=np.int64)
+    group[varied] = np.unique(key[varied], return_inverse=True)[1]
+    return group
+
+
+KNOWN = 64
+"""Solutions remembered; the oldest are forgotten first, the very first never."""
+
+SHORTEST = 1.0 / 32.0
+"""The shortest step on the way from a known start state to a wanted one, as a share of the way."""
+
+
+class UnsolvedError(Exception):
+    """No solution was found at a start state; `outcome` says why."""
+
+    def __init__(self, outcome: Outcome = Outcome.NOT_CONVERGED) -> None:
+        self.outcome = outcome
+        super().__init__(outcome.sentence)
+
+
+class StartSolutions:
+    """Solves at a frequency in rad/s and a level, and remembers where solutions were found; `solves` counts them."""
+
+    def __init__(self, balance: HarmonicBalance, space: StartSpace, omega: float, level: float) -> None:
+        self.balance, self.space, self.omega, self.level = balance, space, omega, level
+        self.known: list[tuple[Array, Array]] = []
+        self.solves = 0
+
+    def remember(self, variables: Array, forces: Array) -> None:
+        """Keep forces λ as a place to start from."""
+        if len(self.known) >= KNOWN:
+            del self.known[1]
+        self.known.append((variables.copy(), forces))
+
+    def solve(self, variables: Array) -> tuple[HarmonicBalance, Evaluation]:
+        """The balance and solution at a start state: from the nearest known solution, else along the way from it; raises
+        `UnsolvedError`.
+        """
+        self.solves += 1
+        balance, evaluation = self._from_known(variables) if self.known else self._first(variables)
+        self.remember(variables, evaluation.point.forces)
+        return balance, evaluation
+
+    def _first(self, variables: Array) -> tuple[HarmonicBalance, Evaluation]:
+        balance = self.space.balance(self.balance, variables)
+        first = first_point(balance, self.omega, self.level)
+        if not first.converged:
+            raise UnsolvedError(failure(balance, first))
+        if self.space.prescribes and _singular(balance, first.evaluation):
+            raise UnsolvedError(Outcome.BODY_HELD_BY_NOTHING)
+        return balance, first.evaluation
+
+    def _from_known(self, variables: Array) -> tuple[HarmonicBalance, Evaluation]:
+        origins = np.array([origin for origin, _ in self.known])
+        origin, forces = self.known[int(np.argmin(np.linalg.norm(origins - variables, axis=1)))]
+        done, step = 0.0, 1.0
+        while True:
+            share = min(done + step, 1.0)
+            balance = self.space.balance(self.balance, origin + share * (variables - origin))
+            start = Point(forces, self.omega, self.level)
+            correction = correct(balance, start, fixed("omega", self.omega), iterations=15, halvings=6)
+            if correction.converged and share == 1.0:
+                return balance, correction.evaluation
+            if correction.converged:
+                done, step, forces = share, 2.0 * step, correction.evaluation.point.forces
+            elif step <= SHORTEST:
+                raise UnsolvedError
+            else:
+                step *= 0.5
+
+
+def _singular(balance: HarmonicBalance, evaluation: Evaluation) -> bool:
+    """Whether a body could be anywhere at a solved point: prescribed friction holds it in balance, but does not hold it."""
+    pivots = np.abs(solved_factors(balance, evaluation).pivots)
+    return bool(pivots.min() <= SINGULAR * pivots.max())
+
 
 ROUNDS, CORNERS, GROWTH = 2, 2, 0.02
 """Rounds of widening a space, corners of it that are solved in each, and the growth below which it is wide enough."""

@@ -1,6 +1,6 @@
 """One compiled period of time integration: N steps of size h, advancing the state in place and recording histories.
 
-The linear part of a step is a product with constant matrices; the contacts are solved by `stickslip.solve.time.contact_step`.
+The linear part of a step is a product with constant matrices; the contacts are solved by `stickslip.solve.time.contact_law`.
 """
 
 from __future__ import annotations
@@ -11,8 +11,7 @@ import numpy as np
 
 from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.table import ContactTable
-from stickslip.solve.time.contact_law import ContactState, Earlier, Slopes, contact_law, no_slopes
-from stickslip.solve.time.contact_step import solve_contacts
+from stickslip.solve.time.contact_law import ContactState, Earlier, Slopes, contact_law, no_slopes, solve_contacts
 from stickslip.solve.time.model import StepMatrices
 from stickslip.support.checks import Array
 from stickslip.support.kernels import boxed, inlined, inner, kernel, uncompiled

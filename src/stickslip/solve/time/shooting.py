@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.model.problem import Problem
-from stickslip.solve.time.march import March, loads_of_steps, no_history, state_at
+from stickslip.solve.time.march import March, TimeStart, loads_of_steps, no_history, state_at
 from stickslip.solve.time.model import time_model
 from stickslip.solve.time.period import march_period, settle
-from stickslip.solve.time.start import TimeStart
 from stickslip.support.checks import Array
 from stickslip.support.machine import one_blas_thread
 

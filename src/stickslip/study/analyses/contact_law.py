@@ -15,8 +15,7 @@ from stickslip.laboratory.identification.contact_law.fit import LoopErrors
 from stickslip.laboratory.identification.contact_law.work import ContactLawWork, contact_law_work
 from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import Column, Number, Positive, Table
-from stickslip.study.units import FORCE, STIFFNESS, Units, in_si
+from stickslip.study.fields import FORCE, STIFFNESS, Column, Number, Positive, Table, Units, in_si
 from stickslip.support.checks import counted, fault, nearest
 from stickslip.support.late import xr
 

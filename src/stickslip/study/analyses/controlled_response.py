@@ -10,9 +10,7 @@ from stickslip.analyses.controlled_response import ControlledResponseWork, HeldM
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, OneWork, summary_of
-from stickslip.study.fields import Positive
-from stickslip.study.settings_table import check_of, table_of
-from stickslip.study.units import ACCELERATION, LENGTH, VELOCITY, Dimension, in_si, scaled
+from stickslip.study.fields import ACCELERATION, LENGTH, VELOCITY, Dimension, Positive, check_of, in_si, scaled, table_of
 from stickslip.support.checks import counted, fault
 
 Held = Literal["displacement", "velocity", "acceleration"]

@@ -11,13 +11,24 @@ from stickslip.analyses.damper_alone.cycle import CycleWork
 from stickslip.laboratory.measurement.cycles import read_motion
 from stickslip.model.dampers import BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
 from stickslip.model.dampers.between_platforms import LAWS, suitable_gaps
-from stickslip.solve.time.methods import GeneralisedAlpha, Method, Newmark
+from stickslip.solve.time.model import GeneralisedAlpha, Method, Newmark
 from stickslip.study.analysis import Asked, Kind, OneWork
 from stickslip.study.build import shape_of
 from stickslip.study.contacts import Frictions, friction_in_si
-from stickslip.study.fields import NotNegative, Number, Positive, Positives, Table
+from stickslip.study.fields import (
+    FORCE,
+    FREQUENCY,
+    LENGTH,
+    STIFFNESS,
+    NotNegative,
+    Number,
+    Positive,
+    Positives,
+    Table,
+    Units,
+    in_si,
+)
 from stickslip.study.tables import ShapeKey
-from stickslip.study.units import FORCE, FREQUENCY, LENGTH, STIFFNESS, Units, in_si
 from stickslip.support.checks import MOST, counted, fault
 
 if TYPE_CHECKING:

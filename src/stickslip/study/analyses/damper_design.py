@@ -10,16 +10,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from stickslip.analyses.arguments import made
 from stickslip.analyses.performance.design import DesignSettings, finished_design
-from stickslip.analyses.performance.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.performance.scaled_problem import with_friction
+from stickslip.analyses.performance.worst_case import Constraint, LargestForce, NoJamming, NoLiftOff
+from stickslip.analyses.settings import made
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import Harmonics, Number, Positive, QuantityName, Table, Words
-from stickslip.study.settings_table import table_of, values_of
+from stickslip.study.fields import Harmonics, Number, Positive, QuantityName, Table, Words, table_of, values_of
 from stickslip.study.tables import Ends
 from stickslip.support.checks import fault, nearest
 from stickslip.support.late import xr

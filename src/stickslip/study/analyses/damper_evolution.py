@@ -9,9 +9,7 @@ from pydantic import Field
 from stickslip.analyses.damper_alone.cycles import EvolutionWork
 from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, Steps, rig_and_motion, suitable
 from stickslip.study.analysis import Asked, Kind, OneWork
-from stickslip.study.fields import NotNegatives
-from stickslip.study.settings_table import table_of
-from stickslip.study.units import in_si
+from stickslip.study.fields import NotNegatives, in_si, table_of
 from stickslip.support.checks import counted
 
 EvolutionTable = table_of(

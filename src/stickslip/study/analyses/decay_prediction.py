@@ -21,9 +21,9 @@ from stickslip.runs.work import Arrays
 from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
 from stickslip.study.analyses.response_identification import ResponseIdentificationTable, free_parameters
 from stickslip.study.analysis import Asked, Kind
+from stickslip.study.fields import LENGTH, with_si
 from stickslip.study.prediction import PredictionPlan, PredictionTable
 from stickslip.study.tables import Ends
-from stickslip.study.units import LENGTH, with_si
 from stickslip.support.checks import MOST, between, counted, existing, fault
 from stickslip.support.late import xr
 

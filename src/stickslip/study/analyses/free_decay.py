@@ -19,8 +19,7 @@ from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.nonlinear_modes import ModesTable, modes_settings
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import Number, Positive, Table
-from stickslip.study.units import FREQUENCY, LENGTH, VELOCITY
+from stickslip.study.fields import FREQUENCY, LENGTH, VELOCITY, Number, Positive, Table
 from stickslip.support.checks import counted, fault
 from stickslip.support.late import xr
 from stickslip.support.units import Band

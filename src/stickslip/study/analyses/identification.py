@@ -21,8 +21,7 @@ from stickslip.runs.work import Arrays
 from stickslip.solve.platforms.relaxation import elements_of
 from stickslip.study.analyses.damper_cycle import DamperTable, suitable
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import Number, Positive, Seed, Table
-from stickslip.study.units import FORCE, FREQUENCY, LENGTH, Units, in_si
+from stickslip.study.fields import FORCE, FREQUENCY, LENGTH, Number, Positive, Seed, Table, Units, in_si
 from stickslip.support.checks import MOST, InputError, counted, fault, nearest
 from stickslip.support.late import xr
 

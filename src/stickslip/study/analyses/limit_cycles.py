@@ -9,8 +9,7 @@ from pydantic import Field, Tag
 from stickslip.analyses.modes.limit_cycles import LimitCyclesWork
 from stickslip.study.analyses.nonlinear_modes import FORMS, modes_settings, modes_summary
 from stickslip.study.analysis import Asked, Kind, OneWork
-from stickslip.study.fields import by_form
-from stickslip.study.settings_table import check_of, table_of
+from stickslip.study.fields import by_form, check_of, table_of
 from stickslip.support.checks import counted
 
 DampingRatio = Annotated[float, Field(gt=-1.0, lt=1.0, allow_inf_nan=False)]

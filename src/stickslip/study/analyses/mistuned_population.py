@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag
 
-from stickslip.analyses.mistuning.dataset import population_dataset, with_blade_fatigue
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
+from stickslip.analyses.mistuning.population import population_dataset, with_blade_fatigue
 from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.runs.work import Arrays

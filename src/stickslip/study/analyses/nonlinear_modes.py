@@ -11,11 +11,9 @@ from stickslip.model.problem import Problem
 from stickslip.solve.balance.orders import in_words
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, OneWork
-from stickslip.study.fields import Table
+from stickslip.study.fields import LENGTH, Table, check_of, in_si, table_of
 from stickslip.study.further_curves import ModeNumbers
-from stickslip.study.settings_table import check_of, table_of
 from stickslip.study.tables import Ends
-from stickslip.study.units import LENGTH, in_si
 from stickslip.support.checks import InputError, counted, fault
 from stickslip.support.units import Band
 

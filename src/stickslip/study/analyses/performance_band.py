@@ -8,17 +8,15 @@ from functools import cached_property
 from typing import Annotated, Any
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.performance.band import BandSettings, band_dataset
+from stickslip.analyses.performance.curve import BandSettings, band_dataset
 from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.analyses.variability.bounds import refuse_discs
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.performance_curve import Points, at_ratios, ordered, sweep_over_a_band
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
-from stickslip.study.fields import Positive
-from stickslip.study.settings_table import table_of
+from stickslip.study.fields import FORCE, Positive, table_of
 from stickslip.study.starts import RuleOrRules
 from stickslip.study.tables import Ends
-from stickslip.study.units import FORCE
 from stickslip.support.late import xr
 
 BandTable = table_of(

@@ -17,10 +17,8 @@ from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
-from stickslip.study.fields import Positive, Table
-from stickslip.study.settings_table import check_of, table_of
+from stickslip.study.fields import FORCE, Positive, Table, Units, check_of, in_si, table_of
 from stickslip.study.tables import Ends
-from stickslip.study.units import FORCE, Units, in_si
 from stickslip.support.checks import MOST, InputError, counted, fault
 from stickslip.support.late import xr
 

@@ -12,15 +12,12 @@ from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.analyses.variability.samples import SamplesWork
-from stickslip.analyses.variability.start_draws import Law, named_law
+from stickslip.analyses.variability.samples import Law, SamplesWork, named_law
 from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
-from stickslip.study.fields import Number
-from stickslip.study.settings_table import check_of, table_of
+from stickslip.study.fields import Number, check_of, in_si, table_of
 from stickslip.study.starts import RuleOrRules
-from stickslip.study.units import in_si
 from stickslip.support.checks import MOST, InputError, fault
 from stickslip.support.late import xr
 from stickslip.support.units import Band

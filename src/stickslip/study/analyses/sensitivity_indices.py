@@ -13,16 +13,13 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.performance.sensitivity_indices import MOST_DRAWS, DrawsWork, gathered
 from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.model.contact.point import Contact
-from stickslip.model.contact.start import SliderOffset
+from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.performance_curve import sweep_over_a_band
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
-from stickslip.study.fields import Table
-from stickslip.study.settings_table import table_of
+from stickslip.study.fields import LENGTH, Table, in_si, table_of
 from stickslip.study.tables import Ends, Two
-from stickslip.study.units import LENGTH, in_si
 from stickslip.support.checks import InputError, fault
 from stickslip.support.late import xr
 from stickslip.support.units import Band

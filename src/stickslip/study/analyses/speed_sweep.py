@@ -22,8 +22,7 @@ from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of
-from stickslip.study.fields import Number, Positive, Table, by_form
-from stickslip.study.units import STIFFNESS
+from stickslip.study.fields import STIFFNESS, Number, Positive, Table, by_form
 from stickslip.support.checks import Array, InputError, counted, fault, positive, unique
 from stickslip.support.late import xr
 from stickslip.support.units import Band

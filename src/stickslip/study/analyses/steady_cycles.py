@@ -7,9 +7,7 @@ from typing import Annotated
 from stickslip.analyses.damper_alone.cycles import SteadyCyclesWork
 from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, Steps, rig_and_motion, suitable
 from stickslip.study.analysis import Asked, Kind, OneWork
-from stickslip.study.fields import Positive
-from stickslip.study.settings_table import table_of
-from stickslip.study.units import LENGTH, in_si
+from stickslip.study.fields import LENGTH, Positive, in_si, table_of
 from stickslip.support.checks import counted
 
 SliderStartsTable = table_of(

@@ -14,7 +14,7 @@ from stickslip.analyses.stepped_sine import SteppedSineWork, beside_balance
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.settings_table import check_of, table_of, values_of
+from stickslip.study.fields import check_of, table_of, values_of
 from stickslip.support.checks import counted, fault
 from stickslip.support.late import xr
 

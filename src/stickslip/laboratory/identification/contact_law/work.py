@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.analyses.settings import takes
-from stickslip.laboratory.identification.contact_law.diagnosis import least_friction, warnings_about
 from stickslip.laboratory.identification.contact_law.fit import (
     LONGEST,
     LoopErrors,
@@ -23,7 +22,14 @@ from stickslip.laboratory.identification.contact_law.fit import (
     under_friction,
 )
 from stickslip.laboratory.identification.contact_law.model import FITTED, LAWS, ContactLoop, advanced, force_of, smoothed
-from stickslip.laboratory.identification.contact_law.result import ContactLaw, LawFit, contact_law_dataset, with_friction
+from stickslip.laboratory.identification.contact_law.result import (
+    ContactLaw,
+    LawFit,
+    contact_law_dataset,
+    least_friction,
+    warnings_about,
+    with_friction,
+)
 from stickslip.laboratory.measurement.contact_cycles import ContactCycles, contact_cycles, smoothed_motion
 from stickslip.laboratory.measurement.contact_record import ContactRecord, read_contact_records
 from stickslip.laboratory.measurement.cycles import synthesis

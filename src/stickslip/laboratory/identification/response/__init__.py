@@ -2,5 +2,5 @@
 
 `work.py` has the front door and the case that studies keep, `model.py` the response of a test and `enclosed.py` its bounds over
 all start states, `fit.py` the least squares, `intervals.py` errors, profiles and lower bounds of friction, `mistakes.py` (with
-outliers) and `diagnosis.py` what to check, `result.py` the dataset and its sentences.
+outliers) what to check, `result.py` the dataset and all sentences.
 """

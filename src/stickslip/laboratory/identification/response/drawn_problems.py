@@ -11,16 +11,14 @@ from typing import Annotated, Any, Literal, Protocol, get_args
 import numpy as np
 from scipy import special
 
-from stickslip.analyses.arguments import Seed, made
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.settings import Execution, OfKind, OneOf, Setting, Whole
+from stickslip.analyses.settings import Execution, OfKind, OneOf, Seed, Setting, Whole, made
 from stickslip.laboratory.identification.response.draws import Draw, Draws
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import Measure, measure_of
-from stickslip.solve.starts.space import StartSpace
-from stickslip.solve.starts.states import explored_space
+from stickslip.solve.starts.states import StartSpace, explored_space
 from stickslip.support.checks import Array, fault, finite, of_kind
 from stickslip.support.late import xr
 from stickslip.support.units import Band

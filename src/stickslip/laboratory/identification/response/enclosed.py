@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.variability.bounds_search import LOWER, SIGNS, UPPER, BoundsSearch
-from stickslip.analyses.variability.start_draws import search_cloud
+from stickslip.analyses.variability.samples import search_cloud
 from stickslip.laboratory.identification.response.model import ComputedResponse, FittedTest, Values, slips
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.model.problem import Problem
@@ -23,9 +23,7 @@ from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.balance.measure import Measure, quantity_named
 from stickslip.solve.balance.orders import Harmonics
 from stickslip.solve.starts.extremes import AtFrequency, Effort, Extreme, extreme, size_of
-from stickslip.solve.starts.solutions import UnsolvedError
-from stickslip.solve.starts.space import Rules, Sharing, StartSpace
-from stickslip.solve.starts.states import explored_space
+from stickslip.solve.starts.states import Rules, Sharing, StartSpace, UnsolvedError, explored_space
 from stickslip.support.checks import Array, InputError, fault
 
 CLOUD, STARTS = 20, 2

@@ -24,7 +24,7 @@ from stickslip.solve.continuation.held_amplitude import first_held, scaled
 from stickslip.solve.continuation.newton import Correction, correct, fixed
 from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
 from stickslip.solve.curves.controlled import force_phase
-from stickslip.solve.starts.space import StartSpace
+from stickslip.solve.starts.states import StartSpace
 from stickslip.support.checks import Array
 
 Complex = NDArray[np.complex128]

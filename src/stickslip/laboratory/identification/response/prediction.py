@@ -1,6 +1,7 @@
 """Responses that were not measured, from an identification by those that were: curves with 95 % intervals.
 
-Each case is the curve of one draw (`draws.py`) at one level; `half_power.py` measures the peaks of computed and measured curves.
+Each case is the curve of one draw (`draws.py`) at one level; `measured_response.py` finds the peaks of computed and measured
+curves.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from stickslip.analyses.settings import Setting, takes
 from stickslip.analyses.variability.samples import start_curve
 from stickslip.laboratory.identification.response.drawn_problems import DrawnProblems
 from stickslip.laboratory.identification.response.draws import Draw, interval
-from stickslip.laboratory.identification.response.half_power import at_frequencies, curve_peak
 from stickslip.laboratory.identification.response.prediction_result import FINER, ResponsePrediction
+from stickslip.laboratory.measurement.measured_response import at_frequencies, curve_peak
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -30,7 +31,7 @@ from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.curves.controlled import controlled_curve, force_phase, phase_resonances
 from stickslip.solve.curves.curve import Curve, solve_curve
 from stickslip.solve.curves.refine import refined
-from stickslip.solve.starts.space import StartSpace
+from stickslip.solve.starts.states import StartSpace
 from stickslip.support.checks import Array, InputError, fault
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread

@@ -12,9 +12,8 @@ import numpy as np
 
 from stickslip.analyses.truncation import ALLOWED
 from stickslip.laboratory.identification.response.draws import NORMAL, interval
-from stickslip.laboratory.identification.response.half_power import measured_peak
 from stickslip.laboratory.identification.response.mistakes import POOR, named_gain
-from stickslip.laboratory.measurement.measured_response import THOUSAND, MeasuredResponse, assumed_units, joined
+from stickslip.laboratory.measurement.measured_response import THOUSAND, MeasuredResponse, assumed_units, joined, measured_peak
 from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.results.schema import stamped

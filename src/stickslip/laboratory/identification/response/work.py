@@ -12,16 +12,28 @@ from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 
-from stickslip.analyses.arguments import HarmonicNumbers, Rule, Samples, Seed, Share, fineness_of, made, maker
-from stickslip.analyses.settings import OneOf, Setting, Settings, Whole, takes
+from stickslip.analyses.settings import (
+    HarmonicNumbers,
+    OneOf,
+    Rule,
+    Samples,
+    Seed,
+    Setting,
+    Settings,
+    Share,
+    Whole,
+    fineness_of,
+    made,
+    maker,
+    takes,
+)
 from stickslip.laboratory.identification.least_squares import FreeParameter
-from stickslip.laboratory.identification.response.diagnosis import notes
 from stickslip.laboratory.identification.response.enclosed import EnclosedTest, padded
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import enclosed, friction_bounds, statistics
 from stickslip.laboratory.identification.response.mistakes import POOR, amplitudes_alone, fitted_without
 from stickslip.laboratory.identification.response.model import FittedTest
-from stickslip.laboratory.identification.response.result import ResponseIdentification, dataset_of_fit
+from stickslip.laboratory.identification.response.result import ResponseIdentification, dataset_of_fit, notes
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, by_joint
 from stickslip.model.problem import Problem
 from stickslip.runs.cases import all_cases
@@ -29,7 +41,7 @@ from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, s
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.orders import attribute
 from stickslip.solve.continuation.continuation import first_point
-from stickslip.solve.starts.space import StartSpace, refuse_forgetful, rules_of, start_space
+from stickslip.solve.starts.states import StartSpace, refuse_forgetful, rules_of, start_space
 from stickslip.support.checks import Array, InputError, fault, numbers, of_kind, positive, several, truth, unique
 from stickslip.support.machine import one_blas_thread
 

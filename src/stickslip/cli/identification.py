@@ -1,0 +1,408 @@
+"""The commands `contact-law`, from measured loops of one contact to law, stiffness and friction, and `contact-stiffness`, from
+geometry.
+
+The command `identify-response`: from measured frequency responses to contact parameters.
+
+The command `decay`: frequency and damping over the amplitude of a ring-down test, beside the nonlinear mode of a study.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stickslip.cli.app import claimed, free_folder, guarded
+from stickslip.cli.results import refuse_existing
+from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out, finish
+from stickslip.support.checks import InputError, existing, fault, finite, nearest
+from stickslip.support.console import progress_bar, say
+from stickslip.support.files import only_own_files
+from stickslip.support.late import xr
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stickslip.laboratory.measurement.decay import MeasuredDecay
+
+
+@guarded
+def contact_law(
+    ctx: typer.Context,
+    files: Annotated[
+        list[Path], typer.Argument(help="Recorded loops (text or .mat): many cycles in a file, or one file for each cycle.")
+    ],
+    normal_load: Annotated[
+        float | None, typer.Option(help="Normal load in N; required unless the files have a column of it.")
+    ] = None,
+    law: Annotated[
+        list[str] | None,
+        typer.Option(help="jenkins, iwan, dahl, array or valanis; may be repeated. Default: all but valanis."),
+    ] = None,
+    rig_stiffness: Annotated[
+        float | None,
+        typer.Option(help="Stiffness of the rig between displacement sensor and contact, in N/µm; kt is corrected for it."),
+    ] = None,
+    lag: Annotated[
+        float | None, typer.Option(help="Share of a period by which the force is recorded later than the displacement.")
+    ] = None,
+    friction_over: Annotated[
+        list[float] | None,
+        typer.Option(metavar="LOAD", help="Normal load in N at which the friction coefficient is identified; may be repeated."),
+    ] = None,
+    column: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=COLUMN", help="Title or number of a column: displacement, force, normal, time."),
+    ] = None,
+    unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as force=kN.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; default: results/NAME of the first file.")] = None,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+    figures: Figures = False,
+) -> None:
+    """Find law, stiffness and friction of one contact, with intervals, from its measured loops."""
+    from stickslip import study
+    from stickslip.study.run import Run
+
+    existing("FILES", files)
+    named = {
+        "columns": pairs("--column", column or (), "force=2"),
+        "column_units": pairs("--unit", unit or (), "displacement=um"),
+    }
+    stiffness = None if rig_stiffness is None else 1e6 * rig_stiffness
+    given = {"normal_load": normal_load, "rig_stiffness": stiffness, "laws": law or None, "lag": lag}
+    text = study_text(files, given | {"friction_over": friction_over or None}, named)
+    job = study.job(text, Path(), "contact law")
+    folder = free_folder(out or Path("results") / files[0].stem, [""], resume, overwrite)
+    carry_out(Run({"": job}, folder, resume, 1), figures)
+    say(f"Results: {folder}")
+
+
+def pairs(option: str, given: Sequence[str], example: str) -> dict[str, str]:
+    """Names and values of NAME=VALUE, such as the example."""
+    found = {}
+    for text in given:
+        name, sign, value = text.partition("=")
+        if not sign or not name.strip() or not value.strip():
+            raise fault(option, f"must be NAME=VALUE, such as {example}", text)
+        if name.strip() in found:
+            raise fault(option, f"must give {name.strip()} once", list(given))
+        found[name.strip()] = value.strip()
+    return found
+
+
+def study_text(files: Sequence[Path], settings: Mapping[str, object], named: Mapping[str, Mapping[str, str]]) -> str:
+    """The study that the command stands for; the results keep it."""
+    from stickslip.study.toml_text import toml_text
+
+    table = {
+        "files": [str(path.resolve()) for path in files],
+        **settings,
+        **{key: values for key, values in named.items() if values},
+    }
+    study = {"title": f"Law of a contact: {files[0].stem}", "analysis": "contact_law"}
+    return toml_text({"study": study, "contact_law": table})
+
+
+@guarded
+def contact_stiffness(
+    ctx: typer.Context,
+    length: Annotated[float, typer.Option(help="Length of the line, mm.")],
+    radius: Annotated[float, typer.Option(help="Radius of the cylinder, or of the edges of a punch, mm.")],
+    load: Annotated[float | None, typer.Option(help="Normal load, N.")] = None,
+    pull: Annotated[float | None, typer.Option(help="Instead of a load: centrifugal force F_C on the damper, N.")] = None,
+    platform_angle: Annotated[float, typer.Option(help="With --pull: N = F_C/(2 cos angle), degrees.")] = 0.0,
+    flat: Annotated[float, typer.Option(help="Half length of the flat part of a punch, mm; 0 for a cylinder.")] = 0.0,
+    young: Annotated[float, typer.Option(help="Young's modulus, GPa.")] = 210.0,
+    poisson: Annotated[float, typer.Option(help="Poisson's ratio.")] = 0.3,
+    out: Annotated[Path | None, typer.Option(help="Figure of the stiffness against the load, .png or .svg.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing figure.")] = False,
+) -> None:
+    """Stiffness of a line contact from geometry: Harris, Brändlein, Allara; print it and draw it against the load."""
+    from stickslip.analyses.contact_stiffness import contact_stiffness as stiffness_over
+    from stickslip.model.contact.stiffness import LineContact, static_normal_load
+    from stickslip.support.units import mm
+
+    if (load is None) == (pull is None):
+        raise fault("--load and --pull", "must be given one without the other", {"load": load, "pull": pull})
+    at = static_normal_load(pull, platform_angle) if pull is not None else float(load or 0.0)
+    refuse_metres(length)
+    contact = LineContact(length * mm, radius * mm, flat * mm, young * 1e9, poisson)
+    here = stiffness_over(contact, [at], at).dataset.isel(load=0)
+    say(f"Normal load {at:.6g} N; half width of the contact {float(here.half_width) * 1e6:.4g} um")
+    for formula, value in zip(here.formula.values, here.normal_stiffness.values, strict=True):
+        say(f"  normal, {formula + ':':<20} {value:.4g} N/m")
+    for name, value in (("across the line:", here.tangential_across), ("along the line:", here.tangential_along)):
+        say(f"  tangential, {name:<16} {float(value):.4g} N/m (initial, all of it stuck; measured ones are softer)")
+    if out is not None:
+        refuse_existing([out], overwrite)
+        say(f"Wrote {drawn_to(out, stiffness_over(contact, range_of_loads(at), at).plot())}")
+
+
+def refuse_metres(length: float) -> None:
+    """Lengths of less than a tenth of a millimetre are metres, given by mistake."""
+    if length < 0.1:
+        raise fault("--length", "must be in mm, at least 0.1", length, f"Did you give metres? Then it is {1e3 * length:g} mm.")
+
+
+def range_of_loads(load: float) -> list[float]:
+    """Loads round one, for a figure, N."""
+    return [load * step / 100.0 for step in range(2, 301, 2)]
+
+
+def drawn_to(path: Path, figure: Figure) -> Path:
+    """The figure in a file, PNG or SVG by its ending."""
+    from stickslip.show.plots.files import write_figure
+
+    if path.suffix not in (".png", ".svg"):
+        raise fault("--out", "must end in .png or .svg", str(path))
+    write_figure(figure, path, path.suffix[1:])
+    return path
+
+
+@guarded
+def identify_response(
+    ctx: typer.Context,
+    problem: Annotated[str, typer.Argument(help="Study file that states structure and contacts, or the name of a ready rig.")],
+    curves: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Measured curves (text, .mat or universal files): frequency, force, and amplitude (with phase) or real and "
+            "imaginary parts."
+        ),
+    ],
+    free: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=LOW:HIGH",
+            help="Parameter to find: an argument of a rig in SI (NAME=START:LOW:HIGH too), or a factor on the kt, kn, mu, "
+            "preload, damping, mass or stiffness of a study. A name alone: from a tenth to ten times its value.",
+        ),
+    ] = None,
+    argument: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Any other argument of the rig, in SI.")
+    ] = None,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=V1,V2,...", help="Quantity that differs between the curves, one value for each, such as pull=40,60."
+        ),
+    ] = None,
+    each_test: Annotated[list[str] | None, typer.Option(help="Free parameter with a value of its own for every curve.")] = None,
+    by: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="Title or number of the column that distinguishes the curves of a file, such as curve; function for universal "
+            "files.",
+        ),
+    ] = None,
+    quantity: Annotated[
+        str | None, typer.Option(help="displacement, velocity or acceleration; default: what the column titles of the files say.")
+    ] = None,
+    force: Annotated[
+        str | None,
+        typer.Option(metavar="F1,F2,...", help="Force in N, of each curve or one for all, for files without a force column."),
+    ] = None,
+    phase_of: Annotated[
+        str | None,
+        typer.Option(help="Whose phase the files contain: displacement or quantity; default for responses per force: quantity."),
+    ] = None,
+    column: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=COLUMN",
+            help="Title or number of a column: frequency, amplitude, real, imaginary, phase, force. In universal files the "
+            "function of the amplitude, such as 'amplitude=12:+Z / 1:+X', or of the force.",
+        ),
+    ] = None,
+    unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as real=mm/N.")] = None,
+    output: Annotated[str | None, typer.Option(help="Name of the measured output; default: the first.")] = None,
+    held: Annotated[
+        str | None, typer.Option(help="Which measured value is prescribed at each point: force (default) or response.")
+    ] = None,
+    error: Annotated[float | None, typer.Option(help="Relative standard error of a point; default: 0.01.")] = None,
+    of_largest: Annotated[
+        bool | None, typer.Option("--of-largest", help="The error is relative to the largest response of a curve.")
+    ] = None,
+    free_gain: Annotated[bool | None, typer.Option("--free-gain", help="Also identify a constant factor of each curve.")] = None,
+    free_phase: Annotated[bool | None, typer.Option("--free-phase", help="Also identify a constant phase of each curve.")] = None,
+    start_states: Annotated[
+        str | None, typer.Option(help="Start states of the contacts: virgin (default), free or bounds.")
+    ] = None,
+    joints: Annotated[
+        str | None,
+        typer.Option(metavar="A,A,B", help="Joint of each curve, by a name: the curves of a joint are left out together."),
+    ] = None,
+    leave_one_out: Annotated[
+        bool | None, typer.Option("--leave-one-out", help="Also predict each curve, or each joint, from the others.")
+    ] = None,
+    harmonics: Annotated[int | None, typer.Option(help="Highest harmonic H; default: that of the study, else 5.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; default: results/NAME of the problem.")] = None,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+    figures: Figures = False,
+) -> None:
+    """Find contact parameters, with intervals, from measured frequency responses."""
+    from stickslip import study
+    from stickslip.study.measured_curves import document_of, with_curves
+    from stickslip.study.run import Run
+    from stickslip.study.toml_text import toml_text
+
+    existing("CURVES", curves)
+    document, folder = document_of(problem)
+    if harmonics is not None:
+        document["sweep"] = {**document.get("sweep", {}), "harmonics": harmonics}
+    table: dict[str, Any] = {"quantity": quantity, "output": output, "held": held, "error": error, "of_largest": of_largest}
+    table |= {"free_gain": free_gain, "free_phase": free_phase, "start_states": start_states, "leave_one_out": leave_one_out}
+    table |= {"joints": [name.strip() for name in joints.split(",")] if joints else None}
+    table |= {"columns": pairs("--column", column or (), "real=3") or None}
+    table |= {"column_units": pairs("--unit", unit or (), "real=mm/N") or None}
+    table |= {"phase_of": phase_of, "force": [number("--force", one) for one in force.split(",")] if force else None}
+    count = len(curves) if by is None else None
+    table |= {"by": by, "each_test": each_test or None, "settings": settings_of(setting or (), count)}
+    arguments = {name: argument_of(value) for name, value in pairs("--set", argument or (), "kt=2e5").items()}
+    text = toml_text(with_curves(document, curves, free or (), arguments, table))
+    job = study.job(text, folder, "responses")
+    place = free_folder(out or Path("results") / Path(problem).stem, [""], resume, overwrite)
+    say(f"{job.title}: {job.plan.summary}.")
+    carry_out(Run({"": job}, place, resume, 1), figures)
+    say(f"Results: {place}")
+
+
+def settings_of(given: Sequence[str], count: int | None) -> list[dict[str, float]] | None:
+    """For each curve, its own settings by name; None without any. count: of curves, if it is known before files are read."""
+    found: list[dict[str, float]] = []
+    for name, values in pairs("--setting", given, "pull=40,60").items():
+        numbers = [number("--setting", one) for one in values.split(",")]
+        count = len(numbers) if count is None else count
+        found = found or [{} for _ in range(count)]
+        if len(numbers) != count:
+            raise fault(f"--setting {name}", f"must have {count} values, one for each curve", values)
+        for one, value in zip(found, numbers, strict=True):
+            one[name] = value
+    return found if given else None
+
+
+def argument_of(text: str) -> float:
+    """The number in a text, whole where it is written so: a rig's count of elements is."""
+    value = number("--set", text)
+    return int(text) if re.fullmatch(r"\s*[+-]?\d+\s*", text) else value
+
+
+def number(option: str, text: str) -> float:
+    """The number in a text."""
+    try:
+        return finite(option, float(text))
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        raise fault(option, "must give numbers", text) from None
+
+
+@guarded
+def decay(
+    ctx: typer.Context,
+    file: Annotated[Path, typer.Argument(help="Recorded ring-down (text, .mat or universal file): time and motion.")],
+    study: Annotated[
+        Path | None, typer.Option(help="Study file of the structure; its nonlinear mode is computed for comparison.")
+    ] = None,
+    output: Annotated[str | None, typer.Option(help="Output of this study that was measured; default: the first.")] = None,
+    band: Annotated[
+        str | None,
+        typer.Option(metavar="LOW:HIGH", help="Band in Hz that contains the frequency; default: around the largest motion."),
+    ] = None,
+    cycles: Annotated[
+        float | None,
+        typer.Option(help="Length of the windows to which a damped sine is fitted, in cycles; default: the best."),
+    ] = None,
+    begin: Annotated[float | None, typer.Option(help="Time in s before which the record is ignored, such as a blow.")] = None,
+    quantity: Annotated[
+        str | None, typer.Option(help="displacement, velocity or acceleration; default: as the file states.")
+    ] = None,
+    column: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=COLUMN",
+            help="Title or number of the column of time or signal; in .mat and universal files, of the vector or function.",
+        ),
+    ] = None,
+    unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as signal=g.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; default: results/NAME of the file.")] = None,
+    overwrite: Overwrite = False,
+    figures: Figures = False,
+) -> None:
+    """Find frequency and damping over the amplitude, with standard errors, from a measured free decay."""
+    from stickslip.laboratory.measurement.decay import read_decay
+    from stickslip.results.files import save
+    from stickslip.results.schema import stamped
+
+    existing("FILE", [file])
+    if study is None and output is not None:
+        raise fault("--output", "must go with --study, which names the outputs", output)
+    settings: dict[str, Any] = {"cycles": cycles, "begin": begin}
+    if band is not None:
+        ends = [number("--band", end) for end in band.split(":")]
+        if len(ends) != 2:
+            raise fault("--band", "must be LOW:HIGH in Hz", band)
+        settings["band"] = (ends[0], ends[1])
+    columns, units = pairs("--column", column or (), "signal=2"), pairs("--unit", unit or (), "signal=g")
+    decay = read_decay(file, columns=columns, units=units, quantity=quantity, **settings)
+    folder = free_folder(out or Path("results") / file.stem, [""], False, overwrite)
+    with claimed(folder), only_own_files():
+        dataset = stamped((decay if study is None else beside_modes(decay, study, output)).dataset, "measured_decay")
+        save(dataset, folder / "results.nc")
+        say_windows(dataset)
+        finish({"": dataset}, folder, figures)
+    say(f"Results: {folder}")
+
+
+def say_windows(dataset: xr.Dataset) -> None:
+    """Amplitude, frequency and damping with their standard errors, a line a window."""
+    from stickslip.results.view import length_text
+    from stickslip.show.report.free_decay import ANSWER, measured_tables
+
+    for _, (amplitude, frequency, hertz, ratio, percent) in measured_tables(dataset)[ANSWER].iterrows():
+        where = length_text(float(amplitude), dataset)
+        say(f"{where:>12}  {frequency:10.5g} ± {hertz:<8.2g} Hz  damping {ratio:8.4g} ± {percent:<8.2g} %")
+
+
+def beside_modes(decay: MeasuredDecay, study: Path, output: str | None) -> MeasuredDecay:
+    """The decay with the nonlinear mode of a study whose stuck frequency is nearest to that of the smallest amplitude."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from stickslip.analyses.modes.nonlinear_modes import nonlinear_modes
+    from stickslip.results.shown_units import attributes_of
+    from stickslip.study import read
+    from stickslip.study.analyses.free_decay import BEYOND
+
+    existing("--study", [study])
+    with progress_bar("Model") as report:
+        job = read(study, report)
+    for remark in job.remarks:
+        say(remark)
+    if job.sweep is None:
+        raise fault("--study", "must be a study of a structure with contacts", job.analysis)
+    names = list(job.sweep.problem.output_names)
+    if output not in (None, *names):
+        raise fault("--output", f"must be one of {', '.join(names)}", output, nearest(str(output), names))
+    place = 0 if output is None else names.index(output)
+    amplitude, frequency = (decay.dataset[key].values for key in ("amplitude", "frequency"))
+    fineness: dict[str, Any] = {} if job.sweep.harmonics == "auto" else {"harmonics": job.sweep.harmonics}
+    with progress_bar("Nonlinear mode") as report:
+        modes = nonlinear_modes(
+            job.sweep.problem,
+            amplitude=(float(amplitude.min()) / BEYOND, float(amplitude.max()) * BEYOND),
+            frequency=float(frequency[int(np.argmin(amplitude))]),
+            output=place,
+            samples=job.sweep.samples,
+            progress=report,
+            **fineness,
+        )
+    beside = decay.with_modes(modes, place)
+    return replace(beside, dataset=beside.dataset.assign_attrs({"study": job.text, **attributes_of(job.units)}))
