@@ -45,7 +45,7 @@ from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.continuation.sweep import Sweep, sweep
 from stickslip.solve.stability.multipliers import Stability
 from stickslip.support.checks import Array
-from stickslip.support.compilation import NOTICE
+from stickslip.support.console import NOTICE
 from stickslip.support.files import write_text
 from stickslip.support.outcome import Outcome
 from tools.commits import commit

@@ -47,7 +47,7 @@ event.register("numba:compile", COMPILING)
 @pytest.fixture
 def unsaved_figures(monkeypatch):
     """Figures of a run are drawn, but not written to files, which takes most of the time of a small run."""
-    monkeypatch.setattr("stickslip.show.plots.files.write_figure", lambda figure, path, suffix: None)
+    monkeypatch.setattr("stickslip.show.plots.paper.write_figure", lambda figure, path, suffix: None)
 
 
 def pytest_addoption(parser):

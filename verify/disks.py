@@ -15,7 +15,7 @@ from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact, sta
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import lumped_blisk, octopus_blisk
-from stickslip.model.rigs.blisk_sector import BliskSector
+from stickslip.model.rigs.octopus_blisk import BliskSector
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.support.units import hertz

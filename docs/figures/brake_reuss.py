@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import stickslip as ss
-from stickslip.show.plots.files import write_figure
 from stickslip.show.plots.look import house_style, level_colours
+from stickslip.show.plots.paper import write_figure
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parents[1] / "tests"))

@@ -5,7 +5,7 @@ import runpy
 import tempfile
 from pathlib import Path
 
-from stickslip.show.plots.files import write_figure
+from stickslip.show.plots.paper import write_figure
 
 HERE = Path(__file__).resolve().parent
 

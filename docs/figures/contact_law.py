@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import stickslip as ss
-from stickslip.show.plots.files import write_figure
 from stickslip.show.plots.look import CONTACTS, house_style
+from stickslip.show.plots.paper import write_figure
 
 HERE = Path(__file__).parent
 RECORD = HERE.parents[1] / "tests" / "data" / "tribometer" / "test_data_2.txt.gz"

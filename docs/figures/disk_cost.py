@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from threadpoolctl import threadpool_limits
 
 import stickslip as ss
-from stickslip.show.plots.files import write_figure
 from stickslip.show.plots.look import CONTACTS, house_style
+from stickslip.show.plots.paper import write_figure
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point, trace
 

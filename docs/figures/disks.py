@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 import stickslip as ss
 from stickslip.show.plots.disk import disk_mode, mean_normal_load, nodal_diameter_diagram
-from stickslip.show.plots.files import write_figure
 from stickslip.show.plots.look import CONTACTS, GREY, house_style
+from stickslip.show.plots.paper import write_figure
 
 HERE = Path(__file__).parent
 

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 import stickslip as ss
 from stickslip.model.rigs.single_blade import DRY, OILED
-from stickslip.show.plots.files import write_figure
 from stickslip.show.plots.look import CONTACTS, GREY, house_style
+from stickslip.show.plots.paper import write_figure
 from stickslip.show.plots.performance_curve import performance_curves
 
 HERE = Path(__file__).parent

@@ -3,7 +3,7 @@
 import runpy
 from pathlib import Path
 
-from stickslip.show.plots.files import write_figure
+from stickslip.show.plots.paper import write_figure
 
 HERE = Path(__file__).parent
 

@@ -37,7 +37,7 @@ from .model.problem.speed import SpeedDependence as SpeedDependence
 from .analyses.contact_stiffness import ContactStiffness as ContactStiffness, contact_stiffness as contact_stiffness
 from .model.contact.cubic import CubicSpring as CubicSpring
 from .model.contact.dahl import Dahl as Dahl
-from .model.contact.friction import LoadDependentFriction as LoadDependentFriction
+from .model.contact.law import LoadDependentFriction as LoadDependentFriction
 from .model.contact.friction_disc import FrictionDisc as FrictionDisc
 from .model.contact.gap import Gap as Gap
 from .model.contact.iwan import Iwan as Iwan, mindlin_sphere as mindlin_sphere
@@ -45,7 +45,7 @@ from .model.contact.lugre import LuGre as LuGre
 from .model.contact.macroslip import Macroslip as Macroslip
 from .model.contact.microslip import MicroslipArray as MicroslipArray
 from .model.contact.point import Contact as Contact, between as between
-from .model.contact.spectrum import FourParameter as FourParameter, Hertz as Hertz, Parabolic as Parabolic
+from .model.contact.iwan import FourParameter as FourParameter, Hertz as Hertz, Parabolic as Parabolic
 from .model.contact.point import MeanTraction as MeanTraction, SliderOffset as SliderOffset, TractionRatio as TractionRatio
 from .model.contact.stiffness import (
     LineContact as LineContact,
@@ -75,10 +75,10 @@ from .solve.time.model import GeneralisedAlpha as GeneralisedAlpha, Newmark as N
 
 # Nonlinear modes
 from .analyses.modes.nonlinear_modes import NonlinearModes as NonlinearModes, nonlinear_modes as nonlinear_modes
-from .analyses.modes.limit_cycles import LimitCycles as LimitCycles, limit_cycles as limit_cycles
+from .analyses.modes.nonlinear_modes import LimitCycles as LimitCycles, limit_cycles as limit_cycles
 
 # Sensitivities and peaks over a parameter
-from .analyses.performance.peak_path import PeakPath as PeakPath, follow_peaks as follow_peaks
+from .analyses.performance.curve import PeakPath as PeakPath, follow_peaks as follow_peaks
 from .analyses.performance.sensitivity_indices import (
     SensitivityIndices as SensitivityIndices,
     sensitivity_indices as sensitivity_indices,
@@ -110,7 +110,7 @@ from .analyses.nodal_diameters import (
 )
 from .analyses.speed.campbell import Campbell as Campbell, campbell as campbell
 from .analyses.speed.campbell import InterferenceDiagram as InterferenceDiagram, interference_diagram as interference_diagram
-from .analyses.speed.run_up import RunUp as RunUp, run_up as run_up
+from .analyses.speed.speed_sweep import RunUp as RunUp, run_up as run_up
 from .analyses.speed.speed_sweep import SpeedSweep as SpeedSweep, speed_sweep as speed_sweep
 from .analyses.nodal_diameters import NodalDiameters as NodalDiameters, nodal_diameters as nodal_diameters
 from .model.disks.tuned import FullDisk as FullDisk
@@ -120,8 +120,8 @@ from .model.disks.tuned import TunedDisk as TunedDisk
 from .analyses.damper_alone.cycle import DamperCycle as DamperCycle, damper_cycle as damper_cycle
 from .analyses.damper_alone.cycles import damper_evolution as damper_evolution, steady_cycles as steady_cycles
 from .analyses.damper_alone.force_plane import force_plane as force_plane
-from .analyses.damper_alone.harmonic_cycle import harmonic_cycle as harmonic_cycle
-from .analyses.damper_alone.routine import blade_with_routine as blade_with_routine
+from .analyses.damper_alone.cycle_dataset import harmonic_cycle as harmonic_cycle
+from .analyses.damper_alone.cycle_dataset import blade_with_routine as blade_with_routine
 
 # Measurements and identification
 from .laboratory.identification.contact_law.fit import LoopErrors as LoopErrors

@@ -11,8 +11,7 @@ from scipy.sparse import linalg as sparse_linalg
 import stickslip as ss
 from stickslip.analyses.deformed_shape import MOST_KEPT, SurfaceMotion, deformed_shape, has_shapes, kept_shapes, with_shapes
 from stickslip.analyses.mistuning.disk import Mistuning, mistuned_disk
-from stickslip.model.rigs.blisk_sector import BliskSector
-from stickslip.model.rigs.octopus_blisk import octopus_blisk
+from stickslip.model.rigs.octopus_blisk import BliskSector, octopus_blisk
 from stickslip.model.structure.cyclic_reduction import rotation
 from stickslip.results.files import open_results, save
 from stickslip.support.checks import InputError

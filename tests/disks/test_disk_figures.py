@@ -9,8 +9,7 @@ from stickslip.model.contact.stiffness import static_normal_load
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.rigs import lumped_blisk
-from stickslip.model.rigs.blisk_sector import BliskSector
-from stickslip.model.rigs.octopus_blisk import octopus_blisk
+from stickslip.model.rigs.octopus_blisk import BliskSector, octopus_blisk
 from stickslip.model.structure.cyclic import sector_chain
 from stickslip.model.structure.damping import ModalDamping
 from stickslip.model.structure.matrices import Structure

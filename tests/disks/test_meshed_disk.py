@@ -8,8 +8,7 @@ import pytest
 from meshed_waves import cyclic_frequencies
 from scipy.sparse import linalg
 
-from stickslip.model.rigs.blisk_sector import BliskSector, reduced_sector
-from stickslip.model.rigs.octopus_blisk import octopus_blisk
+from stickslip.model.rigs.octopus_blisk import BliskSector, octopus_blisk, reduced_sector
 from stickslip.model.structure.cyclic_reduction import cyclic_craig_bampton, rotation, sector_of
 from stickslip.model.structure.modes import natural_modes
 from stickslip.model.structure.solid import solid

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.model.rigs.blisk_sector import BliskSector
-from stickslip.model.rigs.octopus_blisk import octopus_blisk
+from stickslip.model.rigs.octopus_blisk import BliskSector, octopus_blisk
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.linear_part import LinearPart
 from stickslip.solve.continuation.all_modes import solved_on_all_modes

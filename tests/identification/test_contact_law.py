@@ -13,7 +13,7 @@ from stickslip.laboratory.identification.contact_law.fit import fitted, judged
 from stickslip.laboratory.identification.contact_law.model import array_weights, half_ellipse
 from stickslip.laboratory.measurement.contact_cycles import contact_cycles
 from stickslip.laboratory.measurement.synthetic import loop_of
-from stickslip.show.plots.contact_law import over_cycles
+from stickslip.show.plots.identification import over_cycles
 from stickslip.show.report.identification import law_tables as tables
 from stickslip.support.checks import InputError
 

@@ -25,7 +25,7 @@ from stickslip.laboratory.measurement.cycles import LoadRemoval, analysis, whole
 from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.laboratory.measurement.records import Record, write_record
 from stickslip.laboratory.measurement.synthetic import NO_ERRORS, synthetic_record, true_cycle, with_microslip
-from stickslip.model.contact.friction import LoadDependentFriction
+from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.dampers import Cylinder, Wedge
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.platform_motion import PlatformMotion, in_phase, out_of_phase

@@ -12,7 +12,7 @@ from laws.samples import Sample
 from stickslip.model.contact.point import Contact, Start, between
 from stickslip.model.contact.table import contact_table
 from stickslip.solve.balance.contact_forces import compile_contact_forces, contact_forces
-from stickslip.solve.balance.cycle import ContactCycle, contact_cycle
+from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.solve.balance.fourier import fourier
 from stickslip.support.kernels.views import view
 

@@ -15,15 +15,13 @@ import numpy as np
 import stickslip.model.contact
 from stickslip.model.contact.cubic import CubicSpring
 from stickslip.model.contact.dahl import Dahl
-from stickslip.model.contact.friction import LoadDependentFriction
 from stickslip.model.contact.friction_disc import FrictionDisc
 from stickslip.model.contact.gap import Gap
-from stickslip.model.contact.iwan import Iwan
-from stickslip.model.contact.law import Law
+from stickslip.model.contact.iwan import FourParameter, Hertz, Iwan, Parabolic, Spectrum
+from stickslip.model.contact.law import Law, LoadDependentFriction
 from stickslip.model.contact.lugre import LuGre
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
-from stickslip.model.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb
 from stickslip.model.contact.valanis import Valanis
 

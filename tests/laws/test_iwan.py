@@ -11,10 +11,9 @@ from scipy import integrate
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.time_response import time_response
-from stickslip.model.contact.iwan import Iwan, mindlin_sphere
+from stickslip.model.contact.iwan import FourParameter, Hertz, Iwan, Parabolic, mindlin_sphere
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.contact.point import Contact, between
-from stickslip.model.contact.spectrum import FourParameter, Hertz, Parabolic
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.structure.matrices import Structure

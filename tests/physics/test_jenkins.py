@@ -11,7 +11,7 @@ from laws.kernel import carried
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact, between
 from stickslip.model.contact.table import contact_table
-from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import fourier
 
 KD, FC = 2.0, 3.0

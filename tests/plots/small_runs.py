@@ -83,7 +83,7 @@ def small_run(kind, folder):
         assert count >= 1, key
     (folder / "study.toml").write_text(text)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("stickslip.show.plots.files.write_figure", lambda figure, path, suffix: None)
+        patch.setattr("stickslip.show.plots.paper.write_figure", lambda figure, path, suffix: None)
         options = ["--out", str(folder / "out"), "--workers", "1"]
         result = CliRunner().invoke(app, ["run", str(folder / "study.toml"), *options])
     assert result.exit_code == 0, result.output

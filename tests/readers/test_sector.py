@@ -13,7 +13,7 @@ from stickslip.model.readers.read import read_model
 from stickslip.model.readers.sector import Faces, sector_of_model
 from stickslip.model.readers.sector_faces import _weights
 from stickslip.model.readers.stress_places import prestress_note, spin_softening
-from stickslip.model.rigs.blisk_sector import BliskSector
+from stickslip.model.rigs.octopus_blisk import BliskSector
 from stickslip.model.structure.cyclic_reduction import lowest_frequencies, rotation
 from stickslip.model.structure.rotation_axis import RotationAxis
 

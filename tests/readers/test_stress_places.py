@@ -13,7 +13,7 @@ import stickslip as ss
 from stickslip.analyses.mistuning.population import blade_margins, smallest_blade_margin
 from stickslip.analyses.stress import margins, own_recovery, smallest_margin
 from stickslip.model.disks.tuned import TunedDisk
-from stickslip.model.readers.node_axes import OWN_AXES
+from stickslip.model.readers.deck import OWN_AXES
 from stickslip.model.readers.read import read_model
 from stickslip.model.readers.sector import Faces, sector_of_model
 from stickslip.model.readers.stress_places import MOST_PLACES, StrainGauge, rotation_stress_of_body, stress_rows_of

@@ -12,8 +12,8 @@ from matplotlib import use
 
 import stickslip as ss
 from stickslip import analyses, laboratory
+from stickslip.results.quantities import NOT_JUDGED
 from stickslip.results.result import Result
-from stickslip.results.stability import NOT_JUDGED
 from stickslip.show.report.conclusions import headline, level_sentence, warnings_of
 from stickslip.show.report.markup import number
 from stickslip.show.report.nonlinear_modes import PRESENTATION

@@ -10,7 +10,7 @@ from scipy.optimize import fsolve
 
 import stickslip as ss
 from stickslip.model.rigs import ring_damper, ring_energy
-from stickslip.model.rigs.ring_damper import FULL_SLIP
+from stickslip.model.rigs.beams import FULL_SLIP
 from stickslip.support.checks import InputError
 
 N, RADIUS, OFFSET, E, DENSITY, MU, SPEED = 4, 0.25, 6e-3, 2e11, 7850.0, 0.2, 600.0

@@ -5,7 +5,7 @@ import pytest
 from scipy import linalg
 
 from stickslip.model import rigs
-from stickslip.model.rigs.separator import ForceSeparator
+from stickslip.model.rigs.platform_blade import ForceSeparator
 from stickslip.model.structure.assembly import assemble
 from stickslip.support.checks import InputError
 

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from stickslip.model.contact.friction import LoadDependentFriction
+from stickslip.model.contact.law import LoadDependentFriction
 
 STICK, UP, DOWN, OPEN = 0, 1, -1, 2
 EXACT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15}  # events are found by it to 1e-12, differences of them to 1e-5

@@ -9,7 +9,7 @@ from stability.hybrid import of_problem
 import stickslip as ss
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model import rigs
-from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.stability.multipliers import PeriodMap, Stability
 from stickslip.solve.time.march import from_harmonics
 

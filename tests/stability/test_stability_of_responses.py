@@ -14,7 +14,7 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.cli import app
 from stickslip.model import rigs
 from stickslip.model.problem.loose_motions import soft_springs
-from stickslip.results.stability import stability_sentences
+from stickslip.results.quantities import stability_sentences
 from stickslip.show.plots.response_curves import response_curves
 from stickslip.show.report.conclusions import headline, warnings_of
 from stickslip.show.report.responses import sentences, tables

@@ -11,7 +11,7 @@ from scipy import sparse
 import stickslip as ss
 from stickslip.model.readers.describe import describe
 from stickslip.model.readers.model import Model
-from stickslip.model.rigs.beam_element import beam_mass, beam_stiffness
+from stickslip.model.rigs.beams import beam_mass, beam_stiffness
 from stickslip.model.structure.cyclic import sector_chain
 from stickslip.model.structure.lowest_modes import lowest_modes
 from stickslip.model.structure.matrices import Structure

@@ -21,14 +21,13 @@ from stickslip.analyses.level_curves import searched, unsought
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
-from stickslip.analyses.peak_stability import flags, judged, stability_warning
 from stickslip.analyses.response_dataset import absolute, apart_of, arrays_of, as_given, beside, curve_arrays, response_dataset
 from stickslip.analyses.response_settings import OR_AUTO, ForcedResponseSettings
 from stickslip.analyses.sampling import broken_warning, fold_warning, samples_warning, sampling_warning, without_ripples
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.settings import OneBalance, takes
 from stickslip.analyses.solved_points import SolvedPoints, peaks_of_another, refuse_unexcited, response_at
-from stickslip.analyses.stability import with_stability
+from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
 from stickslip.analyses.time_response import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
@@ -56,14 +55,13 @@ from stickslip.model.problem.warnings import negative_damping
 from stickslip.model.rigs import single_mass
 from stickslip.results.curve_kind import CurveKind, kinds_in, with_kinds
 from stickslip.results.files import save
-from stickslip.results.quantities import as_quantity
+from stickslip.results.quantities import as_quantity, has_stability, words_of_flags
 from stickslip.results.result import Result
-from stickslip.results.stability import has_stability, words
 from stickslip.results.view import measure_in, nearest_point, periods_of
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, CaseStopped, Report
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.cycle import ContactCycle, contact_cycle
+from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.solve.balance.fourier import fourier
 from stickslip.solve.balance.measure import Measure, measure_of
 from stickslip.solve.balance.orders import Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
@@ -113,10 +111,10 @@ class ForcedResponse(Result):
             names["peak_stability"] = "stability"
         table = self.dataset[list(names)].to_dataframe().reset_index().dropna(subset=["peak_frequency"]).rename(columns=names)
         if "curve_kind" in self.dataset:
-            table["curve"] = words(self.dataset["curve_kind"], self.dataset["curve_kind"].to_numpy()[table["case"]])
+            table["curve"] = words_of_flags(self.dataset["curve_kind"], self.dataset["curve_kind"].to_numpy()[table["case"]])
             names["curve"] = "curve"
         if has_stability(self.dataset):
-            table["stability"] = words(self.dataset["peak_stability"], table["stability"].to_numpy())
+            table["stability"] = words_of_flags(self.dataset["peak_stability"], table["stability"].to_numpy())
         return table[["force_level", "output", "peak", *names.values()]].sort_values(
             ["force_level", "output", "peak"], ignore_index=True
         )

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import Contact, SliderOffset, Start
 from stickslip.model.contact.table import contact_table
-from stickslip.solve.balance.cycle import forces_of_motion
+from stickslip.solve.balance.energy import forces_of_motion
 from stickslip.support.checks import Array, fault, numbers, positive
 
 FEWEST_SAMPLES = 8

@@ -24,7 +24,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.structure.rigid_body import arm_of
 from stickslip.results.shown_units import system_of
 from stickslip.results.view import highest_peak, level_text, periods_of
-from stickslip.solve.balance.cycle import ContactCycle, contact_cycle
+from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.support.checks import SMALLEST, Array, Index, fault
 from stickslip.support.late import xr
 from stickslip.support.units import UnitSystem

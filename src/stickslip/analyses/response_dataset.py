@@ -24,8 +24,7 @@ from stickslip.results.schema import SCHEMA, Variable, labelled
 from stickslip.results.view import periods_of
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
-from stickslip.solve.balance.cycle import ContactCycle, contact_cycle
-from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.energy import ContactCycle, EnergyBalance, contact_cycle
 from stickslip.solve.balance.fourier import complex_harmonics, largest_absolute
 from stickslip.solve.balance.linear_response import linear_amplitudes, linear_frequencies
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure

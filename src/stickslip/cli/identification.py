@@ -155,7 +155,7 @@ def range_of_loads(load: float) -> list[float]:
 
 def drawn_to(path: Path, figure: Figure) -> Path:
     """The figure in a file, PNG or SVG by its ending."""
-    from stickslip.show.plots.files import write_figure
+    from stickslip.show.plots.paper import write_figure
 
     if path.suffix not in (".png", ".svg"):
         raise fault("--out", "must end in .png or .svg", str(path))

@@ -349,7 +349,7 @@ def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path, figures: boo
 @only_own_files()
 def drawn(dataset: xr.Dataset, folder: Path, names: Sequence[str] = (), formats: Sequence[str] = ()) -> list[Path]:
     """Figures of a result as files, all without names, moving pictures where they or their formats are asked for; the paths."""
-    from stickslip.show.plots.files import write_figures
+    from stickslip.show.plots.paper import write_figures
     from stickslip.show.report.page import moving_pictures
     from stickslip.show.report.presentation import presentation_of
 

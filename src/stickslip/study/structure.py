@@ -14,9 +14,8 @@ from pydantic import Field
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
-from stickslip.model.readers.content import Content
 from stickslip.model.readers.describe import implausible
-from stickslip.model.readers.model import Model, model_of
+from stickslip.model.readers.model import Content, Model, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.read import read_content
 from stickslip.model.readers.reduction import Progress, structure_of

@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.damper_alone.cycle import cycle_forces, damper_cycle
+from stickslip.analyses.damper_alone.cycle_dataset import harmonic_cycle
 from stickslip.analyses.damper_alone.cycles import damper_evolution, steady_cycles
-from stickslip.analyses.damper_alone.harmonic_cycle import harmonic_cycle
-from stickslip.model.contact.iwan import Iwan
+from stickslip.model.contact.iwan import Iwan, Parabolic
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.spectrum import Parabolic
 from stickslip.model.dampers import SHAPES, ThreePoint
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.platform_motion import elliptic, in_phase, measured, out_of_phase

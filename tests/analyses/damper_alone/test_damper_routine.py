@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stickslip.analyses.damper_alone.routine import blade_with_routine
+from stickslip.analyses.damper_alone.cycle_dataset import blade_with_routine
 from stickslip.analyses.forced_response import forced_response
 from stickslip.model.contact.point import Contact
 from stickslip.model.loads import Force

@@ -10,7 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 import stickslip as ss
 from stickslip.solve.balance.balance import Evaluation
-from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.mode_balance import ModeBalance
 from stickslip.solve.curves.mode_curve import slip_level, solve_mode
 

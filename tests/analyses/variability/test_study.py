@@ -44,7 +44,7 @@ def test_bounds_come_with_results_report_and_figures(tmp_path, monkeypatch):
     table = pd.read_csv(tmp_path / "t_bounds.csv")
     np.testing.assert_allclose(table["frequency [Hz]"], [215.0, 218.5, 222.0])
     np.testing.assert_allclose(table[["lower amplitude [m]", "upper amplitude [m]"]].values.T, [low, high], rtol=1e-12)
-    monkeypatch.setattr("stickslip.show.plots.files.write_figure", lambda figure, path, suffix: None)
+    monkeypatch.setattr("stickslip.show.plots.paper.write_figure", lambda figure, path, suffix: None)
     assert run(["report", out]) == 0
 
 

@@ -25,7 +25,7 @@ from stickslip.analyses.motion import (
     point_states,
 )
 from stickslip.analyses.settings import OfKind, Setting, Settings, Whole, takes
-from stickslip.model.contact.friction import LoadDependentFriction
+from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.contact.period import STICK
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, jamming
 from stickslip.model.dampers.platform_motion import PlatformMotion

@@ -37,8 +37,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.structure.stress import COMPONENTS
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.cycle import contact_cycle
-from stickslip.solve.balance.energy import cycle_work
+from stickslip.solve.balance.energy import contact_cycle, cycle_work
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.balance.orders import Harmonics, checked_harmonics, orders
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError

@@ -19,7 +19,7 @@ from stickslip.model.problem import Problem
 from stickslip.results.view import length_text
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.balance import Evaluation
-from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import complex_harmonics, largest_absolute
 from stickslip.solve.balance.mode_balance import ModeBalance, mode_energy
 from stickslip.solve.curves.mode_curve import ROUNDING, DampingCurve, ModeCurve, first_harmonic_pace, is_stable, pace, slope

@@ -28,7 +28,7 @@ from scipy.interpolate import PchipInterpolator
 
 from stickslip.model.contact.period import OFFSET, SLIPPING
 from stickslip.solve.balance.balance import Evaluation, Point
-from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import Fourier, complex_harmonics, fourier
 from stickslip.solve.balance.mode_balance import ModeBalance, mode_energy
 from stickslip.solve.continuation.curve_points import CurvePoint, Tangent

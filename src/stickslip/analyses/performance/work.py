@@ -50,8 +50,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
-from stickslip.solve.balance.cycle import ContactCycle, contact_cycle, friction_limits
-from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.energy import ContactCycle, EnergyBalance, contact_cycle, friction_limits
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
 from stickslip.solve.peaks.frequency_band import PeakBand

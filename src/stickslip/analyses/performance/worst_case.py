@@ -23,7 +23,7 @@ from stickslip.model.contact.table import remembering
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Report
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.cycle import contact_cycle, friction_reach
+from stickslip.solve.balance.energy import contact_cycle, friction_reach
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.solve.balance.orders import Harmonics
 from stickslip.solve.continuation.curve_points import LostCurveError

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from stickslip.runs.work import Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
-from stickslip.solve.balance.cycle import contact_cycle
-from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.energy import EnergyBalance, contact_cycle
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.starts.extremes import Effort, Extreme, StartObjective, extreme, leapt
 from stickslip.solve.starts.states import UnsolvedError

@@ -13,7 +13,7 @@ from stickslip.model.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.work import Progress, checked_progress
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import complex_harmonics
 from stickslip.solve.balance.orders import attribute
 from stickslip.solve.continuation.newton import Correction

@@ -19,8 +19,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stickslip.model.contact.friction import Friction
-from stickslip.model.contact.law import Elements, Law
+from stickslip.model.contact.law import Elements, Friction, Law
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.period import HELD, OPEN, RATIO, SLIP, SLIPPING, STATIC, STICK
 from stickslip.model.contact.protocol import (

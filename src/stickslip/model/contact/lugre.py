@@ -13,8 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.dahl import beyond_limit, dahl_travel
-from stickslip.model.contact.friction import Friction, LoadDependentFriction, line_of
-from stickslip.model.contact.law import Elements
+from stickslip.model.contact.law import Elements, Friction, LoadDependentFriction, line_of
 from stickslip.model.contact.protocol import ContactData, StepForces, StepMotion, step_signature
 from stickslip.model.contact.single_load import Yielding, own
 from stickslip.support.checks import Array, fault, positive

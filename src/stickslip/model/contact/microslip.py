@@ -7,8 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.model.contact.friction import Friction, checked_friction, limit_at, line_of, share_of
-from stickslip.model.contact.law import Elements, FrictionElements, Law, NormalElements
+from stickslip.model.contact.law import (
+    Elements,
+    Friction,
+    FrictionElements,
+    Law,
+    NormalElements,
+    checked_friction,
+    limit_at,
+    line_of,
+    share_of,
+)
 from stickslip.support.checks import Array, InputError, fault, finite, vector
 
 

@@ -8,8 +8,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stickslip.model.contact.friction import Friction, checked_friction, limit_at, line_of
-from stickslip.model.contact.law import Elements, FrictionElements, Law, NormalElements
+from stickslip.model.contact.law import (
+    Elements,
+    Friction,
+    FrictionElements,
+    Law,
+    NormalElements,
+    checked_friction,
+    limit_at,
+    line_of,
+)
 from stickslip.support.checks import fault, finite, not_negative, positive
 
 

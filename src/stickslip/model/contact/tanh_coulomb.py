@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stickslip.model.contact.friction import Friction
-from stickslip.model.contact.law import Elements
+from stickslip.model.contact.law import Elements, Friction
 from stickslip.model.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.model.contact.protocol import (
     ContactData,

@@ -13,8 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.dahl import beyond_limit
-from stickslip.model.contact.friction import Friction
-from stickslip.model.contact.law import Elements
+from stickslip.model.contact.law import Elements, Friction
 from stickslip.model.contact.protocol import ContactData, StepForces, StepMotion, step_signature
 from stickslip.model.contact.single_load import Yielding, own
 from stickslip.support.checks import Array

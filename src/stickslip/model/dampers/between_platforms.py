@@ -21,9 +21,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.model.contact.dahl import Dahl
-from stickslip.model.contact.friction import Friction, LoadDependentFriction
 from stickslip.model.contact.iwan import Iwan
-from stickslip.model.contact.law import Law
+from stickslip.model.contact.law import Friction, Law, LoadDependentFriction
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.contact.point import Contact, Direction

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.model.dampers.section import Section, rounded_hull
-from stickslip.model.dampers.shape import Shape, Touch, outward, uphill
+from stickslip.model.dampers.shape import Section, Shape, Touch, outward, rounded_hull, uphill
 from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.support.checks import Array
 

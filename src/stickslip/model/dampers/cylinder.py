@@ -7,8 +7,7 @@ from math import pi
 
 import numpy as np
 
-from stickslip.model.dampers.section import Arc, Line, Section
-from stickslip.model.dampers.shape import Shape, Touch, outward
+from stickslip.model.dampers.shape import Arc, Line, Section, Shape, Touch, outward
 from stickslip.model.structure.rigid_body import RigidBody
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.contact.friction import LoadDependentFriction, largest_friction
+from stickslip.model.contact.law import LoadDependentFriction, largest_friction
 from stickslip.model.contact.point import Contact, Direction, SliderOffset
 from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.model.structure.damping import ModalDamping

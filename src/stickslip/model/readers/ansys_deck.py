@@ -17,10 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.model.readers.content import given_twice, located_once
-from stickslip.model.readers.deck import MOST_GENERATED, CardList, CardsMet, Deck, FoundCells
+from stickslip.model.readers.deck import MOST_GENERATED, CardList, CardsMet, Deck, FoundCells, NodeAxes
 from stickslip.model.readers.limits import refuse_utf_16, within_memory
-from stickslip.model.readers.node_axes import NodeAxes
+from stickslip.model.readers.model import given_twice, located_once
 from stickslip.model.readers.numbers import coordinate, integer
 from stickslip.model.structure.matrices import Point
 from stickslip.support.checks import Array, fault

@@ -1,20 +1,131 @@
-"""What a deck says about nodes and elements, as the reader of each format returns it, and what becomes of its cards."""
+"""What a deck says about nodes and elements, as the reader of each format returns it, and what becomes of its cards.
+
+Nodes with axes of their own (CD of GRID, *TRANSFORM, angles of NBLOCK): their rows are turned along the axes of the model.
+
+A row NODE.x of such a matrix moves along the first axis of the node, so that rigid motions, contact directions, shapes and the
+centrifugal load would be wrong if it were taken for the x of the model.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from scipy import sparse
 
-from stickslip.model.readers.node_axes import NodeAxes
 from stickslip.model.structure.matrices import Point
 from stickslip.model.structure.mesh_surface import CORNERS, Cells
-from stickslip.support.checks import fault, first_of
+from stickslip.support.checks import Array, Index, counted, fault, first_of
 
 if TYPE_CHECKING:
-    from stickslip.model.readers.solids import Solids
+    from stickslip.model.readers.input_cards import Solids
+
+OWN_AXES = "axes of their own"
+"""In the note on nodes whose rows are not along the axes of the model."""
+ALONG = 1e-6
+"""How far an axis may point away from one of the model that it is meant to be along: decks print six digits."""
+LISTED = 5
+"""Nodes that a note lists."""
+TRIPLES = (("x", "y", "z"), ("rx", "ry", "rz"))
+
+
+@dataclass(frozen=True, eq=False)
+class NodeAxes:
+    """axes: by node, (3, 3), the directions of its rows x, y, z as columns in the axes of the model, None where the deck does not
+    say them; card: what gives the nodes of this file axes."""
+
+    file: str = ""
+    card: str = ""
+    axes: Mapping[str, Array | None] = field(default_factory=dict)
+
+
+class Turned(NamedTuple):
+    """Matrices and names of rows along the axes of the model, what was done, and whether rows of any were turned or left."""
+
+    matrices: dict[str, Any]
+    dofs: tuple[str, ...]
+    notes: tuple[str, ...]
+    any: bool
+    left: bool
+
+
+def radial(point: Array, origin: Array, axes: Array) -> Array | None:
+    """The axes r, θ, z (columns) at a point of a cylindrical system whose z is the third column of `axes`; None on that axis."""
+    away = point - origin
+    along = axes[:, 2] * (axes[:, 2] @ away)
+    distance = np.linalg.norm(away - along)
+    if distance <= ALONG * np.linalg.norm(away):
+        return None
+    first = (away - along) / distance
+    return np.column_stack([first, np.cross(axes[:, 2], first), axes[:, 2]])
+
+
+def along_model(matrices: Mapping[str, Any], dofs: Sequence[str], own: NodeAxes) -> Turned:
+    """The matrices T A Tᵀ, T turning the rows of nodes with axes of their own.
+
+    A support along an own axis leaves its row out. The others of the node are turned where they span axes of the model, and get
+    their names; where they do not, no names of rows would say how they move: they stay as they are.
+    """
+    names, rows = list(dofs), {name: row for row, name in enumerate(dofs)}
+    blocks = [*_blocks(rows, own)]
+    left = sorted({node for node, *_, block in blocks if block is None}, key=lambda node: (len(node), node))
+    done = {node for node, *_ in blocks} - set(left)
+    turned = [(places, directions, block) for node, places, directions, block in blocks if node in done and block is not None]
+    stay = np.ones(len(names))
+    data, to, source = [], [], []
+    for places, directions, block in turned:
+        stay[places] = 0.0
+        for place, direction in zip(places.tolist(), directions, strict=True):
+            names[place] = f"{names[place].rpartition('.')[0]}.{direction}"
+        data.append(block.ravel())
+        to.append(np.repeat(places, places.size))
+        source.append(np.tile(places, places.size))
+    notes = (
+        [
+            f"{own.file} has {counted(len(left), 'node')} with {OWN_AXES} ({own.card}), along which x, y, z of their rows are, "
+            f"since the deck does not say these axes or a support leaves rows out: {first_of(left, LISTED)}."
+        ]
+        if left
+        else []
+    )
+    if not turned:
+        return Turned(dict(matrices), tuple(dofs), tuple(notes), False, bool(left))
+    entries = np.concatenate(data), (np.concatenate(to), np.concatenate(source))
+    T = sparse.csc_array(sparse.diags_array(stay) + sparse.coo_array(entries, shape=(len(names), len(names))))
+    result = {letter: sparse.csc_array(T @ matrix @ T.T) for letter, matrix in matrices.items()}
+    for letter in result.keys() & {"M", "K"}:  # rounding leaves them a little unsymmetric
+        result[letter] = sparse.csc_array(0.5 * (result[letter] + result[letter].T))
+    of = f"{counted(len(done), 'node')} ({own.card})"
+    said = f"{own.file} gives local axes to {of}: their rows are turned along those of the model."
+    return Turned(result, tuple(names), (said, *notes), True, bool(left))
+
+
+def _blocks(rows: Mapping[str, int], own: NodeAxes) -> Iterator[tuple[str, Index, tuple[str, ...], Array | None]]:
+    """By node and kind of motion: its rows, the names of their directions afterwards, and the matrix that turns them, None where
+    none does; nothing of nodes without rows."""
+    for node, axes in own.axes.items():
+        for triple in TRIPLES:
+            present = [k for k, direction in enumerate(triple) if f"{node}.{direction}" in rows]
+            places = np.array([rows[f"{node}.{triple[k]}"] for k in present], dtype=int)
+            if not present:
+                continue
+            across = None if axes is None else _spanned(axes, present)
+            if axes is None or across is None:
+                yield node, places, (), None
+            else:
+                yield node, places, tuple(triple[k] for k in across), axes[np.ix_(across, present)]
+
+
+def _spanned(axes: Array, present: Sequence[int]) -> list[int] | None:
+    """The axes of the model that the columns `present` span, or None: those along which none of the others points."""
+    missing = [k for k in range(3) if k not in present]
+    held = np.abs(axes[:, missing]).argmax(axis=0)
+    off = 1.0 - np.abs(axes[held, missing])
+    across = [k for k in range(3) if k not in held]
+    return across if np.all(off <= ALONG**2) and len(across) == len(present) else None
+
 
 SOLIDS = {"tetrahedron": (4, 10), "pyramid": (5, 13), "wedge": (6, 15), "hexahedron": (8, 20)}
 PLATES = {"triangle": (3, 6), "quadrilateral": (4, 8, 9)}

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from stickslip.model.readers.deck import ALONG
 from stickslip.model.readers.model import Model
-from stickslip.model.readers.node_axes import ALONG
 from stickslip.model.structure.complete_modes import DENSE_SIZE
 from stickslip.model.structure.factor import Factor, Singular
 from stickslip.model.structure.lowest_modes import LowestModes, lowest_modes

@@ -16,10 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.model.readers.content import given_twice, located_once
-from stickslip.model.readers.deck import MOST_GENERATED, MOST_MADE, PLATES, SOLIDS, CardsMet, Deck, FoundCells
+from stickslip.model.readers.deck import MOST_GENERATED, MOST_MADE, PLATES, SOLIDS, CardsMet, Deck, FoundCells, NodeAxes
 from stickslip.model.readers.included_files import Lines
-from stickslip.model.readers.input_cards import MODEL_CARDS, Card, cards, fields, included, label
+from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Solids, cards, fields, included, label
 from stickslip.model.readers.input_points import (
     GLOBAL,
     Frame,
@@ -31,9 +30,8 @@ from stickslip.model.readers.input_points import (
     turned_about,
     turning_points,
 )
-from stickslip.model.readers.node_axes import NodeAxes
+from stickslip.model.readers.model import given_twice, located_once
 from stickslip.model.readers.numbers import coordinate, integer
-from stickslip.model.readers.solids import Solids
 from stickslip.model.structure.matrices import Point
 from stickslip.support.checks import Array, InputError, fault, nearest
 

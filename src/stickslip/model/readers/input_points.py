@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.model.readers.node_axes import radial
+from stickslip.model.readers.deck import radial
 from stickslip.model.structure.matrices import Point
 from stickslip.support.checks import Array, fault
 

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.model.readers.content import Content
 from stickslip.model.readers.matlab_5 import OBJECT_NAMES
+from stickslip.model.readers.model import Content
 from stickslip.model.readers.named_rows import from_tables
 from stickslip.model.readers.process import arrays_of
 from stickslip.support.checks import InputError, fault

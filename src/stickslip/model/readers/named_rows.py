@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from stickslip.model.readers.ansys_deck import read_archive
-from stickslip.model.readers.content import DIRECTIONS, Content, located, located_once
 from stickslip.model.readers.deck import Deck
 from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.limits import refuse_packed
+from stickslip.model.readers.model import DIRECTIONS, Content, located, located_once
 from stickslip.model.readers.nastran_grid import read_grid
 from stickslip.model.readers.numbers import number_of, whole
 from stickslip.model.structure.matrices import Point

@@ -14,10 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.model.readers.content import dof, given_twice, located
-from stickslip.model.readers.deck import CardsMet, Deck, FoundCells
+from stickslip.model.readers.deck import CardsMet, Deck, FoundCells, NodeAxes, radial
+from stickslip.model.readers.model import dof, given_twice, located
 from stickslip.model.readers.nastran_cards import BEGIN, BULK_CARDS, Entry, bulk_lines, entries, integer, number, positive_integer
-from stickslip.model.readers.node_axes import NodeAxes, radial
 from stickslip.model.structure.matrices import Point
 from stickslip.support.checks import Array, InputError, fault
 

@@ -14,8 +14,8 @@ from typing import Any
 from numpy.lib import format as npy
 from scipy import sparse
 
-from stickslip.model.readers.content import Content
 from stickslip.model.readers.limits import MOST_DEFLATED, within_file, within_memory
+from stickslip.model.readers.model import Content
 from stickslip.model.readers.named_rows import from_tables
 from stickslip.model.readers.numbers import compressed_columns
 from stickslip.support.checks import Array, fault

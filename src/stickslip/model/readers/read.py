@@ -27,10 +27,9 @@ from stickslip.model.readers import (
     nastran_op4,
     numpy_archive,
 )
-from stickslip.model.readers.content import NEEDED, SYNONYMS, Content, chosen
 from stickslip.model.readers.describe import implausible
 from stickslip.model.readers.limits import refuse_packed
-from stickslip.model.readers.model import Model, model_of
+from stickslip.model.readers.model import NEEDED, SYNONYMS, Content, Model, chosen, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.reduction import Progress, quiet, structure_of
 from stickslip.model.readers.stress_places import Keep, StrainGauge, Where, places_of, stress_rows_of

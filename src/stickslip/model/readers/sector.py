@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 import stickslip
+from stickslip.model.readers.deck import OWN_AXES
 from stickslip.model.readers.model import ROTATIONS, Model
-from stickslip.model.readers.node_axes import OWN_AXES
 from stickslip.model.readers.read import Paths, read_model
 from stickslip.model.readers.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, quiet, to_cache
 from stickslip.model.readers.sector_faces import interpolation_error, paired

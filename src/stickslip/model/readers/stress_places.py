@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
+from stickslip.model.readers.deck import OWN_AXES
 from stickslip.model.readers.model import Model
-from stickslip.model.readers.node_axes import OWN_AXES
 from stickslip.model.structure.cyclic import HeldDiameters
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian
 from stickslip.model.structure.factor import Factor, Singular

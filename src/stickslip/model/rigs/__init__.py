@@ -6,7 +6,7 @@ Nothing heavy is imported here: scikit-fem loads when a rig is meshed.
 from collections.abc import Callable
 
 from stickslip.model.problem import Problem
-from stickslip.model.rigs.blade_root import blade_root
+from stickslip.model.rigs.beams import blade_root, ring_damper, ring_energy, shrouded_blades
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.model.rigs.lumped import (
     blade_and_wedge,
@@ -19,8 +19,6 @@ from stickslip.model.rigs.lumped import (
     three_mass_wedge,
 )
 from stickslip.model.rigs.octopus_blisk import octopus_blisk
-from stickslip.model.rigs.ring_damper import ring_damper, ring_energy
-from stickslip.model.rigs.shrouded_blades import shrouded_blades
 from stickslip.model.rigs.single_blade import single_blade, single_blade_stress, two_semi_cylinders
 from stickslip.model.rigs.strip_damper import strip_damper, strip_energy
 from stickslip.model.structure.stress import StressRecovery

@@ -19,10 +19,9 @@ from typing import Literal
 
 import numpy as np
 
-from stickslip.model.contact.iwan import Iwan
+from stickslip.model.contact.iwan import FourParameter, Iwan
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact, SliderOffset, Start, TractionRatio, between
-from stickslip.model.contact.spectrum import FourParameter
 from stickslip.model.dampers.wedge import wedge_outline
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force

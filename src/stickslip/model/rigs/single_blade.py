@@ -30,8 +30,7 @@ from stickslip.model.dampers.damper import Damper
 from stickslip.model.dampers.flat_cylinder import FlatCylinder
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
-from stickslip.model.rigs.platform_blade import Place, PlatformBlade, reduced_blade
-from stickslip.model.rigs.separator import ForceSeparator, Separator
+from stickslip.model.rigs.platform_blade import ForceSeparator, Place, PlatformBlade, Separator, reduced_blade
 from stickslip.model.structure.assembly import Spring, assemble
 from stickslip.model.structure.damping import ModalDamping
 from stickslip.model.structure.matrices import Structure
@@ -110,7 +109,7 @@ def single_blade(
     force: amplitude at (t/2, 39 mm, 0) along x [N]; platform_angle [degrees]; length of the blade [m]; damper_mass [kg];
     centre_offset, cylinder_offset: x from pad middle to mass centre and cylinder line [m]; modes: fixed-interface modes
     kept; flat_points: 4, 5, 9 or 15 on each flat; cylinder_elements: in parallel at a point, 1 for macroslip;
-    separators: the cylinder sides press against separators on load cells (`separator.py`) of separator_mass [kg] and
+    separators: the cylinder sides press against separators on load cells (`platform_blade.py`) of separator_mass [kg] and
     cell_stiffness [N/m], five bodies in all, instead of a rigid support; stinger_stiffness [N/m]: the force acts on a mass of
     stinger_mass [kg] that pushes the blade through this spring, instead of on the blade; start: one start rule for all contacts
     (virgin unless given).

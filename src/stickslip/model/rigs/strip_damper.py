@@ -10,7 +10,7 @@ from math import sqrt
 
 import numpy as np
 
-from stickslip.model.contact.friction import Friction, share_of
+from stickslip.model.contact.law import Friction, share_of
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk

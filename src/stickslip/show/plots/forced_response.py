@@ -14,7 +14,7 @@ from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, hysteresis_loops, loss_factor
 from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
-from stickslip.show.plots.files import Figures, write_figures
+from stickslip.show.plots.paper import Figures, write_figures
 from stickslip.show.plots.response_curves import haigh_diagram, peaks_over_force, response_curves, stress_curves
 from stickslip.show.plots.time_response import bound_cycles, contact_forces, force_ratios, loops
 from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles

@@ -1,12 +1,16 @@
 """Charts drawn with matplotlib, for paper: any `Chart`, in one style, not larger than a page.
 
 Figures that notebooks show as pictures.
+
+Figures as PNG and SVG files, reproducible and written atomically.
 """
 
 from __future__ import annotations
 
 import io
-from typing import Any, assert_never
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, assert_never
 
 import numpy as np
 from matplotlib import colormaps
@@ -35,6 +39,11 @@ from stickslip.show.plots.chart import (
     wrapped,
 )
 from stickslip.show.plots.look import PAGE, WIDTH, Style, colour, headed, house_style, plain
+from stickslip.support.files import replacing
+from stickslip.support.late import xr
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class NotebookFigure(Figure):
@@ -198,3 +207,29 @@ def _handle(layer: Layer, label: str) -> Line2D | Patch:
         linewidth=0.5,
         label=plain(label),
     )
+
+
+Figures = Mapping[str, Callable[[Any], "Chart | Figure"]]
+"""Name of the file: function from a dataset to its chart, or to a drawing where it has no curves."""
+
+
+def write_figures(
+    figures: Figures, dataset: xr.Dataset, directory: str | Path, formats: tuple[str, ...] = ("png", "svg")
+) -> list[Path]:
+    """Every figure of a dataset in every format; returns the paths."""
+    paths = []
+    for name, draw in figures.items():
+        drawn = draw(dataset)
+        figure = drawn.plot() if isinstance(drawn, Chart) else drawn
+        for suffix in formats:
+            path = Path(directory) / f"{name}.{suffix}"
+            write_figure(figure, path, suffix)
+            paths.append(path)
+    return paths
+
+
+def write_figure(figure: Figure, path: Path, suffix: str) -> None:
+    """Save without the date, so that equal figures are equal files."""
+    dated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with house_style(), replacing(path) as temporary:
+        figure.savefig(temporary, format=suffix, metadata=dated.get(suffix))

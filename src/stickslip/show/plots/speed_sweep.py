@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.results.stability import UNSTABLE, split
+from stickslip.results.quantities import UNSTABLE, split
 from stickslip.results.view import Length, level_text, unit_for
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, spans
 from stickslip.show.plots.look import Style, contact, level, level_lines

@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results.curve_kind import CurveKind, kinds_in
-from stickslip.results.stability import about_all, is_unstable, none_is_judged, peak_is_unstable, peak_unjudged
+from stickslip.results.quantities import about_all, is_unstable, none_is_judged, peak_is_unstable, peak_unjudged
 from stickslip.results.view import (
     Peak,
     converged_points,

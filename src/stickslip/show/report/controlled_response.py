@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import size_text
-from stickslip.show.plots.files import Figures
+from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.response_curves import controlled_response, resonances
 from stickslip.show.report.markup import hertz
 from stickslip.show.report.presentation import Presentation, presents

@@ -19,7 +19,7 @@ from stickslip.support.checks import Array, counted, rounded
 from stickslip.support.late import pd, xr
 
 if TYPE_CHECKING:
-    from stickslip.show.plots.files import Figures
+    from stickslip.show.plots.paper import Figures
 
 ROUNDING = 1e-9
 """Energy over largest force times motion below which a cycle counts as without dissipation."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.analyses.performance.design import no_optimum
 from stickslip.results.view import measure_in, size_text
-from stickslip.show.plots.files import Figures
+from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.performance_curve import design_space
 from stickslip.show.report.markup import percent
 from stickslip.show.report.presentation import Presentation, presents

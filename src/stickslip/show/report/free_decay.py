@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.results.view import length_text
-from stickslip.show.plots.files import Figures
+from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.time_response import decay, measured
 from stickslip.show.report.markup import hertz, percent
 from stickslip.show.report.presentation import Presentation, presents

@@ -13,10 +13,18 @@ from stickslip.laboratory.identification.damper.result import CERTAINTY, chain_s
 from stickslip.laboratory.identification.response.result import summary as response_summary
 from stickslip.laboratory.identification.response.result import times
 from stickslip.results.shown_units import in_system, system_of
-from stickslip.show.plots.contact_law import held_out, over_cycles
-from stickslip.show.plots.contact_law import loops_and_fit as law_loops_and_fit
-from stickslip.show.plots.files import Figures
-from stickslip.show.plots.identification import intervals, loops_and_fit, measured_and_computed, misfits, posterior, residuals
+from stickslip.show.plots.identification import (
+    held_out,
+    intervals,
+    law_loops_and_fit,
+    loops_and_fit,
+    measured_and_computed,
+    misfits,
+    over_cycles,
+    posterior,
+    residuals,
+)
+from stickslip.show.plots.paper import Figures
 from stickslip.show.report.markup import percent
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.checks import counted

@@ -9,7 +9,6 @@ import numpy as np
 from stickslip.analyses.modes.synthesis import SATURATION, saturated
 from stickslip.results.representative import spread
 from stickslip.results.view import length_text
-from stickslip.show.plots.files import Figures
 from stickslip.show.plots.nonlinear_modes import (
     contact_states,
     frequency_over_damping,
@@ -19,6 +18,7 @@ from stickslip.show.plots.nonlinear_modes import (
     peaks_over_force,
     shape,
 )
+from stickslip.show.plots.paper import Figures
 from stickslip.show.report.markup import hertz, number, percent
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.late import pd, xr

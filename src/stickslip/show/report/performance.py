@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stickslip.results.view import measure_in, shown_unit, size_text
-from stickslip.show.plots.files import Figures
+from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.performance_curve import REGIONS, dissipation, performance_band, performance_curves
 from stickslip.show.plots.variability import tornado
 from stickslip.show.report.markup import percent

@@ -24,8 +24,8 @@ from stickslip.laboratory.identification.response.prediction_result import (
     peak_table,
     summary,
 )
-from stickslip.show.plots.files import Figures
 from stickslip.show.plots.identification import predicted, predicted_decay, predicted_peaks
+from stickslip.show.plots.paper import Figures
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.support.late import pd, xr
 

@@ -22,7 +22,7 @@ from stickslip.support.late import pd, xr
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stickslip.show.plots.files import Figures
+    from stickslip.show.plots.paper import Figures
 
 
 @dataclass(frozen=True)

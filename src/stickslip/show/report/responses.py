@@ -11,19 +11,20 @@ from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, t
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.results.curve_kind import kind_words
-from stickslip.results.quantities import peak_table, quantity_table
-from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
-from stickslip.results.stability import (
+from stickslip.results.quantities import (
     about_all,
     has_stability,
     none_is_judged,
     peak_is_unstable,
+    peak_table,
     peak_unjudged,
+    quantity_table,
     stability_sentences,
 )
+from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in, shown_unit
-from stickslip.show.plots.files import Figures
 from stickslip.show.plots.forced_response import figures_of
+from stickslip.show.plots.paper import Figures
 from stickslip.show.report.bounds import bounds_table, percentiles_table
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings
 from stickslip.show.report.presentation import Presentation, presents

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stickslip.results.view import length_text, level_text, linear_peak
-from stickslip.show.plots.files import Figures
+from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.speed_sweep import over_speed, peaks_over_speed
 from stickslip.show.report.answer import error_words, errors_of
 from stickslip.show.report.markup import hertz, percent

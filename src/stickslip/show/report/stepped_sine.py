@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.results.view import length_text
-from stickslip.show.plots.files import Figures
+from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.time_response import stepped_sine
 from stickslip.show.report.markup import hertz
 from stickslip.show.report.presentation import Presentation, presents

@@ -26,9 +26,8 @@ from stickslip.solve.balance import newton_parts
 from stickslip.solve.balance.fourier import Fourier, fourier
 from stickslip.solve.balance.lapack import lu_solve_transposed
 from stickslip.solve.balance.linear_part import LinearPart
-from stickslip.solve.balance.modal_matrix import from_line, in_line, places, weights_on
+from stickslip.solve.balance.modal_matrix import from_line, in_line, places, three_blocks, weights_on
 from stickslip.solve.balance.newton_matrix import pushed
-from stickslip.solve.balance.on_states import three_blocks
 from stickslip.solve.balance.orders import Harmonics, columns_of, fineness, harmonics_for, highest, in_fractions, orders
 from stickslip.solve.balance.receptance import driven_states, frequency_gains, pulled_by_states
 from stickslip.solve.balance.system import FREE, SMALLER, Border, Bordered, Control, Direction, State, System

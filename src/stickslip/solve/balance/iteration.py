@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stickslip.solve.balance.contact_forces import contact_forces
 from stickslip.solve.balance.lapack import lu_factor, lu_solve, orientation
-from stickslip.solve.balance.modal_matrix import places
+from stickslip.solve.balance.modal_matrix import factorised_on_states, places, solve_on_states, takes_states
 from stickslip.solve.balance.newton_matrix import (
     moved_rows,
     newton_matrix,
@@ -21,7 +21,6 @@ from stickslip.solve.balance.newton_matrix import (
     subtract,
     unknown_entries,
 )
-from stickslip.solve.balance.on_states import factorised_on_states, solve_on_states, takes_states
 from stickslip.solve.balance.receptance import (
     add,
     change,

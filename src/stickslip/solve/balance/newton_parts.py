@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from stickslip.solve.balance import iteration, mode_iteration, on_states
+from stickslip.solve.balance import iteration, modal_matrix, mode_iteration
 from stickslip.solve.balance.contact_forces import compile_contact_forces
 from stickslip.solve.balance.mode_iteration import ModeSystem, ModeSystemAddress
 from stickslip.solve.balance.system import Border, Bordered, Direction, State, System, SystemAddress
@@ -77,4 +77,4 @@ def compile_parts(system: AnySystem) -> None:
     compile_contact_forces(system.table)
     compiled(evaluate, factorise, newton_step, tangent, number=kind_of(system))
     if isinstance(system, System):
-        on_states.compile_on_states(system)
+        modal_matrix.compile_on_states(system)

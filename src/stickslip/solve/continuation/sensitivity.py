@@ -17,7 +17,7 @@ from stickslip.model.contact.table import remembering
 from stickslip.model.problem import Problem
 from stickslip.model.problem.many_periods import over_periods
 from stickslip.solve.balance.balance import Evaluation, Factors, HarmonicBalance, Point
-from stickslip.solve.balance.cycle import friction_limits
+from stickslip.solve.balance.energy import friction_limits
 from stickslip.solve.continuation.newton import fixed
 from stickslip.support.checks import Array, Index
 

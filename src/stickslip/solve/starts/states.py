@@ -28,7 +28,7 @@ from stickslip.model.contact.period import OFFSET, friction_period, stick_interv
 from stickslip.model.contact.point import STARTS
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
-from stickslip.solve.balance.cycle import contact_cycle, friction_limits, friction_reach
+from stickslip.solve.balance.energy import contact_cycle, friction_limits, friction_reach
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.continuation.newton import Correction, correct, fixed
 from stickslip.solve.continuation.sensitivity import solved_factors

@@ -20,7 +20,7 @@ import numpy as np
 from stickslip.model.contact.table import contact_table
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.cycle import contact_cycle
+from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import fourier
 from stickslip.solve.time.contact_law import ContactState
 from stickslip.solve.time.model import DEFAULT_METHOD, Method, StepMatrices, TimeModel, time_model

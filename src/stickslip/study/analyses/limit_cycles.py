@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, Tag
 
-from stickslip.analyses.modes.limit_cycles import LimitCyclesWork
+from stickslip.analyses.modes.nonlinear_modes import LimitCyclesWork
 from stickslip.study.analyses.nonlinear_modes import FORMS, modes_settings, modes_summary
 from stickslip.study.analysis import Asked, Kind, OneWork
 from stickslip.study.fields import by_form, check_of, table_of

@@ -5,7 +5,7 @@ Errors of the parameters of a law: scatter and misfit of the loops, noise of the
 The coefficient of friction over the normal load from loops of one contact at several loads, or under a load that varies.
 
 A law is fitted once more with a coefficient at each of some loads, between which the slip limit is straight, as the contacts of a
-model have it (`stickslip.model.contact.friction`).
+model have it (`stickslip.model.contact.law`).
 """
 
 from __future__ import annotations

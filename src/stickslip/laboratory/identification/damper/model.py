@@ -25,7 +25,7 @@ from stickslip.laboratory.measurement.stuck import (
     stiffness_from_slopes,
     stuck_stretch,
 )
-from stickslip.model.contact.friction import LoadDependentFriction, line_of
+from stickslip.model.contact.law import LoadDependentFriction, line_of
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.solve.platforms.relaxation import Elements
 from stickslip.support.checks import Array, InputError, fault
