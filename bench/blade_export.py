@@ -12,7 +12,7 @@ from scipy.linalg import block_diag
 
 from stickslip import Problem
 from stickslip.model import rigs
-from stickslip.model.contact.table import contact_table
+from stickslip.model.contact.point import contact_table
 
 TIE = 1e3
 """Stiffness of the springs that tie the added nodes, relative to the largest contact stiffness."""

@@ -4,7 +4,7 @@ import numpy as np
 
 import stickslip as ss
 from stickslip.dampers import in_phase, out_of_phase
-from stickslip.laboratory.measurement.synthetic import synthetic_record, true_cycle
+from stickslip.laboratory.measurement.reconstruction import synthetic_record, true_cycle
 
 # The rig, with the friction and stiffness that are to be found again: 56 and 84 N/µm; 0.18, 0.199 and 0.45 at L1, L2 and R.
 truth = ss.rigs.laboratory_damper(platform_angle=37.0, pull=80.0)

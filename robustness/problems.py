@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.cubic import Gap
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray

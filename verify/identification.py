@@ -10,17 +10,22 @@ from functools import cache
 import numpy as np
 
 from stickslip.analyses.damper_alone.cycle import CycleModel, DamperCycle, damper_cycle
-from stickslip.laboratory.identification.contact_law.fit import force_lag
-from stickslip.laboratory.identification.contact_law.model import ContactLoop
+from stickslip.laboratory.identification.contact_law.fit import ContactLoop, force_lag
 from stickslip.laboratory.identification.contact_law.work import contact_law
 from stickslip.laboratory.identification.damper.model import LINE_LAWS
 from stickslip.laboratory.identification.damper.result import Identification
 from stickslip.laboratory.identification.damper.work import identify
 from stickslip.laboratory.measurement.contact_record import ContactRecord
-from stickslip.laboratory.measurement.reconstruction import RigErrors
+from stickslip.laboratory.measurement.reconstruction import (
+    NO_ERRORS,
+    RigErrors,
+    loop_of,
+    synthetic_record,
+    true_cycle,
+    with_microslip,
+)
 from stickslip.laboratory.measurement.records import Record
 from stickslip.laboratory.measurement.stuck import stiffness_from_slopes
-from stickslip.laboratory.measurement.synthetic import NO_ERRORS, loop_of, synthetic_record, true_cycle, with_microslip
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.laboratory import ThreePoint
 from stickslip.model.dampers.platform_motion import PlatformMotion

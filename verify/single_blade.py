@@ -9,7 +9,7 @@ from scipy import linalg
 
 from stickslip.analyses.forced_response import ForcedResponse, forced_response
 from stickslip.analyses.variability.samples import response_samples
-from stickslip.model.dampers.flat_cylinder import FlatCylinder
+from stickslip.model.dampers.cylinder import FlatCylinder
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_blade
 from stickslip.model.rigs.platform_blade import PlatformBlade, reduced_blade

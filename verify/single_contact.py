@@ -9,8 +9,7 @@ import numpy as np
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
-from stickslip.model.contact.point import Contact, between
-from stickslip.model.contact.table import contact_table
+from stickslip.model.contact.point import Contact, between, contact_table
 from stickslip.solve.balance.energy import contact_cycle, cycle_work
 from stickslip.solve.balance.fourier import fourier
 from verify.row import CLOSED, INDEPENDENT, Row, absolute, relative

@@ -34,12 +34,12 @@ from .model.problem import Problem as Problem
 from .model.problem.speed import SpeedDependence as SpeedDependence
 
 # Contacts: laws, directions, start states, stiffness
-from .analyses.contact_stiffness import ContactStiffness as ContactStiffness, contact_stiffness as contact_stiffness
+from .analyses.hysteresis_loop import ContactStiffness as ContactStiffness, contact_stiffness as contact_stiffness
 from .model.contact.cubic import CubicSpring as CubicSpring
 from .model.contact.dahl import Dahl as Dahl
 from .model.contact.law import LoadDependentFriction as LoadDependentFriction
 from .model.contact.friction_disc import FrictionDisc as FrictionDisc
-from .model.contact.gap import Gap as Gap
+from .model.contact.cubic import Gap as Gap
 from .model.contact.iwan import Iwan as Iwan, mindlin_sphere as mindlin_sphere
 from .model.contact.lugre import LuGre as LuGre
 from .model.contact.macroslip import Macroslip as Macroslip
@@ -71,7 +71,7 @@ from .analyses.controlled_response import (
 from .analyses.stepped_sine import SteppedSine as SteppedSine, stepped_sine as stepped_sine
 from .analyses.time_response import time_response as time_response
 from .analyses.free_decay import FreeDecay as FreeDecay, free_decay as free_decay
-from .solve.time.model import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newmark
+from .solve.time.period import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newmark
 
 # Nonlinear modes
 from .analyses.modes.nonlinear_modes import NonlinearModes as NonlinearModes, nonlinear_modes as nonlinear_modes
@@ -88,7 +88,7 @@ from .analyses.sensitivity import Parameter as Parameter, Sensitivity as Sensiti
 # Response variability
 from .analyses.variability.bounds import ResponseBounds as ResponseBounds, response_bounds as response_bounds
 from .analyses.variability.freedom import FrictionFreedom as FrictionFreedom, friction_freedom as friction_freedom
-from .analyses.variability.history import ResponseHistory as ResponseHistory, response_history as response_history
+from .analyses.variability.freedom import ResponseHistory as ResponseHistory, response_history as response_history
 from .analyses.variability.samples import ResponseSamples as ResponseSamples, response_samples as response_samples
 
 # Damper performance and design
@@ -118,21 +118,21 @@ from .model.disks.tuned import TunedDisk as TunedDisk
 
 # The damper alone
 from .analyses.damper_alone.cycle import DamperCycle as DamperCycle, damper_cycle as damper_cycle
-from .analyses.damper_alone.cycles import damper_evolution as damper_evolution, steady_cycles as steady_cycles
+from .analyses.damper_alone.cycle import damper_evolution as damper_evolution, steady_cycles as steady_cycles
 from .analyses.damper_alone.force_plane import force_plane as force_plane
 from .analyses.damper_alone.cycle_dataset import harmonic_cycle as harmonic_cycle
 from .analyses.damper_alone.cycle_dataset import blade_with_routine as blade_with_routine
 
 # Measurements and identification
 from .laboratory.identification.contact_law.fit import LoopErrors as LoopErrors
-from .laboratory.identification.contact_law.model import ContactLoop as ContactLoop
+from .laboratory.identification.contact_law.fit import ContactLoop as ContactLoop
 from .laboratory.identification.contact_law.result import ContactLaw as ContactLaw
 from .laboratory.identification.contact_law.work import contact_law as contact_law, identify_law as identify_law
 from .laboratory.identification.damper.result import Identification as Identification
 from .laboratory.identification.damper.work import identify as identify
 from .laboratory.identification.response.prediction_result import ResponsePrediction as ResponsePrediction
 from .laboratory.identification.response.decay_prediction import predict_decay as predict_decay
-from .laboratory.identification.response.decay_prediction_result import DecayPrediction as DecayPrediction
+from .laboratory.identification.response.decay_prediction import DecayPrediction as DecayPrediction
 from .laboratory.identification.response.prediction import predict_response as predict_response
 from .laboratory.identification.response.result import ResponseIdentification as ResponseIdentification
 from .laboratory.identification.response.work import identify_response as identify_response

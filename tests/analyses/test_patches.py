@@ -10,7 +10,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.analyses.truncation import ALL_NODES
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.solid import box_mesh, solid

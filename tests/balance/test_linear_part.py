@@ -12,9 +12,8 @@ from stickslip.model.problem import Problem
 from stickslip.model.rigs import lumped_blisk, three_mass_wedge
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.matrices import Structure
-from stickslip.solve.balance.decoupling import schur_states, states, stuck_modes
 from stickslip.solve.balance.fourier import complex_harmonics
-from stickslip.solve.balance.linear_part import LinearPart
+from stickslip.solve.balance.linear_part import LinearPart, schur_states, states, stuck_modes
 from stickslip.solve.balance.receptance import BLOCK_FIRST
 
 H = 4
@@ -193,7 +192,7 @@ def test_an_undamped_motion_beside_damped_ones_keeps_its_modes():
 
 @pytest.mark.parametrize("name", ["general", "overdamped", "some overdamped", "gyroscopic", "massless, general"])
 def test_the_triangular_form_equals_direct_solutions_for_any_damping(name, monkeypatch):
-    monkeypatch.setattr("stickslip.solve.balance.decoupling._complex_states", lambda *whatever: None)
+    monkeypatch.setattr("stickslip.solve.balance.linear_part._complex_states", lambda *whatever: None)
     problem = CASES[name]
     part, direct = LinearPart(problem, H), DirectPart(problem, H)
     modes = stuck_modes(problem.structure.M, problem.stuck_stiffness)

@@ -8,7 +8,7 @@ from laws.kernel import carried, evaluated
 from laws.quadrature import normal_harmonics
 from laws.samples import Element
 
-from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.cubic import Gap
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.contact.period import HELD, SLIPPING

@@ -15,7 +15,7 @@ import importlib, pkgutil, stickslip
 from numba.core.dispatcher import Dispatcher
 from stickslip.cli.compile_kernels import compile_all
 from stickslip.support.kernels.cache import FOLDER
-from stickslip.support.kernels.separate import _SEPARATE
+from stickslip.support.kernels.decorators import _SEPARATE
 
 compile_all()
 names = [each.name for each in pkgutil.walk_packages(stickslip.__path__, "stickslip.") if "__main__" not in each.name]

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.laboratory.measurement.synthetic import loop_of
+from stickslip.laboratory.measurement.reconstruction import loop_of
 from stickslip.support import console
 from stickslip.support.files import only_own_files, write_text
 

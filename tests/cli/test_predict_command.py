@@ -174,6 +174,7 @@ def test_wrong_decays_are_refused(identified, ring_down):
         ("--decay", "1:2", "--mode", "2"): "mode must be at most 1, but is 2",
         ("--force", "1", "--mode", "1"): "--mode must go with --decay",
         ("--decay", "1:2", "--force", "3"): "--decay and --force must not be given together",
+        ("--decay", "1:2", "--column", "real=3"): "--decay and --column must not be given together",
         ("--decay", "1:2", "--compare", str(other)): "--decay and --compare must not be given together",
         ("--decay", "100:200", "--decay", str(signal)): "The amplitudes of ring_down must reach into those that are predicted",
         ("--decay", str(folder / "found")): "must be results of `stickslip decay`, or recorded signals",

@@ -11,8 +11,7 @@ from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import ground
 from stickslip.model.dampers import SHAPES, Cylinder, FlatCylinder, HalfCylinder, Wedge
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.model.dampers.damper import ContactSurface, Damper
-from stickslip.model.dampers.shape import Section, Touch, hull_of, polygon, rounded_hull
+from stickslip.model.dampers.damper import ContactSurface, Damper, Section, Touch, hull_of, polygon, rounded_hull
 from stickslip.support.checks import InputError
 
 PLACE = (0.02, 0.087, 0.003)

@@ -6,7 +6,7 @@ import pytest
 import stickslip as ss
 from stickslip.analyses.mistuning import work
 from stickslip.analyses.mistuning.disk import blade_dofs
-from stickslip.model.disks.few import REACH, few_waves
+from stickslip.model.disks.tuned import REACH, few_waves
 
 SECTORS, MASSES, H = 5, 24, 3
 

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.laboratory.identification.contact_law.fit import fitted, judged
-from stickslip.laboratory.identification.contact_law.model import array_weights, half_ellipse
+from stickslip.laboratory.identification.contact_law.fit import array_weights, fitted, half_ellipse, judged
 from stickslip.laboratory.measurement.contact_cycles import contact_cycles
-from stickslip.laboratory.measurement.synthetic import loop_of
+from stickslip.laboratory.measurement.reconstruction import loop_of
 from stickslip.show.plots.identification import over_cycles
 from stickslip.show.report.identification import law_tables as tables
 from stickslip.support.checks import InputError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.laboratory.identification.response.decay_prediction_result import QUICK, summary, whole_tables
+from stickslip.laboratory.identification.response.decay_prediction import QUICK, summary, whole_tables
 from stickslip.support.checks import InputError
 
 FREQUENCIES = np.linspace(0.150, 0.170, 31)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.laboratory.identification.response.enclosed import EnclosedTest
-from stickslip.laboratory.identification.response.model import FittedTest
+from stickslip.laboratory.identification.response.model import EnclosedTest, FittedTest
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.starts.states import start_space

@@ -5,7 +5,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.laboratory.identification.contact_law.result import sentences
-from stickslip.laboratory.measurement.synthetic import loop_of
+from stickslip.laboratory.measurement.reconstruction import loop_of
 from stickslip.show.report.identification import law_tables as tables
 from stickslip.support.checks import InputError
 

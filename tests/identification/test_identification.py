@@ -9,8 +9,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from stickslip.cli import main
-from stickslip.laboratory.identification.damper.fit import MeasuringChain
-from stickslip.laboratory.identification.damper.intervals import Refits, likely_gaps
+from stickslip.laboratory.identification.damper.fit import MeasuringChain, Refits, likely_gaps
 from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD, plateaux_with_errors
 from stickslip.laboratory.identification.damper.model import over_load as of_power
 from stickslip.laboratory.identification.damper.work import (
@@ -22,9 +21,8 @@ from stickslip.laboratory.identification.damper.work import (
     remarks,
 )
 from stickslip.laboratory.measurement.cycles import LoadRemoval, analysis, whole_cycles
-from stickslip.laboratory.measurement.reconstruction import RigErrors
+from stickslip.laboratory.measurement.reconstruction import NO_ERRORS, RigErrors, synthetic_record, true_cycle, with_microslip
 from stickslip.laboratory.measurement.records import Record, write_record
-from stickslip.laboratory.measurement.synthetic import NO_ERRORS, synthetic_record, true_cycle, with_microslip
 from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.dampers import Cylinder, Wedge
 from stickslip.model.dampers.between_platforms import BetweenPlatforms

@@ -19,7 +19,7 @@ from stickslip.laboratory.identification.response.intervals import (
 from stickslip.laboratory.identification.response.model import ComputedResponse, FittedTest
 from stickslip.laboratory.identification.response.result import _about_misfit, summary
 from stickslip.laboratory.measurement.measured_response import flat_top
-from stickslip.laboratory.measurement.response_units import FileUnit
+from stickslip.laboratory.measurement.number_table import FileUnit
 from stickslip.show.report.markup import Charts
 from stickslip.show.report.sections import energies
 from stickslip.solve.balance.balance import HarmonicBalance

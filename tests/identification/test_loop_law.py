@@ -6,16 +6,17 @@ from scipy.stats import lognorm
 
 from stickslip.laboratory.identification.contact_law.fit import (
     SEGMENTS,
+    ContactLoop,
     LoopFit,
+    array_weights,
     errors_of_motion,
     errors_of_scatter,
     first_guess,
 )
-from stickslip.laboratory.identification.contact_law.model import ContactLoop, array_weights
 from stickslip.laboratory.identification.contact_law.result import LawFit, share_in_slip
 from stickslip.laboratory.identification.contact_law.work import contact_law
 from stickslip.laboratory.identification.least_squares import Solution
-from stickslip.laboratory.measurement.synthetic import loop_of
+from stickslip.laboratory.measurement.reconstruction import loop_of
 from stickslip.support.checks import InputError
 
 PLACE = (np.arange(400) + 0.5) / 400

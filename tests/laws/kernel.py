@@ -9,8 +9,7 @@ import numpy as np
 from laws.marching import Motion, sampled
 from laws.samples import Sample
 
-from stickslip.model.contact.point import Contact, Start, between
-from stickslip.model.contact.table import contact_table
+from stickslip.model.contact.point import Contact, Start, between, contact_table
 from stickslip.solve.balance.contact_forces import compile_contact_forces, contact_forces
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.solve.balance.fourier import fourier

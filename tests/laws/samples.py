@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import stickslip.model.contact
-from stickslip.model.contact.cubic import CubicSpring
+from stickslip.model.contact.cubic import CubicSpring, Gap
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.friction_disc import FrictionDisc
-from stickslip.model.contact.gap import Gap
 from stickslip.model.contact.iwan import FourParameter, Hertz, Iwan, Parabolic, Spectrum
 from stickslip.model.contact.law import Law, LoadDependentFriction
 from stickslip.model.contact.lugre import LuGre

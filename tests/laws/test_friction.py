@@ -5,7 +5,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.model.contact.law import line_of
-from stickslip.model.contact.table import contact_table
+from stickslip.model.contact.point import contact_table
 from stickslip.solve.platforms.cycle import slip_limits
 from stickslip.support.checks import InputError
 

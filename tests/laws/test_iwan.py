@@ -17,7 +17,7 @@ from stickslip.model.contact.point import Contact, between
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.structure.matrices import Structure
-from stickslip.solve.time.model import GeneralisedAlpha
+from stickslip.solve.time.period import GeneralisedAlpha
 from stickslip.support.checks import InputError
 
 SPECTRA = (

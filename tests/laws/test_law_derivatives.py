@@ -16,7 +16,7 @@ from laws.kernel import answer, forces, random_motion
 from laws.marching import marched, reachable, sampled, wanted_traction
 from laws.samples import SAMPLES, Element, Sample
 
-from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.cubic import Gap
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.period import HELD, SLIPPING, STATIC
 from stickslip.model.contact.point import MeanTraction, SliderOffset, TractionRatio

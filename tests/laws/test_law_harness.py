@@ -13,7 +13,7 @@ from laws.marching import harmonics_of, steady_forces
 from laws.quadrature import normal_harmonics
 from laws.samples import LUGRE_SAMPLES, SAMPLES, SMOOTH_SAMPLES, every_law, samples_of
 
-from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.cubic import Gap
 from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray

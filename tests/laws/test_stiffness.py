@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.analyses.contact_stiffness import contact_stiffness
+from stickslip.analyses.hysteresis_loop import contact_stiffness
 from stickslip.model.contact.stiffness import (
     NORMAL_STIFFNESS,
     LineContact,

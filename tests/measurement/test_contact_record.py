@@ -7,7 +7,7 @@ from scipy import io
 
 import stickslip as ss
 from stickslip.laboratory.measurement.contact_cycles import contact_cycles, loop_area, reversals
-from stickslip.laboratory.measurement.synthetic import loop_of
+from stickslip.laboratory.measurement.reconstruction import loop_of
 from stickslip.support.checks import InputError
 
 KT, MU, N, AMPLITUDE = 20e6, 0.4, 100.0, 10e-6

@@ -12,10 +12,11 @@ from stickslip.laboratory.measurement.reconstruction import (
     feet_loads,
     reconstruct,
     reconstructed,
+    synthetic_record,
+    true_cycle,
 )
 from stickslip.laboratory.measurement.records import Record, read_record, write_record
 from stickslip.laboratory.measurement.stuck import friction_from_ratios, plateau
-from stickslip.laboratory.measurement.synthetic import synthetic_record, true_cycle
 from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError

@@ -9,8 +9,7 @@ import pytest
 from laws.kernel import carried
 
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.point import Contact, between
-from stickslip.model.contact.table import contact_table
+from stickslip.model.contact.point import Contact, between, contact_table
 from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import fourier
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.model.contact.gap import Gap
+from stickslip.model.contact.cubic import Gap
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact, SliderOffset, between
 from stickslip.model.loads import Force

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.damper_alone.cycle import damper_cycle
-from stickslip.analyses.damper_alone.cycles import damper_evolution, steady_cycles
+from stickslip.analyses.damper_alone.cycle import damper_cycle, damper_evolution, steady_cycles
 from stickslip.model.dampers import in_phase, out_of_phase
 from stickslip.model.rigs import laboratory_damper
 from stickslip.show.plots.damper_cycle import damper_cycles

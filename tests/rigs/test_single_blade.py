@@ -7,7 +7,7 @@ from scipy.sparse.linalg import eigsh
 
 from stickslip.model import rigs
 from stickslip.model.contact.point import TractionRatio
-from stickslip.model.dampers.flat_cylinder import FlatCylinder
+from stickslip.model.dampers.cylinder import FlatCylinder
 from stickslip.model.rigs.platform_blade import PlatformBlade, reduced_blade
 from stickslip.model.rigs.single_blade import PUBLISHED, pads, placed_dampers
 from stickslip.support.checks import InputError

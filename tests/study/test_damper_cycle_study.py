@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.analyses.damper_alone.cycle import damper_cycle
-from stickslip.analyses.damper_alone.cycles import steady_cycles
+from stickslip.analyses.damper_alone.cycle import damper_cycle, steady_cycles
 from stickslip.cli import main
 from stickslip.laboratory.identification.damper.model import LINE_LAWS
 from stickslip.model.dampers import Cylinder, in_phase, out_of_phase
@@ -48,7 +47,7 @@ def test_a_cycle_takes_what_an_identification_finds(tmp_path, law):
     study, gaps = tmp_path / "study.toml", {"microslip": 0.4}.get(law, 0.0)
     keys = f'mu = [0.40, 0.22, 0.32]\nlaw = "{law}"\ngaps = {gaps}'
     study.write_text(TEMPLATE.replace("mu = [0.40, 0.22, 0.32]", keys))
-    rig = read(study).plan.work.rig
+    rig = read(study).plan.works[""].rig
     found = damper_cycle(rig, in_phase(30e-6), steps=500)
     frame = elements_of(laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)))
     values = {"kt": frame.kt, "kn": frame.kn, "mu": frame.mu, "gaps": np.full(3, gaps)}
@@ -74,7 +73,7 @@ def test_a_cycle_takes_the_law_of_dahl(tmp_path):
     motion = in_phase(10e-6)
     found, plain = (
         damper_cycle(rig, motion, steps=500).dataset
-        for rig in (read(study).plan.work.rig, laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)))
+        for rig in (read(study).plan.works[""].rig, laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)))
     )
     assert np.all(np.abs(found.friction_force) <= np.array([0.40, 0.22, 0.32]) * found.normal_force + 1e-9)
     assert float(found.energy_error) < 1e-2
@@ -111,9 +110,9 @@ def test_units_and_an_elastic_rig(tmp_path):
     text = text.replace("kt = 56e6", "kt = 56.0").replace("kn = 84e6", "kn = 84.0\nplatform_stiffness = 30.0")
     (tmp_path / "study.toml").write_text(text)
     plan = read(tmp_path / "study.toml").plan
-    assert plan.work.rig.laws[0].kn == pytest.approx(84e6)
-    assert float(plan.work.rig.right.stiffness[1, 1]) == pytest.approx(30e6)
-    assert plan.work.motion.harmonics[1, 2] == pytest.approx(30e-6)
+    assert plan.works[""].rig.laws[0].kn == pytest.approx(84e6)
+    assert float(plan.works[""].rig.right.stiffness[1, 1]) == pytest.approx(30e6)
+    assert plan.works[""].motion.harmonics[1, 2] == pytest.approx(30e-6)
 
 
 def test_the_frequency_of_the_motion_in_radians_per_second(tmp_path):
@@ -171,7 +170,7 @@ def measured_study(folder, more=""):
 @pytest.mark.parametrize(("periods", "more"), [(1, ""), (4, "frequency = 5.0")])
 def test_a_measured_motion_drives_the_damper(tmp_path, periods, more):
     table(tmp_path / "cycle.csv", 300 * periods, periods)
-    motion = read(measured_study(tmp_path, more)).plan.work.motion
+    motion = read(measured_study(tmp_path, more)).plan.works[""].motion
     angle = 2.0 * np.pi * np.arange(150) / 150
     expected = 1e-6 * np.stack([20.0 * np.sin(angle), 8.0 * np.cos(angle) + 0.5 * np.sin(3.0 * angle)], axis=1)
     np.testing.assert_allclose(motion.samples(150), expected, atol=1e-11)

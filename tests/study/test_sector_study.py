@@ -256,7 +256,7 @@ def test_a_speed_sweep_goes_between_models_at_two_speeds(folder):
         'speed = 6000.0\nat_speeds = [{ speed = 0.0, model = "wheel_sector.npz" }]',
     ).replace('model = "wheel_sector.npz"  ', 'model = "fast.npz"  ')
     plan = job(text + sweep, folder, "wheel").plan
-    at_rest, fast = (plan.problem.at_speed(speed).structure for speed in (0.0, 200.0 * np.pi))
+    at_rest, fast = (plan.works[""].parts[0].problem.at_speed(speed).structure for speed in (0.0, 200.0 * np.pi))
     for n in range(7):
         np.testing.assert_allclose(fast.at(n).K, 1.02 * at_rest.at(n).K, rtol=1e-9, atol=1e-9 * np.abs(fast.at(n).K).max())
     with pytest.raises(InputError, match="must stay away from a speed sweep"):

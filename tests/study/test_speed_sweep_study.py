@@ -44,17 +44,17 @@ def test_a_study_goes_with_the_speed_from_its_reference(tmp_path):
     plan = job(STUDY, tmp_path, "study").plan
     omega = 600.0 * 2.0 * np.pi / 60.0
     for speed, stiffness, pull in ((0.0, 1e4, 0.0), (omega, 1.3e4, 8.0), (0.5 * omega, 1.075e4, 2.0)):
-        at = plan.problem.at_speed(speed)
+        at = plan.works[""].parts[0].problem.at_speed(speed)
         np.testing.assert_allclose(at.structure.K[0, 0], stiffness, rtol=1e-12)
         np.testing.assert_allclose(at.static_load, [0.0, pull], atol=1e-12)
-    assert [part.settings.frequencies for part in plan.work.parts] == [(10.0, 30.0), (20.0, 60.0)]
-    assert plan.work.words[1] == "engine order 4, force level 1"
+    assert [part.settings.frequencies for part in plan.works[""].parts] == [(10.0, 30.0), (20.0, 60.0)]
+    assert plan.works[""].words[1] == "engine order 4, force level 1"
 
 
 def test_a_study_gives_what_python_gives(tmp_path):
     plan = job(STUDY, tmp_path, "study").plan
-    study = ss.SpeedSweep(plan.dataset({"": [plan.work.solve(k, lambda share: None) for k in range(2)]}), {})
-    python = ss.speed_sweep(plan.problem, (300.0, 900.0), [2, 4], harmonics=1, samples=64)
+    study = ss.SpeedSweep(plan.dataset({"": [plan.works[""].solve(k, lambda share: None) for k in range(2)]}), {})
+    python = ss.speed_sweep(plan.works[""].parts[0].problem, (300.0, 900.0), [2, 4], harmonics=1, samples=64)
     np.testing.assert_array_equal(study.dataset["amplitude"], python.dataset["amplitude"])
     assert len(study.peaks()) == len(python.peaks()) >= 1
 
@@ -63,7 +63,7 @@ def test_the_stiffness_at_rest_may_lie_in_a_file(tmp_path):
     np.savez(tmp_path / "rest.npz", K=np.diag([10.0, 2.0]))
     text = STUDY.replace("[[10000.0, 0.0], [0.0, 2000.0]]", '"rest.npz"', 1)
     text = 'units = {length = "mm"}\n' + text.replace("13000.0", "13.0").replace(" 2000.0]]}", " 2.0]]}")
-    problem = job(text, tmp_path, "study").plan.problem
+    problem = job(text, tmp_path, "study").plan.works[""].parts[0].problem
     np.testing.assert_allclose(problem.at_speed(0.0).structure.K, np.diag([1e4, 2e3]), rtol=1e-12)
     assert ss.Problem.at_speed(problem, 600.0 * np.pi / 30.0).structure.K[0, 0] == pytest.approx(1.3e4)
 

@@ -59,7 +59,7 @@ def ratios(name):
 @pytest.mark.parametrize("analysis", ["nonlinear_modes", "limit_cycles"])
 def test_ends_of_a_nonlinear_mode(tmp_path, system, analysis):
     plans = [work(tmp_path, each, analysis, modes(analysis)) for each in ("m-kg-s", system)]
-    works = [plan.work for plan in plans]
+    works = [plan.works[""] for plan in plans]
     assert works[0].amplitude == (0.01, 2.0)
     assert works[1].amplitude == pytest.approx((0.01, 2.0))
 
@@ -72,14 +72,14 @@ def test_ends_of_the_mode_of_isolated_curves(tmp_path, system):
 
 @pytest.mark.parametrize("system", ["mm-t-s", "kN"])
 def test_the_pull_of_a_performance_curve(tmp_path, system):
-    pulls = [work(tmp_path, each, "performance_curve", ratios("performance_curve")).work.pull for each in ("m-kg-s", system)]
+    pulls = [work(tmp_path, each, "performance_curve", ratios("performance_curve")).works[""].pull for each in ("m-kg-s", system)]
     assert pulls == [7.0, pytest.approx(7.0)]
 
 
 @pytest.mark.parametrize("system", ["mm-t-s", "kN"])
 def test_the_pull_of_a_performance_band(tmp_path, system):
     levels = [
-        work(tmp_path, each, "performance_band", ratios("performance_band")).work.bounds.levels for each in ("m-kg-s", system)
+        work(tmp_path, each, "performance_band", ratios("performance_band")).works[""].levels for each in ("m-kg-s", system)
     ]
     assert levels[1] == pytest.approx(levels[0])
     assert max(levels[0]) == pytest.approx(7.0)
@@ -108,7 +108,7 @@ def test_motions_of_a_base_and_held_ones_have_the_same_units(tmp_path, quantity,
     held = f'[[force]]\ndirection = "1.x"\namplitude = 1.0\n[controlled_response]\nquantity = "{quantity}"\namplitude = [2.0]'
     (moved,) = job_of("forced_response", base, tmp_path).sweep.problem.forces
     assert abs(moved.amplitudes[1]) == pytest.approx(2.0 * unit)
-    assert job_of("controlled_response", held, tmp_path).plan.work.amplitudes == pytest.approx([2.0 * unit])
+    assert job_of("controlled_response", held, tmp_path).plan.works[""].amplitudes == pytest.approx([2.0 * unit])
 
 
 def job_of(analysis, table, folder):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from stickslip.model.contact.cubic import Gap
 from stickslip.model.contact.friction_disc import FrictionDisc
-from stickslip.model.contact.gap import Gap
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.contact.point import Contact, between

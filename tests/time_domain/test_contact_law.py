@@ -6,8 +6,7 @@ from laws.kernel import contact_of
 from laws.samples import DISC_SAMPLES, EVERY_SAMPLE, SAMPLES
 
 import stickslip as ss
-from stickslip.model.contact.point import SliderOffset
-from stickslip.model.contact.table import contact_table
+from stickslip.model.contact.point import SliderOffset, contact_table
 from stickslip.solve.time.contact_law import Earlier, contact_law, no_slopes
 from stickslip.support.kernels import uncompiled
 

@@ -8,10 +8,20 @@ import stickslip as ss
 from stickslip.analyses.time_response import time_response
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.time.contact_law import solve_in_place
-from stickslip.solve.time.march import March, TimeStart, from_harmonics, from_rest, loads_of_steps, march, no_history, state_at
-from stickslip.solve.time.model import time_model
-from stickslip.solve.time.period import march_period, settle
-from stickslip.solve.time.shooting import Differences, PeriodMarch, _correction
+from stickslip.solve.time.march import (
+    Differences,
+    March,
+    PeriodMarch,
+    TimeStart,
+    _correction,
+    from_harmonics,
+    from_rest,
+    loads_of_steps,
+    march,
+    no_history,
+    state_at,
+)
+from stickslip.solve.time.period import march_period, settle, time_model
 from stickslip.support.kernels import uncompiled
 
 OMEGA = 0.9

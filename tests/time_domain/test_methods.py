@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.solve.time.model import GeneralisedAlpha, Newmark
+from stickslip.solve.time.period import GeneralisedAlpha, Newmark
 from stickslip.support.checks import InputError
 
 

@@ -5,7 +5,7 @@ import pytest
 from time_domain.systems import rubbing_mass, three_masses
 
 from stickslip.analyses.time_response import time_response
-from stickslip.solve.time.model import GeneralisedAlpha, Newmark
+from stickslip.solve.time.period import GeneralisedAlpha, Newmark
 
 OMEGA = 0.9
 

@@ -9,8 +9,7 @@ from stability.test_multipliers import duffing as duffing_of
 import stickslip as ss
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.solve.stability.multipliers import PeriodMap
-from stickslip.solve.time.march import March, from_harmonics
-from stickslip.solve.time.shooting import PeriodMarch, shoot
+from stickslip.solve.time.march import March, PeriodMarch, from_harmonics, shoot
 
 
 def shot(problem, frequency, level, steps=2000, harmonics=15):

@@ -13,7 +13,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass, three_mass_wedge
 from stickslip.model.structure.matrices import Structure
 from stickslip.solve.time.march import distance, growth
-from stickslip.solve.time.model import Newmark
+from stickslip.solve.time.period import Newmark
 from stickslip.support.checks import InputError
 from stickslip.support.units import hertz, radians_per_second
 

@@ -43,7 +43,7 @@ from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.measure import QUANTITIES, Quantity, quantity_named
 from stickslip.solve.balance.orders import attribute, checked_harmonics, highest
 from stickslip.solve.balance.system import Control
-from stickslip.solve.curves.controlled import (
+from stickslip.solve.curves.curve import (
     controlled_curve,
     followed_resonances,
     force_phase,

@@ -22,10 +22,9 @@ from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.response_dataset import absolute, apart_of, arrays_of, as_given, beside, curve_arrays, response_dataset
-from stickslip.analyses.response_settings import OR_AUTO, ForcedResponseSettings
 from stickslip.analyses.sampling import broken_warning, fold_warning, samples_warning, sampling_warning, without_ripples
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
-from stickslip.analyses.settings import OneBalance, takes
+from stickslip.analyses.settings import OR_AUTO, ForcedResponseSettings, OneBalance, takes
 from stickslip.analyses.solved_points import SolvedPoints, peaks_of_another, refuse_unexcited, response_at
 from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
@@ -53,10 +52,10 @@ from stickslip.model.problem.many_periods import over_periods
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.model.problem.warnings import negative_damping
 from stickslip.model.rigs import single_mass
-from stickslip.results.curve_kind import CurveKind, kinds_in, with_kinds
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity, has_stability, words_of_flags
 from stickslip.results.result import Result
+from stickslip.results.schema import CurveKind, kinds_in, with_kinds
 from stickslip.results.view import measure_in, nearest_point, periods_of
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, CaseStopped, Report
@@ -68,7 +67,7 @@ from stickslip.solve.balance.orders import Harmonics, attribute, harmonics_for, 
 from stickslip.solve.curves.curve import Curve, CurveStopped, solve_curve, stopped_curve
 from stickslip.solve.curves.refine import refined
 from stickslip.solve.peaks.search import TOLERANCE
-from stickslip.solve.time.model import DEFAULT_METHOD, Method
+from stickslip.solve.time.period import DEFAULT_METHOD, Method
 from stickslip.support.checks import InputError, between, fault, of_kind
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread

@@ -26,8 +26,7 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import quantity_named
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.time.march import TimeStart, checked_start, from_harmonics, from_rest, no_history, state_at
-from stickslip.solve.time.model import DEFAULT_METHOD, Method, refuse_waves, time_model
-from stickslip.solve.time.period import Loads, march_period, settle
+from stickslip.solve.time.period import DEFAULT_METHOD, Loads, Method, march_period, refuse_waves, settle, time_model
 from stickslip.support.checks import Array, InputError, fault, finite, of_kind, positive
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.model.contact.table import contact_table
+from stickslip.model.contact.point import contact_table
 from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import refuse_speed
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance

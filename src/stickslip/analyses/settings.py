@@ -6,6 +6,8 @@ They are the arguments of its function in Python (`takes`), what travels to proc
 What works of several analyses share: what travels to other processes, and the balance that their cases solve.
 
 Checks of arguments that several analyses share.
+
+Settings of a forced response, which speed sweeps, other analyses and the table [sweep] of studies share.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, fields
 from functools import cached_property, wraps
-from typing import Annotated, Any, ParamSpec, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +27,7 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import fourier
 from stickslip.solve.balance.measure import Measure, measure_of
 from stickslip.solve.balance.orders import MOST_SAMPLES, Harmonics, checked_harmonics, fineness, highest
+from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.solve.starts.states import Rules, Sharing, rules_of
 from stickslip.support.checks import (
     LARGEST_SEED,
@@ -367,3 +370,82 @@ def made(problem_of: Callable[..., Problem], *places: float, **values: float) ->
     except (TypeError, ArithmeticError, ValueError, KeyError, AttributeError) as error:
         raise InputError(f"problem_of({given}) must return a Problem, but raises {type(error).__name__}: {error}.") from error
     return of_kind(f"problem_of({given})", problem, Problem)
+
+
+OR_AUTO = 'Or write "auto".'
+
+
+def _harmonics(name: str, value: Any) -> Harmonics | Literal["auto"]:
+    return "auto" if isinstance(value, str) and value == "auto" else checked_harmonics(value, OR_AUTO)
+
+
+def _levels(name: str, value: Any) -> tuple[float, ...]:
+    return force_levels(value)
+
+
+@dataclass(frozen=True, eq=False)
+class Fineness(Settings):
+    """The force levels, and how finely each curve is computed."""
+
+    force: Annotated[
+        float | Sequence[float],
+        Setting(_levels, "factors on every harmonic force", key="force_levels"),
+    ] = 1.0
+    harmonics: Annotated[
+        int | Sequence[int] | Literal["auto"],
+        Setting(
+            _harmonics,
+            'H, highest harmonic, or a list that holds 1, such as [0, 1, 3, 5]; "auto": raised, and samples doubled, until the '
+            "rest at the peaks is below `tolerance`, where the contacts start as the problem says",
+        ),
+    ] = 5
+    samples: Annotated[int, Setting(Whole(1, MOST_SAMPLES), "samples of a period")] = 256
+    _: KW_ONLY
+    tolerance: Annotated[
+        float, Setting(Within(0.0, 0.5), 'for harmonics = "auto": left-out motion of the contacts, relative')
+    ] = 2e-3
+    peak_tolerance: Annotated[float, Setting(Within(0.0, 0.1), "relative amplitude by which a peak may be too low")] = TOLERANCE
+
+    @property
+    def fineness(self) -> dict[str, Any]:
+        """These settings by name."""
+        return {each.name: getattr(self, each.name) for each in fields(Fineness)}
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """The force levels, a case each."""
+        return force_levels(self.force)
+
+
+@dataclass(frozen=True, eq=False)
+class OverBand(Settings):
+    """A problem and the frequencies in Hz: a band, or a list in the order of travel."""
+
+    problem: OfProblem
+    band: Frequencies
+
+
+@dataclass(frozen=True, eq=False)
+class ForcedResponseSettings(Measured, Fineness, OverBand, Execution):
+    """The arguments of `forced_response`."""
+
+    quantity: Annotated[str, Setting(quantity_name, "what the peaks, bounds and optima are of")] = "displacement"
+    measure: Annotated[
+        str,
+        Setting(
+            measure_name,
+            "of it: amplitude of the first harmonic, root mean square, or largest value over the period",
+        ),
+    ] = "amplitude"
+    periods: Annotated[int, Setting(whole)] = 1
+    isolated: Annotated[bool, Setting(OfKind(bool))] = False
+
+    @property
+    def listed(self) -> bool:
+        """Whether only the frequencies of a list are wanted."""
+        return not isinstance(self.band, Band)
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """In Hz, in the order of travel: the ends of a band, or those of a list."""
+        return (self.band.start, self.band.stop) if isinstance(self.band, Band) else tuple(self.band)

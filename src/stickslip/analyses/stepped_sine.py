@@ -23,7 +23,7 @@ from stickslip.results.schema import stamped
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, checked_start, from_rest, march
-from stickslip.solve.time.model import DEFAULT_METHOD, Method, refuse_waves
+from stickslip.solve.time.period import DEFAULT_METHOD, Method, refuse_waves
 from stickslip.support.checks import InputError, fault, of_kind, positive
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome

@@ -26,9 +26,9 @@ from stickslip.solve.time.march import (
     from_harmonics,
     from_rest,
     march,
+    shoot,
 )
-from stickslip.solve.time.model import DEFAULT_METHOD, Method
-from stickslip.solve.time.shooting import shoot
+from stickslip.solve.time.period import DEFAULT_METHOD, Method
 from stickslip.support.checks import Array, fault, finite, of_kind, positive
 from stickslip.support.late import xr
 

@@ -80,7 +80,7 @@ def small_cases() -> dict[str, Callable[[], Any]]:
     import numpy as np
 
     import stickslip as ss
-    from stickslip.laboratory.identification.contact_law.model import ContactLoop, law_force
+    from stickslip.laboratory.identification.contact_law.fit import ContactLoop, law_force
     from stickslip.model.contact.march import prepare
     from stickslip.model.dampers import in_phase
     from stickslip.model.rigs import laboratory_damper, single_mass

@@ -122,7 +122,7 @@ def contact_stiffness(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing figure.")] = False,
 ) -> None:
     """Stiffness of a line contact from geometry: Harris, Brändlein, Allara; print it and draw it against the load."""
-    from stickslip.analyses.contact_stiffness import contact_stiffness as stiffness_over
+    from stickslip.analyses.hysteresis_loop import contact_stiffness as stiffness_over
     from stickslip.model.contact.stiffness import LineContact, static_normal_load
     from stickslip.support.units import mm
 

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 RESPONSES, DECAY, IDENTIFICATION = "response_prediction", "decay_prediction", "response_identification"
 
+OPTIONS = {"compare_force": "--compare-force", "columns": "--column", "column_units": "--unit"}
+"""Options whose names are not those of the keys that they fill."""
+
 
 @guarded
 def predict(
@@ -120,7 +123,7 @@ def predict(
     curves |= {"columns": pairs("--column", column or (), "real=3"), "column_units": pairs("--unit", unit or (), "real=mm/N")}
     curves |= {"compare": [str(path.resolve()) for path in compare or ()]}
     if decay:
-        refuse_beside_decay([*options, *(f"--{key.replace('_', '-')}" for key, value in curves.items() if value)])
+        refuse_beside_decay([*options, *(OPTIONS.get(key, f"--{key}") for key, value in curves.items() if value)])
         table |= of_decay(decay, units_of(document.get("units", {}))) | {"mode": mode}
     else:
         if mode is not None:

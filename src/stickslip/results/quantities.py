@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.results.curve_kind import kinds_in
+from stickslip.results.schema import kinds_in
 from stickslip.results.view import (
     band_of,
     in_band,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.results.curve_kind import kind_words
+from stickslip.results.schema import kind_words
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.solve.balance.fourier import real_harmonics
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, measure_of

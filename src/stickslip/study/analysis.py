@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol, runtime_checkable
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
@@ -56,23 +57,23 @@ class Plan(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class OneWork:
-    """The plan of most analyses: one work, whose results are those of the study. gathered: the dataset of the arrays of its
-    cases, unless that is `work.gathered(arrays).dataset`."""
+    """The plan of most analyses: one work, whose results are those of the study. work: as it is, or what makes it when it is
+    asked for, where that reads files or takes long. gathered: the dataset of work and arrays of its cases, unless that is
+    `work.gathered(arrays).dataset`."""
 
-    work: Work
+    work: Work | Callable[[], Work]
     summary: str
-    gathered: Callable[[Sequence[Arrays]], xr.Dataset] | None = None
+    gathered: Callable[[Any, Sequence[Arrays]], xr.Dataset] = lambda work, arrays: work.gathered(arrays).dataset
     content: str = ""
     condition: str = ""
     reads: tuple[Path, ...] = ()
 
-    @property
+    @cached_property
     def works(self) -> Mapping[str, Work]:
-        return {"": self.work}
+        return {"": self.work() if callable(self.work) else self.work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        gathered = self.gathered or (lambda arrays: self.work.gathered(arrays).dataset)  # type: ignore[attr-defined]
-        return gathered(results[""])
+        return self.gathered(self.works[""], results[""])
 
 
 @runtime_checkable

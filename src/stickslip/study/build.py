@@ -16,7 +16,7 @@ import numpy as np
 from stickslip.model import rigs
 from stickslip.model.contact.point import GROUND, Contact, SliderOffset, between
 from stickslip.model.dampers import SHAPES
-from stickslip.model.dampers.shape import Shape
+from stickslip.model.dampers.damper import Shape
 from stickslip.model.disks.tuned import TunedDisk, check_engine_order
 from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem

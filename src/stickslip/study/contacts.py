@@ -10,16 +10,14 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Tag, create_model
 
-from stickslip.model.contact.cubic import CubicSpring
+from stickslip.model.contact.cubic import CubicSpring, Gap
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.friction_disc import FrictionDisc
-from stickslip.model.contact.gap import Gap
 from stickslip.model.contact.iwan import FourParameter, Hertz, Iwan, Parabolic, Spectrum
-from stickslip.model.contact.law import Law, LoadDependentFriction
+from stickslip.model.contact.law import Law, LoadDependentFriction, Own, SingleLoad, own_numbers
 from stickslip.model.contact.lugre import LuGre
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
-from stickslip.model.contact.single_load import Own, SingleLoad, own_numbers
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb
 from stickslip.model.contact.valanis import Valanis
 from stickslip.study.fields import (

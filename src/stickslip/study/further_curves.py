@@ -1,21 +1,31 @@
-"""Further curves in a study: the tables [isolated] and [branches] of a forced response."""
+"""Further curves in a study: the tables [isolated] and [branches] of a forced response.
+
+What a study asks of a response beside its curves: the tables [stress], [fatigue] and [stability].
+"""
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Tag
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, nonlinear_modes
 from stickslip.analyses.modes.work import AMPLITUDES, NonlinearModesWork
-from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import ForcedResponseSettings
+from stickslip.analyses.stress import own_recovery, with_fatigue
+from stickslip.model import rigs
 from stickslip.model.problem.many_periods import MOST_PERIODS
+from stickslip.model.structure.fatigue import FatigueLimit
+from stickslip.model.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked
-from stickslip.study.fields import LENGTH, Table, by_form, with_si
+from stickslip.study.fields import LENGTH, PRESSURE, Groups, Number, Positive, Table, Words, by_form, in_si, with_si
 from stickslip.study.tables import Ends
-from stickslip.support.checks import MOST, fault, unique
+from stickslip.support.checks import MOST, InputError, fault, nearest, unique
+from stickslip.support.late import xr
 
 ModeNumber = Annotated[int, Field(ge=1, le=MOST)]
 ModeNumbers = Annotated[
@@ -107,3 +117,115 @@ class FurtherCurves:
             return []
         harmonics = work.harmonics if isinstance(work.harmonics, int) else list(work.harmonics)
         return [nonlinear_modes(work.problem, table.mode, table.ends, harmonics, work.samples)]
+
+
+Point = Annotated[list[Number], Field(min_length=3, max_length=3), Words("list of three numbers")]
+
+
+class StressTable(Table):
+    """Stress along the curves at places of a rig's finite elements."""
+
+    places: Annotated[
+        dict[str, Point],
+        Field(min_length=1, description="NAME = [x, y, z], in m and in the axes of the rig's body"),
+        Words("table of places"),
+    ]
+
+
+def recovery_of(asked: Asked) -> StressRecovery | None:
+    """The recovery at the places of the models, or of [stress] from the elements of a rig; None where no stress is asked for."""
+    table = asked.tables.get("stress")
+    if not isinstance(table, StressTable):
+        return None if asked.sweep is None else own_recovery(asked.sweep.problem)
+    rig, parameters = asked.rig
+    maker = rigs.STRESS.get(rig)
+    if maker is None:
+        known = " or ".join(rigs.STRESS)
+        raise InputError(
+            f"[stress] must go with a rig whose finite elements are known ({known}), but stands beside {rig or 'matrices'!r}. "
+            "Places of a model are named in [structure] stress."
+        )
+    shared = inspect.signature(maker).parameters
+    return maker(table.places, **{name: value for name, value in parameters.items() if name in shared})
+
+
+Pair = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
+
+
+NO_STRESS = "[fatigue] must go with places of stress, but there are none. Name them in [structure] stress."
+
+
+class FatigueTable(Table):
+    """The fatigue limit of the material at the places of stress, and mean stresses that the study does not hold."""
+
+    exactly_one: ClassVar[Groups] = (("fatigue_strength", "points"),)
+
+    fatigue_strength: Annotated[
+        Positive | None, Field(description="amplitude of stress that the material stands without mean stress"), PRESSURE
+    ] = None
+    ultimate_strength: Annotated[Positive | None, Field(description="ultimate tensile strength"), PRESSURE] = None
+    yield_strength: Annotated[
+        Positive | None, Field(description="yield strength; given, amplitude and mean together stay below it"), PRESSURE
+    ] = None
+    criterion: Annotated[
+        Literal["goodman", "gerber", "soderberg"], Field(description="how a mean stress lowers the amplitude")
+    ] = "goodman"
+    equivalent: Annotated[
+        Literal["sines", "von_mises", "principal"],
+        Field(description="stress in tension that replaces a stress of several components"),
+    ] = "sines"
+    points: Annotated[
+        list[Pair] | None,
+        Field(min_length=2, description="pairs of mean stress and amplitude, a measured Haigh diagram in place of the strengths"),
+        PRESSURE,
+        Words("list of pairs"),
+    ] = None
+    mean: Annotated[
+        dict[str, Number] | None,
+        Field(description="PLACE = mean stress that the study does not hold, such as that of the rotation; added to its own"),
+        PRESSURE,
+        Words("table of stresses"),
+    ] = None
+
+
+def fatigue_of(
+    asked: Asked, recovery: StressRecovery | None, add: Callable[..., xr.Dataset] = with_fatigue
+) -> Callable[[xr.Dataset], xr.Dataset] | None:
+    """What adds the fatigue margin to a result with stress, by `with_fatigue` or its like; None where it is not asked for."""
+    table = asked.tables.get("fatigue")
+    if not isinstance(table, FatigueTable):
+        return None
+    if recovery is None:
+        raise InputError(NO_STRESS)
+    given = in_si(table, asked.units)
+    mean = {name: asked.units.factor(PRESSURE) * size for name, size in (table.mean or {}).items()}
+    for name in mean:
+        if not any(place == name or place.startswith(f"{name}/") for place in recovery.places):
+            raise fault("[fatigue]: mean", "must name places of stress", name, nearest(name, recovery.places))
+    if mean and recovery.rotation is not None:
+        raise InputError(
+            "[fatigue]: mean must not be given together with the speed of the model, since the mean stress then already contains "
+            "that due to rotation. Leave out one of them."
+        )
+    strengths = {key: given[key] for key in ("fatigue_strength", "ultimate_strength", "yield_strength", "criterion")}
+    try:
+        limit = FatigueLimit(**strengths, points=given["points"] or ())
+    except InputError as error:
+        raise InputError(f"[fatigue]: {error}") from None
+    return lambda dataset: add(dataset, limit, mean, table.equivalent)
+
+
+class StabilityTable(Table):
+    """Stability of every point of the curves."""
+
+    highest: Number | None = Field(
+        default=None,
+        gt=0.0,
+        description="natural frequency in Hz up to which modes move by themselves; default: eight times the highest harmonic",
+    )
+
+
+def stability_of(asked: Asked) -> StabilityTable | None:
+    """The table [stability]; None where it is not asked for."""
+    table = asked.tables.get("stability")
+    return table if isinstance(table, StabilityTable) else None

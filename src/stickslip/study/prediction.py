@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from stickslip.laboratory.identification.response.drawn_problems import FEWEST_DRAWS, settings_beside
+from stickslip.laboratory.identification.response.prediction import FEWEST_DRAWS, settings_beside
 from stickslip.laboratory.identification.response.result import ResponseIdentification
 from stickslip.results.files import open_results
 from stickslip.results.schema import analysis_of, stamped

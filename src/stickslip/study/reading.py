@@ -10,8 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.analyses.settings import Frequencies
+from stickslip.analyses.settings import ForcedResponseSettings, Frequencies
 from stickslip.model.contact.point import GROUND, Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
@@ -28,10 +27,10 @@ from stickslip.study.build import Names, dofs_in
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
 from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.fields import SYSTEMS, Table, Units, check_of, values_of
+from stickslip.study.further_curves import NO_STRESS
 from stickslip.study.kinds import KINDS, StudyTable, all_keys, keys_of, owners
 from stickslip.study.plausibility import check_static_loads, other_speed, plausibility_warnings
 from stickslip.study.renamed import with_new_names
-from stickslip.study.stress import NO_STRESS
 from stickslip.study.structure import (
     AerodynamicsTable,
     Messages,

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.work import PopulationWork
-from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import normal_loads_at_rest

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import Field, Tag, WrapValidator, field_validator, model_validator
 
-from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.dampers import SHAPES
 from stickslip.model.loads import HIGHEST_POWER
 from stickslip.model.structure.cyclic import MOST_SECTORS

@@ -11,9 +11,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.analyses.damper_alone.cycle import cycle_forces, damper_cycle
+from stickslip.analyses.damper_alone.cycle import cycle_forces, damper_cycle, damper_evolution, steady_cycles
 from stickslip.analyses.damper_alone.cycle_dataset import harmonic_cycle
-from stickslip.analyses.damper_alone.cycles import damper_evolution, steady_cycles
 from stickslip.model.contact.iwan import Iwan, Parabolic
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.dampers import SHAPES, ThreePoint
@@ -21,7 +20,7 @@ from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.platform_motion import elliptic, in_phase, measured, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome
-from stickslip.solve.time.model import GeneralisedAlpha, Newmark
+from stickslip.solve.time.period import GeneralisedAlpha, Newmark
 from stickslip.support.checks import InputError
 
 MOTIONS = {"out-of-phase": out_of_phase, "in-phase": in_phase}

@@ -15,7 +15,7 @@ from stickslip.model.contact.valanis import Valanis
 from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.solve.platforms.relaxation import elements_of
-from stickslip.solve.time.model import GeneralisedAlpha
+from stickslip.solve.time.period import GeneralisedAlpha
 from stickslip.support.checks import InputError
 
 SLIDING = laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32))

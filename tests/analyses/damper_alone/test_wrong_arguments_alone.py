@@ -5,9 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from stickslip.analyses.damper_alone.cycle import damper_cycle
+from stickslip.analyses.damper_alone.cycle import damper_cycle, damper_evolution, steady_cycles
 from stickslip.analyses.damper_alone.cycle_dataset import harmonic_cycle
-from stickslip.analyses.damper_alone.cycles import damper_evolution, steady_cycles
 from stickslip.model.dampers import Cylinder, ThreePoint, Wedge
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.platform_motion import measured, out_of_phase

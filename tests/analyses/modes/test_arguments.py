@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.modes.characteristic import with_peaks
-from stickslip.analyses.modes.work import NonlinearModesWork
+from stickslip.analyses.modes.work import NonlinearModesWork, with_peaks
 from stickslip.show.report.nonlinear_modes import failures
 from stickslip.support.outcome import Outcome
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.modes.characteristic import CONSIDERABLE, with_peaks
+from stickslip.analyses.modes.work import CONSIDERABLE, with_peaks
 from stickslip.show.report.nonlinear_modes import sentences
 
 

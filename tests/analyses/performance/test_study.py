@@ -76,7 +76,7 @@ def test_plan_of_what_matters(tmp_path):
     work = plan.works[""]
     assert work.points().shape == (64, 7, 5)
     assert "448 problems" in plan.summary
-    nominal, corner = plan.sweep.problem, work.problem(np.array([0.75, 1.25, 1.4, 1.1, 2e-5]))
+    nominal, corner = work.problem_of.problem, work.problem(np.array([0.75, 1.25, 1.4, 1.1, 2e-5]))
     for before, after in zip(nominal.contacts, corner.contacts, strict=True):
         assert after.law.kt == pytest.approx(0.75 * before.law.kt)
         assert after.law.kn == pytest.approx(1.25 * before.law.kn)

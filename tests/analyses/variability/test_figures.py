@@ -7,8 +7,7 @@ import pytest
 
 from stickslip.analyses.damper_alone.force_plane import force_plane
 from stickslip.analyses.variability.bounds import response_bounds
-from stickslip.analyses.variability.freedom import friction_freedom
-from stickslip.analyses.variability.history import response_history
+from stickslip.analyses.variability.freedom import friction_freedom, response_history
 from stickslip.analyses.variability.samples import response_samples
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.show.plots.time_response import Cycles, contact_forces, force_ratios, loops, paths_in, sample_cycles

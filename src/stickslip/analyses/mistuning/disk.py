@@ -11,8 +11,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
-from stickslip.model.disks.few import blade_motion, loose_dofs
-from stickslip.model.disks.tuned import FullDisk, TunedDisk, sectors_of
+from stickslip.model.disks.tuned import FullDisk, TunedDisk, blade_motion, loose_dofs, sectors_of
 from stickslip.model.loads import Output
 from stickslip.model.structure.cyclic import circulant, of_all_sectors, sector_name
 from stickslip.model.structure.damping import ModalDamping

@@ -16,9 +16,9 @@ from numpy.linalg import LinAlgError
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
-from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.analyses.settings import (
     Execution,
+    ForcedResponseSettings,
     Measured,
     MeasureName,
     OfKind,
@@ -31,8 +31,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
 from stickslip.model.contact.point import Contact, SliderOffset
-from stickslip.model.disks.few import LARGE, REACH, few_waves, most_coordinates
-from stickslip.model.disks.tuned import FullDisk, TunedDisk
+from stickslip.model.disks.tuned import LARGE, REACH, FullDisk, TunedDisk, few_waves, most_coordinates
 from stickslip.model.problem import Problem
 from stickslip.model.structure.stress import COMPONENTS
 from stickslip.runs.work import Arrays, Report

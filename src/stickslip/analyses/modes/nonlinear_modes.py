@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analyses.forced_response import ForcedResponse
-from stickslip.analyses.modes.characteristic import with_solved
 from stickslip.analyses.modes.dataset import curve_arrays, limit_cycles_dataset, root_arrays, with_phase_at
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
-from stickslip.analyses.modes.work import Modes, NonlinearModesWork, with_decays
+from stickslip.analyses.modes.work import Modes, NonlinearModesWork, with_decays, with_solved
 from stickslip.analyses.response_dataset import ContactRows
 from stickslip.analyses.settings import Execution, OfProblem, Setting, Settings, output_of, takes
 from stickslip.model.contact.point import TractionRatio

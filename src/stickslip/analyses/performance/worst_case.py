@@ -19,7 +19,7 @@ import numpy as np
 from stickslip.analyses.performance.scaled_problem import resonance_band
 from stickslip.analyses.variability.bounds import BoundsWork
 from stickslip.analyses.variability.bounds_search import UPPER
-from stickslip.model.contact.table import remembering
+from stickslip.model.contact.point import remembering
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Report
 from stickslip.solve.balance.balance import HarmonicBalance

@@ -13,9 +13,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
-from stickslip.analyses.response_settings import Fineness, ForcedResponseSettings
-from stickslip.analyses.settings import Execution, Setting, Settings, StateOfFields, takes
-from stickslip.analyses.speed.models import synchronous
+from stickslip.analyses.settings import Execution, Fineness, ForcedResponseSettings, Setting, Settings, StateOfFields, takes
+from stickslip.analyses.speed.campbell import synchronous
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
@@ -25,8 +24,7 @@ from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.orders import MOST_SAMPLES
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, from_rest, loads_of_steps, march, no_history, state_at
-from stickslip.solve.time.model import DEFAULT_METHOD, Method, time_model
-from stickslip.solve.time.period import march_period, settle
+from stickslip.solve.time.period import DEFAULT_METHOD, Method, march_period, settle, time_model
 from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, several, unique, vector
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread

@@ -20,9 +20,17 @@ from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
 from stickslip.analyses.settings import output_of
 from stickslip.laboratory.measurement.decay_windows import Record, Window, fitted_windows
 from stickslip.laboratory.measurement.matlab_columns import response_columns
-from stickslip.laboratory.measurement.number_table import UNITS, NumberTable, matlab_arrays, named_column, text_table
+from stickslip.laboratory.measurement.number_table import (
+    MOTIONS,
+    UNITS,
+    NumberTable,
+    known_unit,
+    matlab_arrays,
+    named_column,
+    response_unit,
+    text_table,
+)
 from stickslip.laboratory.measurement.records import LONGEST_CLIP, longest_run
-from stickslip.laboratory.measurement.response_units import MOTIONS, known_unit, response_unit
 from stickslip.laboratory.measurement.universal_file import is_universal
 from stickslip.laboratory.measurement.universal_response import time_history
 from stickslip.results.files import save

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.laboratory.measurement.number_table import UNITS, NumberTable, bare, stated_unit
-from stickslip.laboratory.measurement.response_units import response_unit
+from stickslip.laboratory.measurement.number_table import UNITS, NumberTable, bare, response_unit, stated_unit
 from stickslip.support.checks import fault, first_of, nearest
 
 FEWEST = 3

@@ -16,8 +16,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.laboratory.measurement.number_table import FileUnit
 from stickslip.laboratory.measurement.records import longest_run
-from stickslip.laboratory.measurement.response_units import FileUnit
 from stickslip.support.checks import Array, among, fault, first_of, listed, of_kind, positive, storable, truth, vector, whole
 
 Held = Literal["force", "response"]

@@ -13,17 +13,20 @@ from numpy.typing import NDArray
 
 from stickslip.laboratory.measurement.matlab_columns import response_columns
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
-from stickslip.laboratory.measurement.number_table import NumberTable, matlab_arrays, named_column, text_table
-from stickslip.laboratory.measurement.response_units import (
+from stickslip.laboratory.measurement.number_table import (
     MOTIONS,
-    UNITS,
+    RESPONSE_UNITS,
     FileUnit,
+    NumberTable,
     ResponseUnit,
     contradicted,
     known_unit,
+    matlab_arrays,
+    named_column,
     per_force_unit,
     per_newton,
     response_unit,
+    text_table,
 )
 from stickslip.laboratory.measurement.universal_file import is_universal
 from stickslip.laboratory.measurement.universal_response import BY_FUNCTION, Wanted, universal_tables
@@ -387,7 +390,7 @@ def _units_of_file(
             stated = _unit(table, found[key], key, (key,))
             angular = key == "frequency" and {*ANGULAR} & {*found[key].words}
             text = found[key].unit or ("rad/s" if angular else SI[key])
-            units[key] = FileUnit(text, UNITS[key][text.lower()] if stated is None else stated.factor, stated is None)
+            units[key] = FileUnit(text, RESPONSE_UNITS[key][text.lower()] if stated is None else stated.factor, stated is None)
     return units
 
 

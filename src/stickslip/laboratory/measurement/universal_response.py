@@ -9,8 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.laboratory.measurement.number_table import NumberTable, place_of
-from stickslip.laboratory.measurement.response_units import MOTIONS, contradicted, known_unit, per_force_unit, response_unit
+from stickslip.laboratory.measurement.number_table import (
+    MOTIONS,
+    NumberTable,
+    contradicted,
+    known_unit,
+    per_force_unit,
+    place_of,
+    response_unit,
+)
 from stickslip.laboratory.measurement.universal_file import (
     DIRECTIONS,
     Axis,

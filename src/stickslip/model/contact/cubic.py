@@ -1,4 +1,7 @@
-"""Cubic spring: a hardening or softening spring without friction, a common benchmark."""
+"""Cubic spring: a hardening or softening spring without friction, a common benchmark.
+
+Gap: a unilateral spring without friction.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stickslip.model.contact.law import Elements, FrictionElements, Law
+from stickslip.model.contact.law import Elements, FrictionElements, Law, NormalElements
 from stickslip.model.contact.period import SLIPPING, STICK
 from stickslip.model.contact.protocol import (
     ContactData,
@@ -19,7 +22,7 @@ from stickslip.model.contact.protocol import (
     period_signature,
     step_signature,
 )
-from stickslip.support.checks import Array, fault, finite
+from stickslip.support.checks import Array, fault, finite, positive
 from stickslip.support.kernels import separate
 
 
@@ -81,3 +84,35 @@ def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     for d in range(motion.u.size):
         forces.direct[d], forces.direct_by_u[d, d] = k3 * motion.u[d] ** 3, 3.0 * k3 * motion.u[d] ** 2
     return 0.0
+
+
+@dataclass(frozen=True)
+class Gap(Law):
+    """N = max(kn (z − gap) + preload, 0). kn [N/m], gap [m], preload [N]."""
+
+    kn: float
+    gap: float = 0.0
+    preload: float = 0.0
+
+    sticks: ClassVar[bool] = False
+    remembers_start: ClassVar[bool] = False
+    rubs: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        positive("kn", self.kn)
+        finite("gap", self.gap)
+        finite("preload", self.preload)
+
+    @property
+    def has_normal(self) -> bool:
+        return True
+
+    @property
+    def has_friction(self) -> bool:
+        return False
+
+    def elements(self, tangential: int, normal: bool) -> Elements:
+        if tangential or not normal:
+            raise fault("A gap contact", "must have a normal and no tangential direction", f"{tangential} tangential")
+        one = np.ones(1)
+        return Elements((), NormalElements(self.kn * one, (self.preload - self.kn * self.gap) * one))

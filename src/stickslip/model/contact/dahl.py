@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stickslip.model.contact.law import Elements, Friction
+from stickslip.model.contact.law import Elements, Friction, Yielding
 from stickslip.model.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.model.contact.protocol import (
     ContactData,
@@ -23,7 +23,6 @@ from stickslip.model.contact.protocol import (
     period_signature,
     step_signature,
 )
-from stickslip.model.contact.single_load import Yielding
 from stickslip.support.checks import Array
 from stickslip.support.kernels import inner, separate
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stickslip.model.contact.law import Elements, Friction
-from stickslip.model.contact.single_load import SingleLoad
+from stickslip.model.contact.law import Elements, Friction, SingleLoad
 from stickslip.support.checks import fault, positive
 
 

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.model.contact.dispatch import kind_of, law_period, law_step
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.period import OPEN, SLIP, SLIPPING, STICK
 from stickslip.model.contact.protocol import (
@@ -21,13 +20,16 @@ from stickslip.model.contact.protocol import (
     PeriodMotion,
     StepMotion,
     clear,
+    kind_of,
+    law_period,
+    law_step,
     no_step,
     period_signature,
     traction_by_state,
 )
 from stickslip.support.checks import Array, InputError
 from stickslip.support.kernels import inner, kernel, separate
-from stickslip.support.kernels.separate import hold
+from stickslip.support.kernels.decorators import hold
 from stickslip.support.kernels.views import view
 
 PERIODS = 200

@@ -17,6 +17,11 @@ law whose period has a closed form may bring that as well (`stickslip.model.cont
 
 and a law that can stick has to (`friction_disc.py`): its steady force depends on the start. Structures, harmonics
 and time integration know neither law nor kernel. The limit L = μ Σ N + L0 is that of the first friction element.
+
+The kernels of a law by the kind of its contacts: a number that follows from the name of its `step`, and stands in the tables.
+
+A law need not be listed here, nor lie in this package: `prepare` of `march.py` says which kernels its number stands for.
+A function handed to a kernel would become part of its signature instead, which is compiled anew in every process.
 """
 
 from __future__ import annotations
@@ -26,9 +31,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import float64, int64, typeof
 
+from stickslip.model.contact.law import SLIDERS, Law
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import inner
-from stickslip.support.kernels.views import view_of
+from stickslip.support.kernels.decorators import number_of, numbered
+from stickslip.support.kernels.views import view, view_of
 
 NOT_PERIODIC = -1
 """In place of a state: the law found no periodic force."""
@@ -192,3 +199,27 @@ def step_signature() -> Any:
     motion = StepMotion(line, line, line, line, 0.0, 0.0, 0.0)
     forces = StepForces(line, table, table, line, line, line, line, table, table, table, line)
     return float64(view_of(_data()), view_of(motion), view_of(forces))
+
+
+def kind_of(law: type[Law]) -> int:
+    """`SLIDERS`, or the number of the law's own kernels, the same in every process."""
+    kernels = law.kernels()
+    return number_of(kernels[0]) if kernels else SLIDERS
+
+
+@numbered(period_signature)
+def law_period(kind: int, data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
+    """Fill the steady period of a contact; HELD, STATIC, SLIPPING or NOT_PERIODIC."""
+    raise NotImplementedError
+
+
+@numbered(step_signature)
+def law_step(kind: int, data: ContactData, motion: StepMotion, forces: StepForces) -> float:
+    """Fill the states and forces of a contact after a step; the friction work of the states in the step, J. Takes views."""
+    raise NotImplementedError
+
+
+@inner
+def take_step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
+    """`law_step` of tuples, which stay alive as long as it runs."""
+    return law_step(data.kind, view(data), view(motion), view(forces))

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stickslip.model.contact.law import Elements, Friction
+from stickslip.model.contact.law import Elements, Friction, SingleLoad, own
 from stickslip.model.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.model.contact.protocol import (
     ContactData,
@@ -19,7 +19,6 @@ from stickslip.model.contact.protocol import (
     period_signature,
     step_signature,
 )
-from stickslip.model.contact.single_load import SingleLoad, own
 from stickslip.support.checks import Array, fault
 from stickslip.support.kernels import inner, separate
 

@@ -13,9 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.dahl import beyond_limit
-from stickslip.model.contact.law import Elements, Friction
+from stickslip.model.contact.law import Elements, Friction, Yielding, own
 from stickslip.model.contact.protocol import ContactData, StepForces, StepMotion, step_signature
-from stickslip.model.contact.single_load import Yielding, own
 from stickslip.support.checks import Array
 from stickslip.support.kernels import inner, separate, uncompiled
 

@@ -25,8 +25,7 @@ from stickslip.model.contact.iwan import Iwan
 from stickslip.model.contact.law import Friction, Law, LoadDependentFriction
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
-from stickslip.model.contact.point import Contact, Direction
-from stickslip.model.contact.table import ContactTable, contact_table
+from stickslip.model.contact.point import Contact, ContactTable, Direction, contact_table
 from stickslip.model.dampers.damper import ContactSurface, Damper
 from stickslip.support.checks import Array, Index, counted, fault, nearest, not_negative, of_kind, several, symmetric, vector
 

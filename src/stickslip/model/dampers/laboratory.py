@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.model.dampers.shape import Shape, Touch, outward, uphill
+from stickslip.model.dampers.damper import Shape, Touch, outward, uphill
 from stickslip.model.structure.rigid_body import RigidBody, box_inertia
 from stickslip.support.checks import finite
 

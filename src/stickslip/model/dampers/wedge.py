@@ -7,7 +7,7 @@ from math import radians, tan
 
 import numpy as np
 
-from stickslip.model.dampers.shape import Section, Shape, Touch, polygon
+from stickslip.model.dampers.damper import Section, Shape, Touch, polygon
 from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.support.checks import Array, between, fault
 

@@ -3,6 +3,14 @@
 The nodes are projected onto the plane that fits them best. There each has its Voronoi cell within their convex hull, and the
 Delaunay triangles between them carry normals and interpolation. Triangles far larger than those around their corners span
 holes or recesses, which are cut out. That suits surfaces that are flat or gently curved, whatever elements lie beneath.
+
+Patches of a contact surface: points with areas divided into parts of about equal area, compact in space.
+
+Recursive inertial bisection: the points are halved across the direction in which they spread furthest, then each half, and so on.
+Each cut is straight and placed by area, so that the areas of patches differ by what a node of the mesh carries and patches are
+about as wide as long. Clusters around centres (k-means) are rounder, but their areas differ by a factor of two and they depend on
+where the centres begin. Points lie in the plane that fits the surface best and count with their areas in space, so that gently
+curved surfaces are divided as flat ones. Source: H. D. Simon, Comput. Syst. Eng. 2 (1991) 135-148.
 """
 
 from __future__ import annotations
@@ -18,10 +26,39 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from stickslip.model.contact.point import Motion, mean, node
-from stickslip.model.interfaces.bisection import bisected
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
 from stickslip.model.structure.matrices import Structure
 from stickslip.support.checks import Array, Index, InputError, fault, nearest, of_kind, vector
+
+ALIKE = 1e-6
+"""Difference relative to the size up to which places, or shares of an area, are equal, so that rounding chooses nothing."""
+
+SQUARE = 1.1
+"""Ratio of the mean squares of two spreads up to which no direction is the longest: the first axis of the surface is taken."""
+
+
+def bisected(places: Array, areas: Array, count: int) -> list[Index]:
+    """Indices of points, part by part; places (n, 2), areas (n,), 1 <= count <= n. Every part has at least one point."""
+    size = float(np.ptp(places, axis=0).max(initial=0.0)) or 1.0
+    return _parts(places / (ALIKE * size), areas, np.arange(len(places)), count)
+
+
+def _parts(places: Array, areas: Array, points: Index, count: int) -> list[Index]:
+    """The parts of some of the points, halved again and again."""
+    if count == 1:
+        return [np.sort(points)]
+    own = areas[points]
+    away = places[points] - np.average(places[points], axis=0, weights=own)
+    squares, axes = np.linalg.eigh((own[:, None] * away).T @ away)
+    longest = axes[:, 1] if squares[1] > SQUARE * squares[0] else np.array([1.0, 0.0])
+    longest = longest * np.sign(longest[np.argmax(np.abs(longest))])
+    along, across = np.round(away @ longest), np.round(away @ [-longest[1], longest[0]])
+    ordered = points[np.lexsort((across, along))]
+    first = count // 2
+    shares = np.cumsum(areas[ordered])[first - 1 : len(points) - (count - first)] / own.sum()
+    cut = first + int(np.argmin(np.round(np.abs(shares - first / count) / ALIKE)))
+    return [*_parts(places, areas, ordered[:cut], first), *_parts(places, areas, ordered[cut:], count - first)]
+
 
 FLAT = 1e-9
 """Extent relative to the largest below which points lie on one line, or in one place."""

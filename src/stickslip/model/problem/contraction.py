@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.table import contact_table
+from stickslip.model.contact.point import contact_table
 from stickslip.model.problem.problem import HELD_ALONE
 from stickslip.support.checks import SMALLEST, is_definite
 

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.model.contact.point import Contact, Start
-from stickslip.model.contact.table import contact_table
+from stickslip.model.contact.point import Contact, Start, contact_table
 from stickslip.model.loads import BaseMotion, Force, Output
 from stickslip.model.problem.loose_motions import loose_motions
 from stickslip.model.problem.speed import SpeedDependence

@@ -16,12 +16,17 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.model.readers.deck import MOST_GENERATED, MOST_MADE, PLATES, SOLIDS, CardsMet, Deck, FoundCells, NodeAxes
-from stickslip.model.readers.included_files import Lines
-from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Solids, cards, fields, included, label
-from stickslip.model.readers.input_points import (
+from stickslip.model.readers.deck import (
     GLOBAL,
+    MOST_GENERATED,
+    MOST_MADE,
+    PLATES,
+    SOLIDS,
+    CardsMet,
+    Deck,
+    FoundCells,
     Frame,
+    NodeAxes,
     Turning,
     between,
     cartesian,
@@ -30,6 +35,8 @@ from stickslip.model.readers.input_points import (
     turned_about,
     turning_points,
 )
+from stickslip.model.readers.included_files import Lines
+from stickslip.model.readers.input_cards import MODEL_CARDS, Card, Solids, cards, fields, included, label
 from stickslip.model.readers.model import given_twice, located_once
 from stickslip.model.readers.numbers import coordinate, integer
 from stickslip.model.structure.matrices import Point

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact, Direction, Motion, Start, contact_in_space, node
 from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact, static_normal_load
-from stickslip.model.dampers.shape import hull_of
+from stickslip.model.dampers.damper import hull_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.structure.assembly import Spring

@@ -26,8 +26,8 @@ from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.contact.point import Contact, Motion, Start, ground, node
 from stickslip.model.contact.stiffness import static_normal_load
+from stickslip.model.dampers.cylinder import FlatCylinder
 from stickslip.model.dampers.damper import Damper
-from stickslip.model.dampers.flat_cylinder import FlatCylinder
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.rigs.platform_blade import ForceSeparator, Place, PlatformBlade, Separator, reduced_blade

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from dash import ALL, MATCH, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 
-from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.analyses.settings import marks
+from stickslip.analyses.settings import ForcedResponseSettings, marks
 from stickslip.show.explorer.figures import (
     change_words,
     clicked_point,

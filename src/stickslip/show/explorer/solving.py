@@ -23,7 +23,7 @@ import numpy as np
 
 from stickslip.analyses.forced_response import TRACING, ForcedResponse, ForcedResponseWork
 from stickslip.analyses.performance.curve import PerformanceCurve, performance_curve
-from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model import rigs
 from stickslip.model.problem import Problem
 from stickslip.model.readers.reduction import Progress, quiet

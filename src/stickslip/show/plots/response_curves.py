@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike
 
 from stickslip.analyses.stress import has_fatigue, margins
 from stickslip.analyses.truncation import ALLOWED
-from stickslip.results.curve_kind import CurveKind, kinds_in
 from stickslip.results.quantities import has_stability, split, unstable_steps
 from stickslip.results.representative import is_cloud, levels_of, representative_starts
+from stickslip.results.schema import CurveKind, kinds_in
 from stickslip.results.view import (
     Length,
     along_curve,

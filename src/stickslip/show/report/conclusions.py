@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.analyses.variability.bounds import detached, has_bounds
-from stickslip.results.curve_kind import CurveKind, kinds_in
 from stickslip.results.quantities import about_all, is_unstable, none_is_judged, peak_is_unstable, peak_unjudged
+from stickslip.results.schema import CurveKind, kinds_in
 from stickslip.results.view import (
     Peak,
     converged_points,

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from stickslip.laboratory.identification.response.decay_prediction_result import (
+from stickslip.laboratory.identification.response.decay_prediction import (
     comparison_table as decay_comparison_table,
 )
-from stickslip.laboratory.identification.response.decay_prediction_result import (
+from stickslip.laboratory.identification.response.decay_prediction import (
     decay_table,
     whole_tables,
 )
-from stickslip.laboratory.identification.response.decay_prediction_result import (
+from stickslip.laboratory.identification.response.decay_prediction import (
     failures as decay_failures,
 )
-from stickslip.laboratory.identification.response.decay_prediction_result import (
+from stickslip.laboratory.identification.response.decay_prediction import (
     summary as decay_summary,
 )
 from stickslip.laboratory.identification.response.prediction_result import (

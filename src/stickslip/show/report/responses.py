@@ -10,7 +10,6 @@ from stickslip.analyses.stress import has_fatigue, has_gauges, has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
-from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import (
     about_all,
     has_stability,
@@ -22,6 +21,7 @@ from stickslip.results.quantities import (
     stability_sentences,
 )
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
+from stickslip.results.schema import kind_words
 from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in, shown_unit
 from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.plots.paper import Figures

@@ -9,11 +9,13 @@ from numba import boolean, float64, typeof, types
 from numpy.typing import NDArray
 
 from stickslip.solve.balance.contact_forces import contact_forces
-from stickslip.solve.balance.lapack import lu_factor, lu_solve, orientation
 from stickslip.solve.balance.modal_matrix import factorised_on_states, places, solve_on_states, takes_states
 from stickslip.solve.balance.newton_matrix import (
+    lu_factor,
+    lu_solve,
     moved_rows,
     newton_matrix,
+    orientation,
     pull,
     push,
     pushed_by,

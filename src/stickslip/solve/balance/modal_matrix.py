@@ -19,8 +19,7 @@ import numpy as np
 from numba import boolean, float64, int64, typeof, void
 from numpy.typing import NDArray
 
-from stickslip.solve.balance.lapack import add_product, lu_factor, lu_solve, orientation
-from stickslip.solve.balance.newton_matrix import push, pushed, spread, subtract
+from stickslip.solve.balance.newton_matrix import add_product, lu_factor, lu_solve, orientation, push, pushed, spread, subtract
 from stickslip.solve.balance.receptance import (
     Complex,
     Modes,

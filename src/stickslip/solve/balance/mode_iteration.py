@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.contact.table import ContactTable, contact_table
+from stickslip.model.contact.point import ContactTable, contact_table
 from stickslip.solve.balance.contact_forces import contact_forces
 from stickslip.solve.balance.extended_structure import (
     ExtendedStructure,
@@ -39,8 +39,7 @@ from stickslip.solve.balance.iteration import (
     newton_step_signature,
     tangent_signature,
 )
-from stickslip.solve.balance.lapack import lu_solve
-from stickslip.solve.balance.newton_matrix import moved_rows, newton_matrix, pushed, spread, unknown_entries
+from stickslip.solve.balance.newton_matrix import lu_solve, moved_rows, newton_matrix, pushed, spread, unknown_entries
 from stickslip.solve.balance.receptance import Complex
 from stickslip.solve.balance.system import FREE, Border, Bordered, Control, Direction, State
 from stickslip.support.checks import Array, Index

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.contact.table import ContactTable, contact_table
+from stickslip.model.contact.point import ContactTable, contact_table
 from stickslip.solve.balance.fourier import Fourier, fourier
 from stickslip.solve.balance.receptance import NO_MODES, Complex, Modes
 from stickslip.support.checks import Array, Index

@@ -14,19 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.table import ContactTable
+from stickslip.model.contact.point import ContactTable
 from stickslip.model.dampers.between_platforms import LEFT, RIGHT, BetweenPlatforms
 from stickslip.solve.platforms.march import (
+    Bodies,
     Inertia,
     Path,
     PlatformState,
     Record,
     carry_in_time,
     carry_quasi_static,
+    enumerable,
     new_record,
 )
-from stickslip.solve.platforms.step import Bodies, enumerable
-from stickslip.solve.time.model import Method
+from stickslip.solve.time.period import Method
 from stickslip.support.checks import Array, fault
 
 LEAD_IN = 50

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.table import ContactTable
+from stickslip.model.contact.point import ContactTable
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, Marching, steady_cycle
 from stickslip.solve.time.contact_law import solve_in_place

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.table import contact_table
+from stickslip.model.contact.point import contact_table
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import Contraction, contraction
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance

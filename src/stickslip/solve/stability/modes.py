@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.solve.balance.decoupling import FIRSTS, States
+from stickslip.solve.balance.linear_part import FIRSTS, States
 from stickslip.solve.balance.receptance import PAIR_FIRST, REAL_MODE, REAL_POLE
 from stickslip.support.checks import Array, Index
 

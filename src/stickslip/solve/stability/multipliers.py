@@ -11,10 +11,10 @@ from scipy import linalg
 
 from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.period import STICK
-from stickslip.model.contact.table import ContactTable
+from stickslip.model.contact.point import ContactTable
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
-from stickslip.solve.balance.decoupling import states
+from stickslip.solve.balance.linear_part import states
 from stickslip.solve.stability.contact_path import contact_path
 from stickslip.solve.stability.modes import BlockModes, block_modes
 from stickslip.solve.stability.period_map import Path, period_map

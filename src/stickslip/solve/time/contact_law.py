@@ -1,7 +1,7 @@
 """All contacts at one instant of a time march: λ̂(w) = f − K_c w from the motion and the previous slider positions.
 
 A Jenkins step in the intercept y = T − kt u is a clamp, y_n = clamp(y_{n−1}, −L_n − kt u_n, L_n − kt u_n), as in
-`stickslip.model.contact.period`; laws that are no table of sliders have a step of their own (`stickslip.model.contact.dispatch`).
+`stickslip.model.contact.period`; laws that are no table of sliders have a step of their own (`stickslip.model.contact.protocol`).
 
 Contact solution of one time step by Newton's method on the rows that slip or open.
 
@@ -17,10 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.model.contact.dispatch import take_step
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.protocol import StepMotion, no_step, traction, traction_by_state
-from stickslip.model.contact.table import ContactTable, bent, contact_data
+from stickslip.model.contact.point import ContactTable, bent, contact_data
+from stickslip.model.contact.protocol import StepMotion, no_step, take_step, traction, traction_by_state
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import inlined, inner, kernel
 

@@ -1,20 +1,196 @@
 """One compiled period of time integration: N steps of size h, advancing the state in place and recording histories.
 
 The linear part of a step is a product with constant matrices; the contacts are solved by `stickslip.solve.time.contact_law`.
+
+A problem in the modes of its stuck structure, with the constant matrices of one time step size.
+
+With q = Φη and Φᵀ(K + BᵀK_cB)Φ = I:  m η̈ + c η̇ + η = Φᵀp − Rᵀλ,  R = BΦ,  λ = f − K_c w. Massless motions have m = 0 and
+need no special case. What slips or opens enters through λ alone, so the effective matrix S of a step never changes.
+
+Time integration methods as settings: Newmark and generalised-α in one form with four coefficients.
+
+M a_{n+1−αm} + C v_{n+1−αf} + K q_{n+1−αf} + Bᵀ f_{n+1−αf} = p_{n+1−αf},  x_{n+1−α} = (1 − α) x_{n+1} + α x_n,
+q_{n+1} = q_n + h v_n + h² ((½ − β) a_n + β a_{n+1}),   v_{n+1} = v_n + h ((1 − γ) a_n + γ a_{n+1}).
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy import linalg
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.table import ContactTable
+from stickslip.model.contact.point import ContactTable, contact_table
+from stickslip.model.problem import Problem
+from stickslip.model.problem.speed import refuse_speed
 from stickslip.solve.time.contact_law import ContactState, Earlier, Slopes, contact_law, no_slopes, solve_contacts
-from stickslip.solve.time.model import StepMatrices
-from stickslip.support.checks import Array
+from stickslip.support.checks import Array, InputError, fault, finite
 from stickslip.support.kernels import boxed, inlined, inner, kernel, uncompiled
+
+
+class Coefficients(NamedTuple):
+    """αm, αf, β, γ of the module's equations."""
+
+    mass_weight: float
+    force_weight: float
+    beta: float
+    gamma: float
+
+
+@dataclass(frozen=True)
+class GeneralisedAlpha:
+    """Second order, unconditionally stable; motions far above the step rate shrink by `spectral_radius` at every step.
+
+    spectral_radius ρ in [0, 1]: 1 damps nothing, as the trapezoidal rule, and rings or even gains energy where a contact lands
+    whose own vibration the steps do not resolve; 0 removes within one step what the step cannot resolve.
+    αm = (2ρ − 1)/(ρ + 1), αf = ρ/(ρ + 1), γ = ½ − αm + αf, β = ¼ (1 − αm + αf)².
+    Source: Chung and Hulbert, J. Appl. Mech. 60 (1993) 371-375, equations 17, 18 and 25.
+    """
+
+    spectral_radius: float = 0.5
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= finite("spectral_radius", self.spectral_radius) <= 1.0:
+            raise fault("spectral_radius", "must lie in [0, 1]", self.spectral_radius)
+
+    @property
+    def coefficients(self) -> Coefficients:
+        radius = self.spectral_radius
+        mass, force = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
+        return Coefficients(mass, force, 0.25 * (1.0 - mass + force) ** 2, 0.5 - mass + force)
+
+
+@dataclass(frozen=True)
+class Newmark:
+    """Newmark's rule; β = ¼, γ = ½ is the trapezoidal rule, of second order and without numerical damping.
+
+    γ > ½ damps, at first order. Source: Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94.
+    """
+
+    beta: float = 0.25
+    gamma: float = 0.5
+
+    def __post_init__(self) -> None:
+        if not 0.5 <= finite("gamma", self.gamma) <= 2.0 * finite("beta", self.beta):
+            values = {"beta": self.beta, "gamma": self.gamma}
+            raise fault("Newmark", "must be unconditionally stable, 1/2 <= gamma <= 2 beta", values, "Take 1/4 and 1/2.")
+
+    @property
+    def coefficients(self) -> Coefficients:
+        return Coefficients(0.0, 0.0, self.beta, self.gamma)
+
+
+Method = GeneralisedAlpha | Newmark
+
+DEFAULT_METHOD = GeneralisedAlpha()
+"""Enough numerical damping to keep a landing contact from ringing, too little to be seen in what the steps resolve."""
+
+
+DIAGONAL = 1e-9
+"""Couplings of the modal damping below this share of √(c_ii c_jj) are rounding."""
+
+
+class StepMatrices(NamedTuple):
+    """What a step needs. m modes, r contact rows; a diagonal matrix is stored as one column (m, 1).
+
+    mass (m,); damping c and inverse S⁻¹, (m, m) or (m, 1), S = (1 − αm)/(βh²) m + (1 − αf)(γ/(βh) c + 1);
+    shape R (r, m), receiver Rᵀ (m, r), compliance G = (1 − αf) R S⁻¹ Rᵀ (r, r): w = w_free − G λ; stiffness K_c (r,);
+    outputs (outputs, m); coefficients of the method; step h [s].
+    """
+
+    mass: Array
+    damping: Array
+    inverse: Array
+    shape: Array
+    receiver: Array
+    compliance: Array
+    stiffness: Array
+    outputs: Array
+    coefficients: Coefficients
+    step: float
+
+
+@dataclass(frozen=True, eq=False)
+class TimeModel:
+    """Modes of the stuck structure: shapes Φ (n, m), mass (m,), damping (m, m) or (m, 1); weight = ΦᵀK' (m, n), η = weight q."""
+
+    problem: Problem
+    table: ContactTable
+    shapes: Array
+    mass: Array
+    damping: Array
+    weight: Array
+
+    def load(self, omega: float, level: float) -> tuple[Array, Array]:
+        """Modal loads, static (m,) and harmonic (m, 2H+1) in real storage, H the highest harmonic of the forces."""
+        highest = max(harmonic for force in self.problem.forces for harmonic in force.amplitudes)
+        harmonic = self.problem.load(highest, level, omega)
+        harmonic[:, 0] = 0.0
+        return self.shapes.T @ self.problem.static_load, np.ascontiguousarray(self.shapes.T @ harmonic)
+
+    def step_matrices(self, coefficients: Coefficients, step: float) -> StepMatrices:
+        """The matrices of a step of size h = `step`, s."""
+        free = 1.0 - coefficients.force_weight
+        inertia = (1.0 - coefficients.mass_weight) / (coefficients.beta * step**2) * self.mass
+        rate = coefficients.gamma / (coefficients.beta * step)
+        if self.damping.shape[1] == 1:
+            inverse = 1.0 / (inertia[:, None] + free * (rate * self.damping + 1.0))
+        else:
+            inverse = linalg.inv(np.diag(inertia + free) + free * rate * self.damping)
+        shape = np.ascontiguousarray(self.problem.B @ self.shapes)
+        receiver = np.ascontiguousarray(shape.T)
+        passed = inverse * receiver if self.damping.shape[1] == 1 else inverse @ receiver
+        return StepMatrices(
+            mass=self.mass,
+            damping=self.damping,
+            inverse=np.ascontiguousarray(inverse),
+            shape=shape,
+            receiver=receiver,
+            compliance=np.ascontiguousarray(free * (shape @ passed)),
+            stiffness=self.problem.contact_stiffness,
+            outputs=np.ascontiguousarray(self.problem.output_rows @ self.shapes),
+            coefficients=coefficients,
+            step=step,
+        )
+
+
+def refuse_waves(problem: Problem) -> None:
+    """Refuse problems whose harmonics do not move one structure."""
+    refuse_speed(problem, "Time integration")
+    if not problem.systems.alike or problem.mean_springs:
+        raise InputError(
+            "Time integration must see one structure for all harmonics, but a tuned disk has one for each nodal diameter, "
+            "mean springs act on harmonic 0 alone, and aerodynamics of a disk on vibration alone. Integrate the full disk, "
+            "`disk.full()`, without mean springs and aerodynamics."
+        )
+
+
+def time_model(problem: Problem) -> TimeModel:
+    """Decompose a problem once; `step_matrices` then serves every step size."""
+    refuse_waves(problem)
+    stiffness = problem.stuck_stiffness
+    mass, shapes = linalg.eigh(problem.structure.M, stiffness)
+    mass = np.where(mass > 1e-15 * mass.max(), mass, 0.0)
+    damping = shapes.T @ problem.C @ shapes
+    return TimeModel(
+        problem=problem,
+        table=contact_table(problem.contacts),
+        shapes=np.ascontiguousarray(shapes),
+        mass=mass,
+        damping=_compact(damping),
+        weight=np.ascontiguousarray(shapes.T @ stiffness),
+    )
+
+
+def _compact(damping: Array) -> Array:
+    """The matrix, or its diagonal as one column where the rest is rounding."""
+    diagonal = np.diag(damping).copy()
+    size = np.sqrt(np.abs(np.outer(diagonal, diagonal)))
+    if np.all(np.abs(damping - np.diag(diagonal)) <= DIAGONAL * np.maximum(size, 1e-3 * size.max(initial=0.0))):
+        return diagonal[:, None]
+    return np.ascontiguousarray(damping)
 
 
 class State(NamedTuple):

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from functools import cached_property
+from dataclasses import asdict
 from hashlib import sha256
-from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from stickslip.laboratory.identification.contact_law.fit import LoopErrors
 from stickslip.laboratory.identification.contact_law.work import ContactLawWork, contact_law_work
-from stickslip.runs.work import Arrays
-from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import FORCE, STIFFNESS, Column, Number, Positive, Table, Units, in_si
+from stickslip.study.analysis import Asked, Kind, OneWork
+from stickslip.study.fields import FORCE, STIFFNESS, Column, Number, Positive, Table, in_si
 from stickslip.support.checks import counted, fault, nearest
-from stickslip.support.late import xr
 
 LawName = Literal["jenkins", "iwan", "dahl", "array", "valanis"]
 DEFAULT: list[LawName] = ["jenkins", "iwan", "dahl", "array"]
@@ -73,44 +68,18 @@ class ContactLawTable(Table):
         return LoopErrors(**self.errors)
 
 
-@dataclass(frozen=True, eq=False)
-class ContactLawPlan(Plan):
-    """Files and what to fit to them."""
+def plan(asked: Asked) -> OneWork:
+    """Files and what to fit to them; they are read when the work begins."""
+    table = ContactLawTable.model_validate(asked.tables["contact_law"])
+    si, errors, files = in_si(table, asked.units), table.loop_errors(), [asked.folder / name for name in table.files]
 
-    table: ContactLawTable
-    folder: Path
-    units: Units
-
-    @classmethod
-    def of(cls, asked: Asked) -> ContactLawPlan:
-        """The plan of a study."""
-        table = asked.tables["contact_law"]
-        if not isinstance(table, ContactLawTable):
-            raise AssertionError("the table of a contact law")
-        table.loop_errors()
-        return cls(table, asked.folder, asked.units)
-
-    @property
-    def content(self) -> str:
-        """Identifies the files, as far as they exist."""
-        files = [self.folder / name for name in self.table.files]
-        return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
-
-    @property
-    def summary(self) -> str:
-        return f"{counted(len(self.table.files), 'file')}, {' or '.join(self.table.laws)}"
-
-    @cached_property
-    def work(self) -> ContactLawWork:
-        """The work on the loops of the files."""
-        table, si = self.table, in_si(self.table, self.units)
-        files = [self.folder / name for name in table.files]
+    def work() -> ContactLawWork:
         return contact_law_work(
             files,
             normal_load=si["normal_load"],
             laws=tuple(table.laws),
             rig_stiffness=si["rig_stiffness"],
-            errors=table.loop_errors(),
+            errors=errors,
             harmonics=table.harmonics,
             columns={str(key): value for key, value in table.columns.items()},
             units={str(key): value for key, value in table.column_units.items()},
@@ -118,12 +87,9 @@ class ContactLawPlan(Plan):
             friction_over=si["friction_over"],
         )
 
-    @property
-    def works(self) -> Mapping[str, ContactLawWork]:
-        return {"": self.work}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.work.contact_law(results[""][0]).dataset
+    summary = f"{counted(len(files), 'file')}, {' or '.join(table.laws)}"
+    content = sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()  # of those that exist
+    return OneWork(work, summary, lambda work, arrays: work.contact_law(arrays[0]).dataset, content)
 
 
-KIND = Kind(ContactLawPlan.of, {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False)
+KIND = Kind(plan, {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False)

@@ -11,7 +11,7 @@ from stickslip.analyses.damper_alone.cycle import CycleWork
 from stickslip.laboratory.measurement.cycles import read_motion
 from stickslip.model.dampers import BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
 from stickslip.model.dampers.between_platforms import LAWS, suitable_gaps
-from stickslip.solve.time.model import GeneralisedAlpha, Method, Newmark
+from stickslip.solve.time.period import GeneralisedAlpha, Method, Newmark
 from stickslip.study.analysis import Asked, Kind, OneWork
 from stickslip.study.build import shape_of
 from stickslip.study.contacts import Frictions, friction_in_si
@@ -151,7 +151,7 @@ def plan(asked: Asked) -> OneWork:
         cycles=cycle.cycles,
     )
     summary = f"{rig.title}, {counted(len(rig.points), 'line')} of contact, {cycle.steps} steps a cycle"
-    return OneWork(work, summary, lambda results: work.gathered(results[0]).dataset, motion.digest)
+    return OneWork(work, summary, lambda work, arrays: work.gathered(arrays[0]).dataset, motion.digest)
 
 
 KIND = Kind(

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from stickslip.analyses.damper_alone.cycles import EvolutionWork
+from stickslip.analyses.damper_alone.cycle import EvolutionWork
 from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, Steps, rig_and_motion, suitable
 from stickslip.study.analysis import Asked, Kind, OneWork
 from stickslip.study.fields import NotNegatives, in_si, table_of
@@ -25,7 +25,7 @@ def plan(asked: Asked) -> OneWork:
     work = EvolutionWork(*rig_and_motion(asked), **in_si(asked.tables["damper_evolution"], asked.units))
     sets = counted(len(work.friction), "set")
     words = f"{work.rig.title}, {sets} of friction coefficients, {counted(work.cycles, 'cycle')} each"
-    return OneWork(work, words, lambda results: work.gathered(results[0]).dataset, work.motion.digest)
+    return OneWork(work, words, lambda work, arrays: work.gathered(arrays[0]).dataset, work.motion.digest)
 
 
 KIND = Kind(

@@ -11,8 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from stickslip.laboratory.identification.response.decay_prediction import DecayPredictionWork
-from stickslip.laboratory.identification.response.decay_prediction_result import windows_between
+from stickslip.laboratory.identification.response.decay_prediction import DecayPredictionWork, windows_between
 from stickslip.laboratory.identification.response.result import ResponseIdentification
 from stickslip.laboratory.measurement.decay import MeasuredDecay, read_decay
 from stickslip.results.files import open_results

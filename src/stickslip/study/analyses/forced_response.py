@@ -7,12 +7,22 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of
-from stickslip.study.further_curves import BranchesTable, FurtherCurves, IsolatedTable, ordered
-from stickslip.study.stress import FatigueTable, StabilityTable, StressTable, fatigue_of, recovery_of, stability_of
+from stickslip.study.further_curves import (
+    BranchesTable,
+    FatigueTable,
+    FurtherCurves,
+    IsolatedTable,
+    StabilityTable,
+    StressTable,
+    fatigue_of,
+    ordered,
+    recovery_of,
+    stability_of,
+)
 from stickslip.support.late import xr
 
 

@@ -12,7 +12,7 @@ from pydantic import Field
 from stickslip.analyses.controlled_response import phase_resonance
 from stickslip.analyses.free_decay import MOST_STEPS, FreeDecayWork, beside_modes, beside_phase_resonance
 from stickslip.analyses.modes.work import NonlinearModesWork, with_decays
-from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.readers.model import ROTATIONS
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers

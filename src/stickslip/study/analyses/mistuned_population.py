@@ -16,7 +16,7 @@ from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, OneWork, summary_of
 from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
-from stickslip.study.stress import FatigueTable, fatigue_of, recovery_of
+from stickslip.study.further_curves import FatigueTable, fatigue_of, recovery_of
 from stickslip.support.checks import Faults, InputError, counted
 from stickslip.support.late import xr
 
@@ -98,7 +98,7 @@ def plan(asked: Asked) -> OneWork:
     )
     summary = f"{summary_of(sweep)} a sector; {counted(work.count, 'mistuned disk')} of {disk.sectors} sectors"
     fatigue = fatigue_of(asked, recovery_of(asked), with_blade_fatigue)
-    return OneWork(work, summary, partial(_gathered, work, fatigue=fatigue))
+    return OneWork(work, summary, partial(_gathered, fatigue=fatigue))
 
 
 def _gathered(work: PopulationWork, results: Sequence[Arrays], fatigue: Callable[[xr.Dataset], xr.Dataset] | None) -> xr.Dataset:

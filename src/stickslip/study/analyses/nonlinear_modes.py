@@ -35,7 +35,7 @@ def plan(asked: Asked) -> OneWork:
     """The nonlinear modes of a problem."""
     work, levels = NonlinearModesWork(**modes_settings(asked, asked.tables.get(TABLE, ModesTable()))), sweep_of(asked).levels
     work.refuse_amplitudes()
-    return OneWork(work, modes_summary(work), lambda results: work.dataset(results, levels))
+    return OneWork(work, modes_summary(work), lambda work, arrays: work.dataset(arrays, levels))
 
 
 def modes_settings(asked: Asked, table: Table) -> dict[str, Any]:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
@@ -13,14 +10,12 @@ from pydantic import Field
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
-from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.runs.work import Arrays, Work
+from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
+from stickslip.study.analysis import Asked, Kind, OneWork, summary_of, taken_over
 from stickslip.study.fields import FORCE, Positive, Table, Units, check_of, in_si, table_of
 from stickslip.study.tables import Ends
 from stickslip.support.checks import MOST, InputError, counted, fault
-from stickslip.support.late import xr
 
 Points = Annotated[int, Field(ge=2, le=MOST, description="number of values of F_C/F_E, in equal ratios")]
 PerformanceTable = table_of(
@@ -46,36 +41,18 @@ def checked(table: Any) -> None:
     check_of(PerformanceWork)(table)
 
 
-@dataclass(frozen=True, eq=False)
-class PerformancePlan(Plan):
+def plan(asked: Asked) -> OneWork:
     """A performance curve for each friction coefficient."""
+    sweep = sweep_over_a_band(asked)
+    settings = at_ratios(asked.tables["performance_curve"], asked.units) | {"band": sweep.band}
 
-    sweep: ForcedResponseSettings
-    settings: Mapping[str, Any]
+    def work() -> PerformanceWork:
+        return PerformanceWork(**taken_over(ForcedResponseWork.of(sweep)) | {"problem": sweep.problem}, **settings)
 
-    @classmethod
-    def of(cls, asked: Asked) -> PerformancePlan:
-        """The plan of a study."""
-        sweep = sweep_over_a_band(asked)
-        return cls(sweep, at_ratios(asked.tables["performance_curve"], asked.units) | {"band": sweep.band})
-
-    @property
-    def summary(self) -> str:
-        curves = counted(len(self.settings["friction"] or [0]), "performance curve")
-        low, *_, high = ratios = self.settings["force_ratio"]
-        return f"{summary_of(self.sweep)}; {curves} of {counted(len(ratios), 'point')}, F_C/F_E {low:g} to {high:g}"
-
-    @cached_property
-    def work(self) -> PerformanceWork:
-        base = taken_over(ForcedResponseWork.of(self.sweep))
-        return PerformanceWork(**base | {"problem": self.sweep.problem}, **self.settings)
-
-    @property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.work}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return gathered(self.work, results[""]).dataset
+    low, *_, high = ratios = settings["force_ratio"]
+    words = f"{counted(len(settings['friction'] or [0]), 'performance curve')} of {counted(len(ratios), 'point')}"
+    summary = f"{summary_of(sweep)}; {words}, F_C/F_E {low:g} to {high:g}"
+    return OneWork(work, summary, lambda work, arrays: gathered(work, arrays).dataset)
 
 
 def sweep_over_a_band(asked: Asked) -> ForcedResponseSettings:
@@ -95,7 +72,7 @@ def at_ratios(table: Table, units: Units) -> dict[str, Any]:
 
 
 KIND = Kind(
-    PerformancePlan.of,
+    plan,
     {"performance_curve": PerformanceTable},
     required=("performance_curve",),
     checks={"performance_curve": checked},

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.analyses.variability.bounds import BoundsWork, attached, refuse_discs
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of

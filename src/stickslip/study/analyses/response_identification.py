@@ -16,7 +16,7 @@ from pydantic import Field
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.response_dataset import levels_are_newtons, newtons_a_level
-from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.laboratory.identification.least_squares import FreeParameter
 from stickslip.laboratory.identification.response.work import ResponseIdentificationWork
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.response_settings import ForcedResponseSettings
+from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.analyses.variability.samples import Law, SamplesWork, named_law
 from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -12,16 +10,13 @@ from pydantic import Field
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.performance.sensitivity_indices import MOST_DRAWS, DrawsWork, gathered
-from stickslip.analyses.response_settings import ForcedResponseSettings
 from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.problem import Problem
-from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.performance_curve import sweep_over_a_band
-from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
+from stickslip.study.analysis import Asked, Kind, OneWork, summary_of, taken_over
 from stickslip.study.fields import LENGTH, Table, in_si, table_of
 from stickslip.study.tables import Ends, Two
 from stickslip.support.checks import InputError, fault
-from stickslip.support.late import xr
 from stickslip.support.units import Band
 
 FACTORS = ("kt", "kn", "mu", "preload")
@@ -76,48 +71,25 @@ def ranges(table: Any) -> dict[str, list[float]]:
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class IndicesPlan(Plan):
+def plan(asked: Asked) -> OneWork:
     """Peaks at drawn values, and the indices that follow."""
+    sweep, table = sweep_over_a_band(asked), asked.tables["sensitivity_indices"]
+    if len(sweep.levels) != 1:
+        raise InputError("[sweep]: force_levels must be one for sensitivity indices, but are several. Write a study for each.")
+    values = in_si(table, asked.units)
+    box = {name: (values[name][0], values[name][1]) for name in ranges(table)}
+    for name in FACTORS[:3]:
+        if name in box and not any(hasattr(contact.law, name) for contact in sweep.problem.contacts):
+            raise fault(f"[sensitivity_indices]: {name}", "must meet a contact law that has it", "none does")
 
-    sweep: ForcedResponseSettings
-    table: Any
-    box: Mapping[str, tuple[float, float]]
-
-    @classmethod
-    def of(cls, asked: Asked) -> IndicesPlan:
-        """The plan of a study."""
-        sweep, table = sweep_over_a_band(asked), UncertainTable.model_validate(asked.tables["sensitivity_indices"])
-        if len(sweep.levels) != 1:
-            raise InputError(
-                "[sweep]: force_levels must be one for sensitivity indices, but are several. Write a study for each."
-            )
-        values = in_si(table, asked.units)
-        box = {name: (values[name][0], values[name][1]) for name in ranges(table)}
-        for name in FACTORS[:3]:
-            if name in box and not any(hasattr(contact.law, name) for contact in sweep.problem.contacts):
-                raise fault(f"[sensitivity_indices]: {name}", "must meet a contact law that has it", "none does")
-        return cls(sweep, table, box)
-
-    @property
-    def summary(self) -> str:
-        return f"{summary_of(self.sweep)}; {self.table.draws * (len(self.box) + 2)} problems for {', '.join(self.box)}"
-
-    @cached_property
-    def work(self) -> DrawsWork:
-        base, table = ForcedResponseWork.of(self.sweep), self.table
+    def work() -> DrawsWork:
+        base = ForcedResponseWork.of(sweep)
         shared = taken_over(base)
-        make = Varied(shared.pop("problem"))
-        band = Band(min(self.sweep.frequencies), max(self.sweep.frequencies))
-        return DrawsWork(make, self.box, band, base.levels[0], draws=table.draws, seed=table.seed, **shared)
+        make, band = Varied(shared.pop("problem")), Band(min(sweep.frequencies), max(sweep.frequencies))
+        return DrawsWork(make, box, band, base.levels[0], draws=values["draws"], seed=values["seed"], **shared)
 
-    @property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.work}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return gathered(self.work, results[""])
+    return OneWork(work, f"{summary_of(sweep)}; {values['draws'] * (len(box) + 2)} problems for {', '.join(box)}", gathered)
 
 
 TABLE = "sensitivity_indices"
-KIND = Kind(IndicesPlan.of, {TABLE: UncertainTable}, required=(TABLE,), checks={TABLE: ranges}, without=("peak_tolerance",))
+KIND = Kind(plan, {TABLE: UncertainTable}, required=(TABLE,), checks={TABLE: ranges}, without=("peak_tolerance",))

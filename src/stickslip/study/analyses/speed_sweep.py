@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Mapping
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 from typing import Annotated
@@ -12,19 +11,16 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, Tag
 
-from stickslip.analyses.response_settings import ForcedResponseSettings
-from stickslip.analyses.speed.models import at_reference_speed
+from stickslip.analyses.speed.campbell import at_reference_speed
 from stickslip.analyses.speed.speed_sweep import SpeedSweepSettings, SpeedSweepWork, samples_for
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.readers.read import read_content
 from stickslip.model.structure.cyclic import CyclicStructure
-from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan, summary_of
+from stickslip.study.analysis import Asked, Kind, OneWork, summary_of
 from stickslip.study.fields import STIFFNESS, Number, Positive, Table, by_form
 from stickslip.support.checks import Array, InputError, counted, fault, positive, unique
-from stickslip.support.late import xr
 from stickslip.support.units import Band
 
 Order = Annotated[int, Field(ge=1, le=10_000)]
@@ -57,50 +53,20 @@ def band_of(table: SpeedSweepTable) -> Band:
     return Band(min(table.engine_orders) * low / 60.0, max(table.engine_orders) * high / 60.0)
 
 
-@dataclass(frozen=True, eq=False)
-class SpeedSweepPlan(Plan):
+def plan(asked: Asked) -> OneWork:
     """A curve for each engine order and force level."""
+    sweep, table = sweep_of(asked), SpeedSweepTable.model_validate(asked.tables["speed_sweep"])
+    positive("[speed_sweep]: reference_speed", table.reference_speed)
+    at_rest = _stiffness_at_rest(table, sweep.problem, asked)
+    problem = at_reference_speed(sweep.problem, 2.0 * pi * table.reference_speed / 60.0, at_rest)
+    low, high = table.speed
 
-    sweep: ForcedResponseSettings
-    table: SpeedSweepTable
-    problem: Problem
+    def work() -> SpeedSweepWork:
+        return SpeedSweepWork.of(SpeedSweepSettings(problem, (low, high), table.engine_orders, **sweep.fineness))
 
-    @classmethod
-    def of(cls, asked: Asked) -> SpeedSweepPlan:
-        """The plan of a study."""
-        sweep, table = sweep_of(asked), SpeedSweepTable.model_validate(asked.tables["speed_sweep"])
-        positive("[speed_sweep]: reference_speed", table.reference_speed)
-        at_rest = _stiffness_at_rest(table, sweep.problem, asked)
-        problem = at_reference_speed(sweep.problem, 2.0 * pi * table.reference_speed / 60.0, at_rest)
-        return cls(sweep, table, problem)
-
-    @property
-    def summary(self) -> str:
-        orders = counted(len(self.table.engine_orders), "engine order")
-        samples = samples_for(self.problem, self.table.engine_orders, self.sweep.samples)
-        sweep = replace(self.sweep, samples=samples)
-        return f"{summary_of(sweep)}; {orders} from {self.table.speed[0]:g} to {self.table.speed[1]:g} rev/min"
-
-    @cached_property
-    def work(self) -> SpeedSweepWork:
-        sweep, table = self.sweep, self.table
-        speed = (table.speed[0], table.speed[1])
-        return SpeedSweepWork.of(SpeedSweepSettings(self.problem, speed, table.engine_orders, **sweep.fineness))
-
-    @property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.work}
-
-    @property
-    def content(self) -> str:
-        return self.problem.fingerprint
-
-    @property
-    def condition(self) -> str:
-        return f"at {self.table.reference_speed:g} rev/min"
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.work.gathered(results[""]).dataset
+    about = summary_of(replace(sweep, samples=samples_for(problem, table.engine_orders, sweep.samples)))
+    summary = f"{about}; {counted(len(table.engine_orders), 'engine order')} from {low:g} to {high:g} rev/min"
+    return OneWork(work, summary, content=problem.fingerprint, condition=f"at {table.reference_speed:g} rev/min")
 
 
 def _stiffness_at_rest(table: SpeedSweepTable, problem: Problem, asked: Asked) -> Array | None:
@@ -152,7 +118,7 @@ def _read(path: Path) -> Array:
 
 TABLE = "speed_sweep"
 KIND = Kind(
-    SpeedSweepPlan.of,
+    plan,
     {TABLE: SpeedSweepTable},
     required=(TABLE,),
     checks={TABLE: checked},

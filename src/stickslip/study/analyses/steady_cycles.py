@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from stickslip.analyses.damper_alone.cycles import SteadyCyclesWork
+from stickslip.analyses.damper_alone.cycle import SteadyCyclesWork
 from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, Steps, rig_and_motion, suitable
 from stickslip.study.analysis import Asked, Kind, OneWork
 from stickslip.study.fields import LENGTH, Positive, in_si, table_of

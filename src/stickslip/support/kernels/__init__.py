@@ -5,8 +5,7 @@ kernel that many others call is `separate`; it sees the tables of its caller thr
 """
 
 from stickslip.support.kernels import cache, passes
-from stickslip.support.kernels.decorators import inlined, inner, kernel, uncompiled
+from stickslip.support.kernels.decorators import by_types, compiled, inlined, inner, kernel, separate, uncompiled
 from stickslip.support.kernels.results import boxed
-from stickslip.support.kernels.separate import by_types, compiled, separate
 
 __all__ = ["boxed", "by_types", "cache", "compiled", "inlined", "inner", "kernel", "passes", "separate", "uncompiled"]

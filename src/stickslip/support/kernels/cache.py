@@ -111,7 +111,7 @@ def _files() -> dict[str, str]:
 @cache
 def _makers() -> bytes:
     """What makes kernels of functions, and so is part of all of them."""
-    return b"".join(Path(__file__).with_stem(name).read_bytes() for name in ("decorators", "results", "separate", "views"))
+    return b"".join(Path(__file__).with_stem(name).read_bytes() for name in ("decorators", "results", "views"))
 
 
 def _module(path: Path) -> str:
@@ -153,7 +153,7 @@ class KernelCache(caching._Cache):
         triple, *processor = target_context.codegen().magic_tuple()
         places = [(FOLDER, (triple, *processor))] + [(PACKED, (triple, COMMON, ""))] * (_takes_packed() and _packed_is_closed())
         for folder, target in places:
-            with suppress(OSError):
+            with suppress(OSError, ImportError, AttributeError):  # of an older version, whose types have moved since
                 content = _read(folder / self._file(sig, target))
                 if content.startswith(_digest(content[DIGEST:])):  # a full disk or a power cut may have damaged it
                     return _loaded(content[DIGEST:], target_context)

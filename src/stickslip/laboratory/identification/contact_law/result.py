@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.laboratory.identification.contact_law.fit import force_lag, interval
-from stickslip.laboratory.identification.contact_law.model import ContactLoop, force_of, work_along
+from stickslip.laboratory.identification.contact_law.fit import ContactLoop, force_lag, force_of, interval, work_along
 from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.results.result import Result
 from stickslip.support.checks import Array, Index, counted, fault, rounded

@@ -13,15 +13,20 @@ import numpy as np
 
 from stickslip.analyses.settings import takes
 from stickslip.laboratory.identification.contact_law.fit import (
+    FITTED,
+    LAWS,
     LONGEST,
+    ContactLoop,
     LoopErrors,
+    advanced,
     fitted,
+    force_of,
     friction_over_load,
     judged,
+    smoothed,
     standard_errors,
     under_friction,
 )
-from stickslip.laboratory.identification.contact_law.model import FITTED, LAWS, ContactLoop, advanced, force_of, smoothed
 from stickslip.laboratory.identification.contact_law.result import (
     ContactLaw,
     LawFit,

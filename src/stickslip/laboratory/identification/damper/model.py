@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.laboratory.identification.contact_law.model import half_ellipse
+from stickslip.laboratory.identification.contact_law.fit import half_ellipse
 from stickslip.laboratory.measurement.cycles import CycleSet
 from stickslip.laboratory.measurement.reconstruction import RigErrors, distorted, feet_loads, reconstructed
 from stickslip.laboratory.measurement.stuck import (

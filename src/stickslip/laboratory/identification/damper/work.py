@@ -21,12 +21,13 @@ from stickslip.laboratory.identification.damper.fit import (
     COARSE,
     EVALUATIONS,
     DamperFit,
+    Refits,
     fitted,
     fitted_with_law,
     held_out,
     population,
+    refits,
 )
-from stickslip.laboratory.identification.damper.intervals import Refits, refits
 from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD, Clues, clues, parameters, usual_unknowns
 from stickslip.laboratory.identification.damper.result import (
     CERTAINTY,

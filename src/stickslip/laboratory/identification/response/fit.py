@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.laboratory.identification.least_squares import FreeParameter, LeastSquares, Solution
-from stickslip.laboratory.identification.response.enclosed import EnclosedTest
-from stickslip.laboratory.identification.response.model import ComputedResponse, FittedTest
+from stickslip.laboratory.identification.response.model import ComputedResponse, EnclosedTest, FittedTest
 from stickslip.support.checks import Array
 
 MISSED = -2.0

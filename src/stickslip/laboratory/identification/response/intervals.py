@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 from scipy import special
 
-from stickslip.laboratory.identification.response.enclosed import EnclosedTest, padded
 from stickslip.laboratory.identification.response.fit import ResponseFit
-from stickslip.laboratory.identification.response.model import FittedTest
+from stickslip.laboratory.identification.response.model import EnclosedTest, FittedTest, padded
 from stickslip.laboratory.measurement.measured_response import by_joint
 from stickslip.runs.work import Arrays
 from stickslip.support.checks import Array, Index

@@ -13,13 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.laboratory.identification.response.decay_prediction import predict_decay
-from stickslip.laboratory.identification.response.decay_prediction_result import DecayPrediction
+from stickslip.laboratory.identification.response.decay_prediction import DecayPrediction, predict_decay
 from stickslip.laboratory.identification.response.draws import free_as_text, kept_for_draws, names_of_fit
-from stickslip.laboratory.identification.response.enclosed import EnclosedTest
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import FEWEST_TESTS, TOGETHER, FitStatistics, above_noise
 from stickslip.laboratory.identification.response.mistakes import moved, notes_on_mistakes, notes_on_outliers
+from stickslip.laboratory.identification.response.model import EnclosedTest
 from stickslip.laboratory.identification.response.prediction import predict_response
 from stickslip.laboratory.identification.response.prediction_result import ResponsePrediction
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units

@@ -28,11 +28,10 @@ from stickslip.analyses.settings import (
     takes,
 )
 from stickslip.laboratory.identification.least_squares import FreeParameter
-from stickslip.laboratory.identification.response.enclosed import EnclosedTest, padded
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import enclosed, friction_bounds, statistics
 from stickslip.laboratory.identification.response.mistakes import POOR, amplitudes_alone, fitted_without
-from stickslip.laboratory.identification.response.model import FittedTest
+from stickslip.laboratory.identification.response.model import EnclosedTest, FittedTest, padded
 from stickslip.laboratory.identification.response.result import ResponseIdentification, dataset_of_fit, notes
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, by_joint
 from stickslip.model.problem import Problem
