@@ -133,7 +133,7 @@ format: setup
 	$(BIN)/ruff format .
 
 reference: setup
-	$(BIN)/python -m stickslip.study.reference docs/study_reference.md
+	$(BIN)/python -m tools.reference docs/study_reference.md
 
 wheel: setup
 	$(BIN)/python -m tools.wheel

@@ -10,8 +10,8 @@ import typer
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.study.reference import SECTIONS
 from stickslip.study.templates import KINDS
+from tools.reference import SECTIONS
 
 ROOT = Path(__file__).parents[2]
 GLOSSARY = ROOT / "docs" / "glossary.md"

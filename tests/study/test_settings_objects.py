@@ -16,8 +16,8 @@ from stickslip.analyses.controlled_response import ControlledResponseWork
 from stickslip.analyses.settings import Setting, Settings, Whole, takes
 from stickslip.study.faults import parsed
 from stickslip.study.fields import Positive, check_of, table_of
-from stickslip.study.reference import rows
 from stickslip.support.checks import Faults, InputError, among, positive, unique
+from tools.reference import rows
 
 RIG = ss.rigs.single_mass()
 

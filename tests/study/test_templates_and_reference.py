@@ -10,9 +10,9 @@ from stickslip.cli import main
 from stickslip.model.contact.point import TractionRatio
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.study import read, templates
-from stickslip.study.reference import SECTIONS, kind_of, limits, reference
 from stickslip.study.templates import KINDS, write_new
 from stickslip.support.checks import InputError
+from tools.reference import SECTIONS, kind_of, limits, reference
 
 TEMPLATES = Path(templates.__file__).parent
 DOCS = Path(__file__).parents[2] / "docs"

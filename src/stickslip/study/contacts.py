@@ -55,14 +55,10 @@ class LoadDependentFrictionTable(Table):
     """A coefficient that depends on the normal load N of the contact: `over` and `values`, between which the slip limit µN is
     straight; or a power law, `value`, `at` and `exponent`: µ = value (N/at)^exponent. Beyond the loads µ is constant."""
 
-    over: Annotated[
-        Annotated[list[Positive], ENTRIES] | None,
-        FORCE,
-        Field(description="normal loads, ascending; of a power law the lowest and the highest, by default at/100 and 100 at"),
-    ] = None
-    values: Annotated[
-        Annotated[list[Positive], ENTRIES] | None, Field(description="µ at each of these loads; µN must not fall as N grows")
-    ] = None
+    over: Annotated[Annotated[list[Positive], ENTRIES] | None, FORCE] = None
+    """normal loads, ascending; of a power law the lowest and the highest, by default at/100 and 100 at"""
+    values: Annotated[list[Positive], ENTRIES] | None = None
+    """µ at each of these loads; µN must not fall as N grows"""
     value: Annotated[Positive | None, Field(description="of a power law: µ at the load `at`")] = None
     at: Annotated[Positive | None, FORCE, Field(description="of a power law: the load of `value`")] = None
     exponent: Annotated[Number | None, Field(description="of a power law, from -1 to 1: negative where µ falls")] = None
@@ -133,15 +129,12 @@ class SurfaceTable(ContactTable):
     against: Annotated[
         str | None, Field(min_length=1, description='what lies opposite: a [[body]], another set of nodes, or "ground"')
     ] = None
-    facing: Annotated[
-        Vector | None, Field(description="direction out of the surface; default: to the side of what lies opposite")
-    ] = None
-    tangent: Annotated[
-        Vector | None, Field(description="t1, as far as it lies in the surface; default: along its greatest length")
-    ] = None
-    mesh_gap: Annotated[
-        bool, Field(description="add to `gap` how far the set of nodes opposite stands off each node of the mesh")
-    ] = False
+    facing: Vector | None = None
+    """direction out of the surface; default: to the side of what lies opposite"""
+    tangent: Vector | None = None
+    """t1, as far as it lies in the surface; default: along its greatest length"""
+    mesh_gap: bool = False
+    """add to `gap` how far the set of nodes opposite stands off each node of the mesh"""
     points: Annotated[
         int | None,
         Field(
@@ -151,11 +144,8 @@ class SurfaceTable(ContactTable):
             "the highest peaks is computed",
         ),
     ] = None
-    mean_pressure: Annotated[
-        NotNegative,
-        PRESSURE,
-        Field(description="N0 per area, beside `preload`; needs `kn`"),
-    ] = 0.0
+    mean_pressure: Annotated[NotNegative, PRESSURE] = 0.0
+    """N0 per area, beside `preload`; needs `kn`"""
 
 
 class FrictionTable(SurfaceTable):
@@ -166,16 +156,13 @@ class FrictionTable(SurfaceTable):
     together: ClassVar[tuple[tuple[str, str], ...]] = (("kn", "normal"), *SurfaceTable.together)
 
     mu: Annotated[Friction, Field(description="friction coefficient; as a table it depends on the normal load")]
-    tangential: Annotated[
-        Directions | None, Field(description="t1, or [t1, t2]; a direction is [A, B] or a table of coefficients")
-    ] = None
+    tangential: Directions | None = None
+    """t1, or [t1, t2]; a direction is [A, B] or a table of coefficients"""
     normal: Annotated[Direction | None, Field(description="the closing direction, positive when A moves into B")] = None
-    balanced: Annotated[
-        bool, Field(description="count z from the preloaded equilibrium: the structure feels N − N0, not the whole N")
-    ] = False
-    start: Annotated[
-        Starts | None, Field(description="start rule, or a list with one rule per direction; a virgin contact when absent")
-    ] = None
+    balanced: bool = False
+    """count z from the preloaded equilibrium: the structure feels N − N0, not the whole N"""
+    start: Starts | None = None
+    """start rule, or a list with one rule per direction; a virgin contact when absent"""
 
     def make_law(self, units: Units) -> Law:
         values = in_si(self, units)
@@ -252,15 +239,13 @@ class MicroslipArrayTable(FrictionTable):
     law: Annotated[Literal["microslip_array"], Field(description="the contact law")]
     kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, total or per element")]
     elements: Annotated[int | None, Field(ge=1, le=1000, description="number of elements, when nothing is a list")] = None
-    normal_load: Annotated[
-        NotNegatives | None, FORCE, Field(description="constant normal load, total or per element, when there is no kn")
-    ] = None
+    normal_load: Annotated[NotNegatives | None, FORCE] = None
+    """constant normal load, total or per element, when there is no kn"""
     kn: Annotated[Positives | None, STIFFNESS, Field(description="normal stiffness, total or per element; needs `normal`")] = None
     preload: Annotated[Numbers, FORCE, Field(description="N0, total or per element")] = 0.0
     gaps: Annotated[list[Number] | None, LENGTH, Field(min_length=1, description="gap of each element")] = None
-    largest_gap: Annotated[Number | None, LENGTH, Field(description="gaps spaced equally from 0 to this, instead of `gaps`")] = (
-        None
-    )
+    largest_gap: Annotated[Number | None, LENGTH] = None
+    """gaps spaced equally from 0 to this, instead of `gaps`"""
 
     def law_in_si(self, values: dict[str, Any]) -> Law:
         size = self.size()
@@ -291,23 +276,14 @@ class IwanTable(SliderTable):
     renamed: ClassVar[dict[str, str]] = {"pressure": "spectrum", "elements": "count"}
 
     law: Annotated[Literal["iwan"], Field(description="the contact law")]
-    spectrum: Annotated[
-        Literal["hertz", "parabolic", "four_parameter"],
-        Field(description="of the displacements at which the elements slip: by a Hertzian or parabolic pressure, or Segalman's"),
-    ] = "hertz"
-    edge: Annotated[
-        NotNegative | None, Field(description="parabolic: pressure at the edge over that in the middle; default: 0")
-    ] = None
+    spectrum: Literal["hertz", "parabolic", "four_parameter"] = "hertz"
+    """of the displacements at which the elements slip: by a Hertzian or parabolic pressure, or Segalman's"""
+    edge: NotNegative | None = None
+    """parabolic: pressure at the edge over that in the middle; default: 0"""
     chi: Annotated[Number | None, Field(description="four_parameter: exponent, above -1; default: -0.5")] = None
     beta: Annotated[NotNegative | None, Field(description="four_parameter: stiffness ratio; default: 0.5")] = None
-    count: Annotated[
-        int | None,
-        Field(
-            ge=2,
-            le=10000,
-            description="approximate number of springs and sliders; default: as many as an accuracy of 0.2 % takes",
-        ),
-    ] = None
+    count: Annotated[int | None, Field(ge=2, le=10000)] = None
+    """approximate number of springs and sliders; default: as many as an accuracy of 0.2 % takes"""
 
     def law_in_si(self, values: dict[str, Any]) -> Law:
         own = {key: values[key] for key in ("kt", "mu", "kn", "preload", "gap", "normal_load")}
@@ -350,9 +326,8 @@ class CubicSpringTable(ContactTable):
     exactly_one: ClassVar[Groups] = (("between", "tangential"),)
 
     law: Annotated[Literal["cubic_spring"], Field(description="the contact law")]
-    tangential: Annotated[
-        Directions | None, Field(description="its direction, or two; a direction is [A, B] or a table of coefficients")
-    ] = None
+    tangential: Directions | None = None
+    """its direction, or two; a direction is [A, B] or a table of coefficients"""
     k3: Annotated[Number, CUBIC_STIFFNESS, Field(description="force per displacement cubed; negative softens")]
 
     def law_in_si(self, values: dict[str, Any]) -> Law:

@@ -35,7 +35,7 @@ class Words:
 
 
 class Table(BaseModel):
-    """A table of a study file."""
+    """A table of a study file. What a key means stands in its `Field`, or below it where the sentence is long."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
@@ -183,13 +183,10 @@ class Units(Table):
     length: Annotated[Literal["m", "mm", "um"], Field(description="unit of lengths")] = "m"
     force: Annotated[Literal["N", "mN", "kN"], Field(description="unit of forces")] = "N"
     mass: Annotated[Literal["kg", "g", "t"], Field(description="unit of the entries of M")] = "kg"
-    time: Annotated[
-        Literal["s", "ms"],
-        Field(description="unit of time in C, Rayleigh factors, velocities and accelerations, not in frequencies and durations"),
-    ] = "s"
-    frequency: Annotated[
-        Literal["Hz", "rad/s"], Field(description="unit of frequencies in this file; results and reports are in Hz")
-    ] = "Hz"
+    time: Literal["s", "ms"] = "s"
+    """unit of time in C, Rayleigh factors, velocities and accelerations, not in frequencies and durations"""
+    frequency: Literal["Hz", "rad/s"] = "Hz"
+    """unit of frequencies in this file; results and reports are in Hz"""
 
     @property
     def system(self) -> UnitSystem:

@@ -47,16 +47,11 @@ def ordered(amplitude: tuple[float, ...] | list[float] | None, mode: int | list[
 class IsolatedTable(Table):
     """Isolas, closed curves that the sweeps do not meet, from nonlinear modes and along the force level."""
 
-    mode: Annotated[
-        ModeNumbers | None, Field(description="number of a mode of the stuck structure, or a list; default: none")
-    ] = None
+    mode: ModeNumbers | None = None
+    """number of a mode of the stuck structure, or a list; default: none"""
     amplitude: Amplitudes = None
-    periods: Annotated[
-        Periods,
-        Field(
-            description="periods of the excitation after which motions may repeat themselves; with several they are subharmonic"
-        ),
-    ] = 1
+    periods: Periods = 1
+    """periods of the excitation after which motions may repeat themselves; with several they are subharmonic"""
 
     @property
     def ends(self) -> tuple[float, float] | None:
@@ -67,9 +62,8 @@ class IsolatedTable(Table):
 class BranchesTable(Table):
     """Branches at all branch points of the curves."""
 
-    periods: Annotated[
-        Periods, Field(description="of a curve, after which motions may repeat themselves; 2 for period doublings")
-    ] = 1
+    periods: Periods = 1
+    """of a curve, after which motions may repeat themselves; 2 for period doublings"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,11 +119,8 @@ Point = Annotated[list[Number], Field(min_length=3, max_length=3), Words("list o
 class StressTable(Table):
     """Stress along the curves at places of a rig's finite elements."""
 
-    places: Annotated[
-        dict[str, Point],
-        Field(min_length=1, description="NAME = [x, y, z], in m and in the axes of the rig's body"),
-        Words("table of places"),
-    ]
+    places: Annotated[dict[str, Point], Field(min_length=1), Words("table of places")]
+    """NAME = [x, y, z], in m and in the axes of the rig's body"""
 
 
 def recovery_of(asked: Asked) -> StressRecovery | None:
@@ -160,32 +151,19 @@ class FatigueTable(Table):
 
     exactly_one: ClassVar[Groups] = (("fatigue_strength", "points"),)
 
-    fatigue_strength: Annotated[
-        Positive | None, Field(description="amplitude of stress that the material stands without mean stress"), PRESSURE
-    ] = None
+    fatigue_strength: Annotated[Positive | None, PRESSURE] = None
+    """amplitude of stress that the material stands without mean stress"""
     ultimate_strength: Annotated[Positive | None, Field(description="ultimate tensile strength"), PRESSURE] = None
-    yield_strength: Annotated[
-        Positive | None, Field(description="yield strength; given, amplitude and mean together stay below it"), PRESSURE
-    ] = None
-    criterion: Annotated[
-        Literal["goodman", "gerber", "soderberg"], Field(description="how a mean stress lowers the amplitude")
-    ] = "goodman"
-    equivalent: Annotated[
-        Literal["sines", "von_mises", "principal"],
-        Field(description="stress in tension that replaces a stress of several components"),
-    ] = "sines"
-    points: Annotated[
-        list[Pair] | None,
-        Field(min_length=2, description="pairs of mean stress and amplitude, a measured Haigh diagram in place of the strengths"),
-        PRESSURE,
-        Words("list of pairs"),
-    ] = None
-    mean: Annotated[
-        dict[str, Number] | None,
-        Field(description="PLACE = mean stress that the study does not hold, such as that of the rotation; added to its own"),
-        PRESSURE,
-        Words("table of stresses"),
-    ] = None
+    yield_strength: Annotated[Positive | None, PRESSURE] = None
+    """yield strength; given, amplitude and mean together stay below it"""
+    criterion: Literal["goodman", "gerber", "soderberg"] = "goodman"
+    """how a mean stress lowers the amplitude"""
+    equivalent: Literal["sines", "von_mises", "principal"] = "sines"
+    """stress in tension that replaces a stress of several components"""
+    points: Annotated[list[Pair] | None, Field(min_length=2), PRESSURE, Words("list of pairs")] = None
+    """pairs of mean stress and amplitude, a measured Haigh diagram in place of the strengths"""
+    mean: Annotated[dict[str, Number] | None, PRESSURE, Words("table of stresses")] = None
+    """PLACE = mean stress that the study does not hold, such as that of the rotation; added to its own"""
 
 
 def fatigue_of(

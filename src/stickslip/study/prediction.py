@@ -38,17 +38,12 @@ LISTED = 4
 class PredictionTable(Table):
     """From which identification, and from which draws of it."""
 
-    identification: Annotated[
-        str | None,
-        Field(description="results.nc of the identification, or its folder; without it, the identification is carried out first"),
-    ] = None
-    settings: Annotated[
-        dict[str, Number], Field(description="{ name = value } of what differs from test to test, for the prediction")
-    ] = Field(default_factory=dict)
-    start_states: Annotated[
-        Literal["identified", "virgin", "any"],
-        Field(description="of the contacts: as in the identification, all virgin, or any, drawn anew for each draw"),
-    ] = "identified"
+    identification: str | None = None
+    """results.nc of the identification, or its folder; without it, the identification is carried out first"""
+    settings: dict[str, Number] = Field(default_factory=dict)
+    """{ name = value } of what differs from test to test, for the prediction"""
+    start_states: Literal["identified", "virgin", "any"] = "identified"
+    """of the contacts: as in the identification, all virgin, or any, drawn anew for each draw"""
     draws: Annotated[int, Field(ge=FEWEST_DRAWS, le=MOST, description="of the parameters, for the intervals")] = 40
     seed: Annotated[Seed, Field(description="of the draws")] = 0
     compare: Annotated[list[str], Field(description="files of measurements to compare with")] = Field(default_factory=list)

@@ -307,29 +307,17 @@ class AerodynamicsTable(Table):
 
     exactly_one: ClassVar[Groups] = (("influence", "stiffness", "damping_ratio"),)
 
-    influence: Annotated[
-        list[Influence] | None,
-        STIFFNESS,
-        Field(
-            min_length=1,
-            description="[k, Re L, Im L]: force on a blade per motion of the k-th blade after it; blades left out: 0",
-        ),
-    ] = None
-    stiffness: Annotated[
-        list[Complex] | None, STIFFNESS, Field(min_length=1, description="[Re A, Im A] of every nodal diameter")
-    ] = None
-    damping_ratio: Annotated[
-        list[Number] | None,
-        Field(min_length=1, description="of the blade alone, for every nodal diameter; negative where gas feeds the vibration"),
-    ] = None
-    frequency_shift: Annotated[
-        list[Number] | None, Field(min_length=1, description="of the blade alone, relative, for every nodal diameter; else none")
-    ] = None
+    influence: Annotated[list[Influence] | None, STIFFNESS, Field(min_length=1)] = None
+    """[k, Re L, Im L]: force on a blade per motion of the k-th blade after it; blades left out: 0"""
+    stiffness: Annotated[list[Complex] | None, STIFFNESS, Field(min_length=1)] = None
+    """[Re A, Im A] of every nodal diameter"""
+    damping_ratio: Annotated[list[Number] | None, Field(min_length=1)] = None
+    """of the blade alone, for every nodal diameter; negative where gas feeds the vibration"""
+    frequency_shift: Annotated[list[Number] | None, Field(min_length=1)] = None
+    """of the blade alone, relative, for every nodal diameter; else none"""
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="at which the coefficients hold")] = None
-    direction: Annotated[
-        Place | None,
-        Field(description="of the sector, on which they act; default: the coordinate of the blade-alone mode `mode`"),
-    ] = None
+    direction: Place | None = None
+    """of the sector, on which they act; default: the coordinate of the blade-alone mode `mode`"""
     modal_mass: Annotated[Positive | None, MASS, Field(description="of damping ratios along a direction")] = None
     mode: Annotated[int, Field(ge=1, le=MOST, description="number of the blade-alone mode, where no direction is given")] = 1
 

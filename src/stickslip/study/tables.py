@@ -104,12 +104,10 @@ Matrices = Annotated[Annotated[str, Tag("<single>")] | Annotated[MatricesTable, 
 class AxisTable(Table):
     """An axis of rotation. The following sector of a disk comes counter-clockwise about it."""
 
-    point: Annotated[Vector, Field(description="a point of it, in the unit of length of the model")] = Field(
-        default_factory=lambda: [0.0, 0.0, 0.0]
-    )
-    direction: Annotated[Vector, Field(description="its direction, of any length")] = Field(
-        default_factory=lambda: [0.0, 0.0, 1.0]
-    )
+    point: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """a point of it, in the unit of length of the model"""
+    direction: Vector = Field(default_factory=lambda: [0.0, 0.0, 1.0])
+    """its direction, of any length"""
 
 
 class AtSpeedTable(Table):
@@ -124,12 +122,10 @@ class SectorTable(Table):
 
     sectors: Annotated[int, Field(ge=2, le=MOST_SECTORS, description="N, how many the disk has")]
     low: Annotated[str, Field(min_length=1, description="set of nodes of the face to the preceding sector")]
-    high: Annotated[
-        str, Field(min_length=1, description="that of the face to the following sector: low turned by 360°/N about the axis")
-    ]
-    axis: Annotated[AxisTable, Field(description="of rotation; default: z through the origin"), Words("table")] = Field(
-        default_factory=AxisTable
-    )
+    high: Annotated[str, Field(min_length=1)]
+    """that of the face to the following sector: low turned by 360°/N about the axis"""
+    axis: Annotated[AxisTable, Words("table")] = Field(default_factory=AxisTable)
+    """of rotation; default: z through the origin"""
     faces: Annotated[
         Literal["matching", "interpolated"],
         Field(
@@ -137,15 +133,10 @@ class SectorTable(Table):
             "of the other by interpolation"
         ),
     ] = "matching"
-    speed: Annotated[
-        NotNegative | None,
-        Field(description="rotor speed in rev/min that K holds: its stress stiffening, and spin softening as in CalculiX"),
-    ] = None
-    at_speeds: Annotated[
-        list[AtSpeedTable],
-        Field(description="models at other speeds, for a speed sweep: K goes with the square of the speed"),
-        Words("list of tables"),
-    ] = Field(default_factory=list)
+    speed: NotNegative | None = None
+    """rotor speed in rev/min that K holds: its stress stiffening, and spin softening as in CalculiX"""
+    at_speeds: Annotated[list[AtSpeedTable], Words("list of tables")] = Field(default_factory=list)
+    """models at other speeds, for a speed sweep: K goes with the square of the speed"""
 
 
 class StructureTable(Table):
@@ -155,37 +146,24 @@ class StructureTable(Table):
     at_most_one: ClassVar[Groups] = (("parameters", "matrices"), ("parameters", "model"), ("dofs", "names"))
     together: ClassVar[tuple[tuple[str, str], ...]] = (("matrices", "dofs"),)
 
-    name: Annotated[
-        str | None,
-        Field(min_length=1, description="where there are several, [[structure]]: in front of the names of this one, NAME/NODE"),
-    ] = None
+    name: Annotated[str | None, Field(min_length=1)] = None
+    """where there are several, [[structure]]: in front of the names of this one, NAME/NODE"""
     rig: Annotated[str | None, Field(description="name of a ready problem")] = None
     parameters: Annotated[dict[str, Any], Field(description="arguments of the rig, in SI")] = Field(default_factory=dict)
-    matrices: Annotated[
-        Matrices | None,
-        Field(description="a .npz or .mat file (beside the study) that holds M, K and perhaps C; or a table of these"),
-    ] = None
-    dofs: Annotated[
-        list[str] | None,
-        Field(min_length=1, description="NODE.DIRECTION of each row of the matrices; directions rx, ry, rz are rotations"),
-    ] = None
-    model: Annotated[
-        ModelFile | None,
-        Field(description="a finite-element model (beside the study): a file of any format of the page on models"),
-    ] = None
-    names: Annotated[
-        str | None,
-        Field(description="coordinates, sets and names of rows that the model lacks: a deck (.cdb, .inp, .bdf) or a table (CSV)"),
-    ] = None
-    variables: Annotated[
-        dict[Literal["M", "K", "C"], str] | None, Field(description="names of the matrices in the file"), Words("table of names")
-    ] = None
-    units: Annotated[
-        Literal["SI", "mm-t-s", "mm-kg-s", "mm-kg-ms"] | None, Field(description="units of the model, unless those of the study")
-    ] = None
-    own_damping: Annotated[
-        bool, Field(description="whether the C of model or matrices counts; false where [damping] is to stand for it")
-    ] = True
+    matrices: Matrices | None = None
+    """a .npz or .mat file (beside the study) that holds M, K and perhaps C; or a table of these"""
+    dofs: Annotated[list[str] | None, Field(min_length=1)] = None
+    """NODE.DIRECTION of each row of the matrices; directions rx, ry, rz are rotations"""
+    model: ModelFile | None = None
+    """a finite-element model (beside the study): a file of any format of the page on models"""
+    names: str | None = None
+    """coordinates, sets and names of rows that the model lacks: a deck (.cdb, .inp, .bdf) or a table (CSV)"""
+    variables: Annotated[dict[Literal["M", "K", "C"], str] | None, Words("table of names")] = None
+    """names of the matrices in the file"""
+    units: Literal["SI", "mm-t-s", "mm-kg-s", "mm-kg-ms"] | None = None
+    """units of the model, unless those of the study"""
+    own_damping: bool = True
+    """whether the C of model or matrices counts; false where [damping] is to stand for it"""
     keep: Annotated[
         Keep | None,
         Field(
@@ -193,14 +171,8 @@ class StructureTable(Table):
             "Without it the model is taken whole"
         ),
     ] = None
-    modes: Annotated[
-        int | None,
-        Field(
-            ge=0,
-            le=MOST,
-            description="number of fixed-interface modes of the reduction, of a sector for each nodal diameter; default: 30",
-        ),
-    ] = None
+    modes: Annotated[int | None, Field(ge=0, le=MOST)] = None
+    """number of fixed-interface modes of the reduction, of a sector for each nodal diameter; default: 30"""
     stress: Annotated[
         dict[str, StressPlace] | None,
         Field(
@@ -210,24 +182,14 @@ class StructureTable(Table):
         ),
         Words("table of places"),
     ] = None
-    shift: Annotated[
-        Vector | None,
-        Field(description="of all nodes, in the unit of length of the model: the same blade again, beside itself"),
-    ] = None
-    speed: Annotated[
-        NotNegative | None,
-        Field(
-            description="rotor speed in rev/min of a model that is not a sector; the mean stress contains that due to rotation"
-        ),
-    ] = None
-    axis: Annotated[
-        AxisTable | None,
-        Field(description="axis of this rotation, in the coordinates of the model; by default z through the origin"),
-        Words("table"),
-    ] = None
-    sector: Annotated[
-        SectorTable | None, Field(description="[structure.sector]: the model is one sector of a bladed disk"), Words("table")
-    ] = None
+    shift: Vector | None = None
+    """of all nodes, in the unit of length of the model: the same blade again, beside itself"""
+    speed: NotNegative | None = None
+    """rotor speed in rev/min of a model that is not a sector; the mean stress contains that due to rotation"""
+    axis: Annotated[AxisTable | None, Words("table")] = None
+    """axis of this rotation, in the coordinates of the model; by default z through the origin"""
+    sector: Annotated[SectorTable | None, Words("table")] = None
+    """[structure.sector]: the model is one sector of a bladed disk"""
 
 
 Inertia = Annotated[
@@ -246,30 +208,18 @@ class BodyTable(Table):
     together: ClassVar[tuple[tuple[str, str], ...]] = (("mass", "inertia"),)
 
     name: Annotated[str, Field(min_length=1, description="of the body")]
-    shape: Annotated[
-        ShapeKey | None,
-        Field(description="of a damper, which gives mass, inertia and outline; contacts stay where their tables put them"),
-    ] = None
-    dimensions: Annotated[
-        dict[str, Any],
-        Field(description="arguments of the shape; lengths in units of the study, angles in degrees; defaults by shape"),
-    ] = Field(default_factory=dict)
+    shape: ShapeKey | None = None
+    """of a damper, which gives mass, inertia and outline; contacts stay where their tables put them"""
+    dimensions: dict[str, Any] = Field(default_factory=dict)
+    """arguments of the shape; lengths in units of the study, angles in degrees; defaults by shape"""
     mass: Annotated[Positive | None, MASS, Field(description="or its mass")] = None
     inertia: Annotated[Inertia | None, INERTIA, Field(description="about the mass centre: along the axes, or the matrix")] = None
-    centre: Annotated[Vector, LENGTH, Field(description="mass centre, in the coordinates of the model")] = Field(
-        default_factory=lambda: [0.0, 0.0, 0.0]
-    )
-    axes: Annotated[
-        list[Vector] | None,
-        Field(
-            min_length=2,
-            max_length=2,
-            description="x and y of the body, at right angles, in the coordinates of the model; default: those of the model",
-        ),
-    ] = None
-    pull: Annotated[Vector, FORCE, Field(description="static force at the mass centre, such as the centrifugal pull")] = Field(
-        default_factory=lambda: [0.0, 0.0, 0.0]
-    )
+    centre: Annotated[Vector, LENGTH] = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """mass centre, in the coordinates of the model"""
+    axes: Annotated[list[Vector] | None, Field(min_length=2, max_length=2)] = None
+    """x and y of the body, at right angles, in the coordinates of the model; default: those of the model"""
+    pull: Annotated[Vector, FORCE] = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """static force at the mass centre, such as the centrifugal pull"""
 
 
 class DampingTable(Table):
@@ -289,23 +239,15 @@ class ExcitationTable(Table):
     exactly_one: ClassVar[Groups] = (("engine_order", "orders"),)
 
     engine_order: Annotated[int | None, Field(ge=0, le=10_000, description="EO, by which every [[force]] acts")] = None
-    orders: Annotated[
-        dict[str, Amplitude] | None,
-        Field(
-            min_length=1,
-            description="several at once, EO = factor on the forces, a number or [re, im]; the frequency is that of their "
-            "greatest common divisor",
-        ),
-        Words("table of factors"),
-    ] = None
+    orders: Annotated[dict[str, Amplitude] | None, Field(min_length=1), Words("table of factors")] = None
+    """several at once, EO = factor on the forces, a number or [re, im]; the frequency is that of their greatest common divisor"""
 
 
 class MeanSpringTable(Table):
     """A spring that acts on the mean position alone, where friction alone restrains a body; vibration does not feel it."""
 
-    direction: Annotated[
-        Place, Field(description="degree of freedom, or a table of coefficients, such as that of the axial position of a damper")
-    ]
+    direction: Place
+    """degree of freedom, or a table of coefficients, such as that of the axial position of a damper"""
     k: Annotated[Positive, STIFFNESS, Field(description="stiffness, far below that of the contacts")]
 
 
@@ -314,22 +256,15 @@ class ForceTable(Table):
 
     renamed: ClassVar[dict[str, str]] = {"at": "direction"}
 
-    direction: Annotated[
-        Place,
-        Field(description="degree of freedom, or a table of coefficients; with `surface` x, y or z, or a table of these"),
-    ]
-    surface: Annotated[
-        str | None, Field(description="set of nodes over which the force is spread by area; `amplitude` is the whole force")
-    ] = None
+    direction: Place
+    """degree of freedom, or a table of coefficients; with `surface` x, y or z, or a table of these"""
+    surface: str | None = None
+    """set of nodes over which the force is spread by area; `amplitude` is the whole force"""
     amplitude: Annotated[Amplitude, FORCE, Field(description="F for F cos ωt, or [re, im]; F sin ωt is [0, −F]")] = 0.0
     harmonic: Annotated[int, Field(ge=1, le=1000, description="h")] = 1
     static: Annotated[Number, FORCE, Field(description="constant part; force levels leave it as it is")] = 0.0
-    omega_power: Annotated[
-        int,
-        Field(
-            ge=0, le=HIGHEST_POWER, description="k, with ω in rad/s whatever the units; 2 for an unbalance m e, then `amplitude`"
-        ),
-    ] = 0
+    omega_power: Annotated[int, Field(ge=0, le=HIGHEST_POWER)] = 0
+    """k, with ω in rad/s whatever the units; 2 for an unbalance m e, then `amplitude`"""
 
 
 class DashpotTable(Table):
@@ -344,12 +279,10 @@ class BaseTable(Table):
 
     exactly_one: ClassVar[Groups] = (("acceleration", "velocity", "displacement"),)
 
-    direction: Annotated[
-        Place, Field(description='"x": every degree of freedom NODE.x moves with the base; or a table of coefficients')
-    ]
-    acceleration: Annotated[
-        Amplitude | None, ACCELERATION, Field(description="A for A cos ωt, or [re, im]; force levels multiply it")
-    ] = None
+    direction: Place
+    """"x": every degree of freedom NODE.x moves with the base; or a table of coefficients"""
+    acceleration: Annotated[Amplitude | None, ACCELERATION] = None
+    """A for A cos ωt, or [re, im]; force levels multiply it"""
     velocity: Annotated[Amplitude | None, VELOCITY, Field(description="or that of the velocity, at every frequency")] = None
     displacement: Annotated[Amplitude | None, LENGTH, Field(description="or that of the displacement, at every frequency")] = None
     harmonic: Annotated[int, Field(ge=1, le=1000, description="h")] = 1
@@ -371,12 +304,10 @@ class FrequenciesTable(Table):
     exactly_one: ClassVar[Groups] = (("frequency", "at"),)
 
     frequency: Annotated[Ends | None, FREQUENCY, Field(description="[start, stop]: continue over this band")] = None
-    at: Annotated[
-        list[Positive] | None, FREQUENCY, Field(min_length=1, description="instead of a band: solve exactly at these frequencies")
-    ] = None
-    outputs: Annotated[
-        list[OutputPlace] | None, Field(min_length=1, description="degrees of freedom to report; a rig has its own")
-    ] = None
+    at: Annotated[list[Positive] | None, FREQUENCY, Field(min_length=1)] = None
+    """instead of a band: solve exactly at these frequencies"""
+    outputs: Annotated[list[OutputPlace] | None, Field(min_length=1)] = None
+    """degrees of freedom to report; a rig has its own"""
 
     @field_validator("frequency")
     @classmethod

@@ -22,42 +22,25 @@ ColumnName = Literal["displacement", "force", "normal", "time"]
 class ContactLawTable(Table):
     """Measured loops of one contact, and what is known of them."""
 
-    files: Annotated[
-        list[str],
-        Field(
-            min_length=1,
-            description="records (text or .mat), of many cycles or one each, in the order of the last numbers of names",
-        ),
-    ]
+    files: Annotated[list[str], Field(min_length=1)]
+    """records (text or .mat), of many cycles or one each, in the order of the last numbers of names"""
     normal_load: Annotated[Positive | None, FORCE, Field(description="in place of a column of it in the files")] = None
-    laws: Annotated[
-        list[LawName], Field(min_length=1, description="to fit; of several, the simplest that loops held out confirm is chosen")
-    ] = Field(default_factory=lambda: list(DEFAULT))
-    rig_stiffness: Annotated[
-        Positive | None, STIFFNESS, Field(description="of what yields between displacement sensor and contact, in series with it")
-    ] = None
-    harmonics: Annotated[
-        int | None,
-        Field(ge=5, le=2000, description="to which every cycle is smoothed; default: as many as the displacement needs"),
-    ] = None
-    lag: Annotated[
-        Number,
-        Field(ge=-0.05, le=0.05, description="share of a period by which the force is recorded later than the displacement"),
-    ] = 0.0
-    friction_over: Annotated[
-        Annotated[list[Positive], Field(min_length=2)] | None,
-        FORCE,
-        Field(description="normal loads at which the friction coefficient is identified, ascending; default: one coefficient"),
-    ] = None
-    columns: Annotated[
-        dict[ColumnName, Column], Field(description="titles or numbers (from 1) of columns that are not understood")
-    ] = Field(default_factory=dict)
-    column_units: Annotated[
-        dict[ColumnName, str], Field(description="units of columns, such as um or kN, where the files state none")
-    ] = Field(default_factory=dict)
-    errors: Annotated[dict[str, Number], Field(description="of sensors and rig, by the names of LoopErrors")] = Field(
-        default_factory=dict
-    )
+    laws: Annotated[list[LawName], Field(min_length=1)] = Field(default_factory=lambda: list(DEFAULT))
+    """to fit; of several, the simplest that loops held out confirm is chosen"""
+    rig_stiffness: Annotated[Positive | None, STIFFNESS] = None
+    """of what yields between displacement sensor and contact, in series with it"""
+    harmonics: Annotated[int | None, Field(ge=5, le=2000)] = None
+    """to which every cycle is smoothed; default: as many as the displacement needs"""
+    lag: Annotated[Number, Field(ge=-0.05, le=0.05)] = 0.0
+    """share of a period by which the force is recorded later than the displacement"""
+    friction_over: Annotated[Annotated[list[Positive], Field(min_length=2)] | None, FORCE] = None
+    """normal loads at which the friction coefficient is identified, ascending; default: one coefficient"""
+    columns: dict[ColumnName, Column] = Field(default_factory=dict)
+    """titles or numbers (from 1) of columns that are not understood"""
+    column_units: dict[ColumnName, str] = Field(default_factory=dict)
+    """units of columns, such as um or kN, where the files state none"""
+    errors: dict[str, Number] = Field(default_factory=dict)
+    """of sensors and rig, by the names of LoopErrors"""
 
     def loop_errors(self) -> LoopErrors:
         """The errors that loops cannot show."""

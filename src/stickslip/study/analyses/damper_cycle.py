@@ -43,25 +43,20 @@ class DamperTable(Table):
     """The damper between its platforms. A list has one entry per line of contact: L1, L2, ... upwards, then the right ones."""
 
     shape: Annotated[ShapeKey, Field(description="of the damper")]
-    dimensions: Annotated[
-        dict[str, Any],
-        Field(description="arguments of the shape; lengths in units of the study, angles in degrees; defaults by shape"),
-    ] = Field(default_factory=dict)
+    dimensions: dict[str, Any] = Field(default_factory=dict)
+    """arguments of the shape; lengths in units of the study, angles in degrees; defaults by shape"""
     left_angle: Annotated[NotNegative, Field(lt=90, description="slope of the left platform in degrees")] = 45.0
     right_angle: Annotated[NotNegative, Field(lt=90, description="slope of the right platform in degrees")] = 45.0
     pull: Annotated[Positive, FORCE, Field(description="centrifugal force")]
     kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, of each line or by line")]
     kn: Annotated[Positives, STIFFNESS, Field(description="normal stiffness, of each line or by line")]
-    mu: Annotated[
-        Frictions, Field(description="friction coefficient, of each line or by line; a table: over the load of one line")
-    ]
+    mu: Frictions
+    """friction coefficient, of each line or by line; a table: over the load of one line"""
     law: Annotated[LawKey, Field(description="of all contact lines")] = "macroslip"
-    gaps: Annotated[
-        NotNegative, Field(description="of microslip: g; the gaps of five elements reach 2 g N/kn, N the pull over the lines")
-    ] = 0.0
-    platform_stiffness: Annotated[
-        Positive | None, STIFFNESS, Field(description="of the rig under the right platform, in x and y; default: rigid")
-    ] = None
+    gaps: NotNegative = 0.0
+    """of microslip: g; the gaps of five elements reach 2 g N/kn, N the pull over the lines"""
+    platform_stiffness: Annotated[Positive | None, STIFFNESS] = None
+    """of the rig under the right platform, in x and y; default: rigid"""
 
     def rig(self, units: Units) -> BetweenPlatforms:
         """The damper between its platforms, in SI."""
@@ -86,13 +81,11 @@ class MotionTable(Table):
     horizontal: Annotated[Number, LENGTH, Field(description="amplitude out of phase: the gap opens and closes")] = 0.0
     vertical: Annotated[Number, LENGTH, Field(description="amplitude in phase: the platforms pass each other")] = 0.0
     phase: Annotated[Number, Field(description="of the vertical motion before the horizontal one, in degrees")] = 0.0
-    file: Annotated[
-        str | None, Field(description="table (CSV) of one period instead: time, platform_x, platform_y, with units in the header")
-    ] = None
+    file: str | None = None
+    """table (CSV) of one period instead: time, platform_x, platform_y, with units in the header"""
     harmonics: Annotated[int, Field(ge=1, le=200, description="to which a measured motion is smoothed")] = 30
-    frequency: Annotated[
-        Positive | None, FREQUENCY, Field(description="of a table that holds several periods, of which the mean is taken")
-    ] = None
+    frequency: Annotated[Positive | None, FREQUENCY] = None
+    """of a table that holds several periods, of which the mean is taken"""
 
     def motion(self, units: Units, folder: Path) -> PlatformMotion:
         """The motion in SI; `file` counts from `folder`."""
@@ -117,9 +110,8 @@ class CycleTable(Table):
     steps: Annotated[Steps, Field(description="steps per cycle")] = 1000
     tolerance: Annotated[Positive, Field(description="change of the forces from cycle to cycle, relative to the largest")] = 1e-9
     cycles: Annotated[int, Field(ge=1, le=MOST, description="the most")] = 100
-    method: Annotated[
-        Literal["generalised_alpha", "newmark"] | None, Field(description="with inertia, in time; default: quasi-static")
-    ] = None
+    method: Literal["generalised_alpha", "newmark"] | None = None
+    """with inertia, in time; default: quasi-static"""
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion in time")] = None
 
     @property

@@ -30,13 +30,10 @@ class RigTable(Table):
 
     rig: Annotated[str, Field(description="name of a ready problem")]
     parameters: Annotated[dict[str, Any], Field(description="fixed arguments of the rig, in SI")] = Field(default_factory=dict)
-    acceleration: Annotated[
-        Positive | None,
-        Field(description="m/s²: the pull on a damper (`pull`, or `preload_mass` times 9.81) is `damper_mass` times this"),
-    ] = None
-    no_jamming: Annotated[
-        str | None, Field(description="the argument that holds the platform angle in degrees: 1 − μ tan α stays positive")
-    ] = None
+    acceleration: Positive | None = None
+    """m/s²: the pull on a damper (`pull`, or `preload_mass` times 9.81) is `damper_mass` times this"""
+    no_jamming: str | None = None
+    """the argument that holds the platform angle in degrees: 1 − μ tan α stays positive"""
     no_lift_off: Annotated[bool, Field(description="no contact point may open")] = False
     largest_force: Annotated[Positive | None, Field(description="of a contact point, N")] = None
 

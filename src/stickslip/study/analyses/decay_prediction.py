@@ -30,22 +30,12 @@ from stickslip.support.late import xr
 class DecayPredictionTable(PredictionTable):
     """A free decay that was not measured, from the identification of [response_identification], with 95 % intervals."""
 
-    amplitude: Annotated[
-        Ends | None,
-        LENGTH,
-        Field(description="[smallest, largest] amplitude of the displacement; default: those of the decays to compare with"),
-    ] = None
-    mode: Annotated[
-        int | None,
-        Field(
-            ge=1,
-            le=MOST,
-            description="stuck mode that decays, 1 the lowest; default: that of the first compared decay, else of the peaks",
-        ),
-    ] = None
-    compare: Annotated[
-        list[str], Field(description="measured decays to compare with: results of `stickslip decay`, or recorded signals")
-    ] = Field(default_factory=list)
+    amplitude: Annotated[Ends | None, LENGTH] = None
+    """[smallest, largest] amplitude of the displacement; default: those of the decays to compare with"""
+    mode: Annotated[int | None, Field(ge=1, le=MOST)] = None
+    """stuck mode that decays, 1 the lowest; default: that of the first compared decay, else of the peaks"""
+    compare: list[str] = Field(default_factory=list)
+    """measured decays to compare with: results of `stickslip decay`, or recorded signals"""
 
 
 TABLE = "decay_prediction"

@@ -37,23 +37,18 @@ class FreeDecayTable(Table):
     """The motion after a release, an impact or a steady motion, without excitation."""
 
     duration: Annotated[Positive, Field(description="duration of the decay, s in all unit systems")]
-    displacement: Annotated[
-        dict[str, Number],
-        Field(description="at the release, length or rad by degree of freedom, { tip = 1e-3 }; all others are 0"),
-    ] = Field(default_factory=dict)
-    velocity: Annotated[
-        dict[str, Number], Field(description="after an impact, length/time by degree of freedom; all others are 0")
-    ] = Field(default_factory=dict)
-    frequency: Annotated[
-        Positive | None, FREQUENCY, Field(description="of the steady motion in place of both, after which the excitation stops")
-    ] = None
+    displacement: dict[str, Number] = Field(default_factory=dict)
+    """at the release, length or rad by degree of freedom, { tip = 1e-3 }; all others are 0"""
+    velocity: dict[str, Number] = Field(default_factory=dict)
+    """after an impact, length/time by degree of freedom; all others are 0"""
+    frequency: Annotated[Positive | None, FREQUENCY] = None
+    """of the steady motion in place of both, after which the excitation stops"""
     force: Annotated[Positive, Field(description="force level of this steady motion")] = 1.0
     steps: Annotated[int, Field(ge=8, le=MOST_STEPS, description="time steps of the whole duration")] = 20_000
     modes: Annotated[bool, Field(description="nonlinear modes in the band of [sweep] are computed beside the decay")] = True
 
-    phase_resonance: Annotated[
-        bool, Field(description="the frequencies of a test with force and displacement at 90° are computed beside the decay")
-    ] = False
+    phase_resonance: bool = False
+    """the frequencies of a test with force and displacement at 90° are computed beside the decay"""
 
 
 def checked(table: FreeDecayTable) -> None:

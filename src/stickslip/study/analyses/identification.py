@@ -41,16 +41,13 @@ class IdentificationTable(Table):
             "the load; default: kt, kn and all mu, which then do not depend on the load",
         ),
     ] = None
-    law: Annotated[
-        list[LawName], Field(min_length=1, description="of the lines; of several the simplest that loops held out confirm")
-    ] = Field(default_factory=lambda: [MACROSLIP])
+    law: Annotated[list[LawName], Field(min_length=1)] = Field(default_factory=lambda: [MACROSLIP])
+    """of the lines; of several the simplest that loops held out confirm"""
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion; default: found in the loops")] = None
     harmonics: Annotated[int, Field(ge=8, le=200, description="to which every cycle is smoothed")] = 30
     pulls: Annotated[list[Positive] | None, FORCE, Field(description="centrifugal load of each loop, if they differ")] = None
-    load_removal: Annotated[
-        list[str] | None,
-        Field(min_length=1, description="files of load removals (CSV) for the zeros of the cells, one for all loops or one each"),
-    ] = None
+    load_removal: Annotated[list[str] | None, Field(min_length=1)] = None
+    """files of load removals (CSV) for the zeros of the cells, one for all loops or one each"""
     laser_distance: Annotated[Positive | None, LENGTH, Field(description="distance from laser 1 to laser 2 along x")] = None
     laser_offset: Annotated[Number, LENGTH, Field(description="offset of the mass centre from laser 1 along x")] = 0.0
     errors: Annotated[dict[str, Number], Field(description="of the rig, by the names of RigErrors")] = Field(default_factory=dict)

@@ -30,9 +30,8 @@ class MistuningTable(Table):
 
     count: Annotated[int, Field(ge=1, le=100_000, description="disks, each with scatter of its own")] = 1
     seed: Annotated[Seed, Field(description="of the random draws; disk k depends on it and on k alone")] = 0
-    sampling: Annotated[
-        Literal["random", "sobol"], Field(description="random draws, or a Sobol' sequence that spreads them evenly")
-    ] = "random"
+    sampling: Literal["random", "sobol"] = "random"
+    """random draws, or a Sobol' sequence that spreads them evenly"""
     blade_scatter: Annotated[Share, Field(description="standard deviation of the blade frequencies, relative")] = 0.0
     kt_scatter: Annotated[Share, Field(description="standard deviation of ln kt from damper to damper")] = 0.0
     kn_scatter: Annotated[Share, Field(description="of ln kn")] = 0.0
@@ -44,13 +43,10 @@ class MistuningTable(Table):
     kn: Annotated[Pattern, Field(description="pattern of the normal stiffness")] = 0.0
     mu: Annotated[Pattern, Field(description="pattern of the friction coefficient")] = 0.0
     pull: Annotated[Pattern, Field(description="pattern of the centrifugal pull on the dampers")] = 0.0
-    missing: Annotated[list[int], Field(description="sectors, from 1, whose damper is missing in all disks")] = Field(
-        default_factory=list
-    )
-    blade_nodes: Annotated[
-        list[str] | None,
-        Field(min_length=1, description="what of a sector is its blade; default: nodes of outputs and modes"),
-    ] = None
+    missing: list[int] = Field(default_factory=list)
+    """sectors, from 1, whose damper is missing in all disks"""
+    blade_nodes: Annotated[list[str] | None, Field(min_length=1)] = None
+    """what of a sector is its blade; default: nodes of outputs and modes"""
     peak_tolerance: Annotated[Positive, Field(lt=0.1, description="relative, of the maximum of a blade")] = PEAK_TOLERANCE
     run_in: Annotated[bool, Field(description="start from where slip has brought the tuned disk's sliders")] = False
 

@@ -43,28 +43,16 @@ Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
 class ResponseIdentificationTable(Table):
     """Measured curves, and the parameters that are fitted to them; points outside the band of [sweep] are not used."""
 
-    files: Annotated[
-        list[str], Field(min_length=1, description="curves (text, .mat, .unv): frequency, amplitude, force, phase if known")
-    ]
-    by: Annotated[
-        Column | None,
-        Field(
-            description='title or number of the column that distinguishes the curves of a file, such as "curve"; "function" for '
-            "universal files"
-        ),
-    ] = None
-    quantity: Annotated[
-        Literal["displacement", "velocity", "acceleration"] | None,
-        Field(description="that was measured; default: as the titles of the files say"),
-    ] = None
-    force: Annotated[
-        list[Positive],
-        Field(description="force of each curve, N, or one for all, where the files have no column of it"),
-    ] = Field(default_factory=list)
-    phase_of: Annotated[
-        Literal["displacement", "quantity"] | None,
-        Field(description="what a column of phases refers to; default: the displacement, for responses per force the quantity"),
-    ] = None
+    files: Annotated[list[str], Field(min_length=1)]
+    """curves (text, .mat, .unv): frequency, amplitude, force, phase if known"""
+    by: Column | None = None
+    """title or number of the column that distinguishes the curves of a file, such as "curve"; "function" for universal files"""
+    quantity: Literal["displacement", "velocity", "acceleration"] | None = None
+    """that was measured; default: as the titles of the files say"""
+    force: list[Positive] = Field(default_factory=list)
+    """force of each curve, N, or one for all, where the files have no column of it"""
+    phase_of: Literal["displacement", "quantity"] | None = None
+    """what a column of phases refers to; default: the displacement, for responses per force the quantity"""
     columns: Annotated[
         dict[ColumnName, Column],
         Field(
@@ -72,47 +60,32 @@ class ResponseIdentificationTable(Table):
             'by the name of the function, "12:+Z / 1:+X"'
         ),
     ] = Field(default_factory=dict)
-    column_units: Annotated[
-        dict[ColumnName, str], Field(description="units of columns, such as mm/N or deg, where the files state none")
-    ] = Field(default_factory=dict)
-    most_points: Annotated[
-        int, Field(ge=3, le=MOST, description="points of a curve that are used at most, every so many; each is solved many times")
-    ] = 1000
+    column_units: dict[ColumnName, str] = Field(default_factory=dict)
+    """units of columns, such as mm/N or deg, where the files state none"""
+    most_points: Annotated[int, Field(ge=3, le=MOST)] = 1000
+    """points of a curve that are used at most, every so many; each is solved many times"""
     output: Annotated[str | None, Field(description="name of the measured output; default: the first")] = None
-    held: Annotated[
-        Literal["force", "response"], Field(description="what each computed point takes as measured; the other is computed")
-    ] = "force"
-    rig: Annotated[
-        dict[str, Three],
-        Field(description="[start, low, high] of arguments of the rig, SI; instead of factors for such a problem"),
-    ] = Field(default_factory=dict)
-    kt: Annotated[
-        Ends | None,
-        Field(description="[low, high] of a factor on kt of every contact; the fit starts at 1 if that is between, else midway"),
-    ] = None
+    held: Literal["force", "response"] = "force"
+    """what each computed point takes as measured; the other is computed"""
+    rig: dict[str, Three] = Field(default_factory=dict)
+    """[start, low, high] of arguments of the rig, SI; instead of factors for such a problem"""
+    kt: Ends | None = None
+    """[low, high] of a factor on kt of every contact; the fit starts at 1 if that is between, else midway"""
     kn: Annotated[Ends | None, Field(description="of a factor on the normal stiffness")] = None
     mu: Annotated[Ends | None, Field(description="of a factor on the friction coefficient")] = None
     preload: Annotated[Ends | None, Field(description="of a factor on every static force and preload")] = None
     damping: Annotated[Ends | None, Field(description="of a factor on the damping of the structure")] = None
     mass: Annotated[Ends | None, Field(description="of a factor on the mass of the structure")] = None
     stiffness: Annotated[Ends | None, Field(description="of a factor on the stiffness of the structure")] = None
-    settings: Annotated[
-        list[dict[str, Number]],
-        Field(description="{ name = value } for each curve: arguments of the rig, or factors, that differ between the tests"),
-    ] = Field(default_factory=list)
-    joints: Annotated[
-        list[str],
-        Field(
-            description="joint of each curve, by a name: its curves are left out together, and intervals hold how joints differ"
-        ),
-    ] = Field(default_factory=list)
-    each_test: Annotated[list[str], Field(description="which of these have a value of their own in every test")] = Field(
-        default_factory=list
-    )
+    settings: list[dict[str, Number]] = Field(default_factory=list)
+    """{ name = value } for each curve: arguments of the rig, or factors, that differ between the tests"""
+    joints: list[str] = Field(default_factory=list)
+    """joint of each curve, by a name: its curves are left out together, and intervals hold how joints differ"""
+    each_test: list[str] = Field(default_factory=list)
+    """which of these have a value of their own in every test"""
     error: Annotated[Positive, Field(description="standard error of a measured response per force, relative")] = 0.01
-    of_largest: Annotated[
-        bool, Field(description="the error is relative to the largest response of a curve, not to the point")
-    ] = False
+    of_largest: bool = False
+    """the error is relative to the largest response of a curve, not to the point"""
     free_gain: Annotated[bool, Field(description="a constant factor of each measured curve is found too")] = False
     free_phase: Annotated[bool, Field(description="a constant phase of each measured curve is found too")] = False
     start_states: Annotated[
@@ -122,16 +95,12 @@ class ResponseIdentificationTable(Table):
             "the measured amplitudes"
         ),
     ] = "virgin"
-    rule: Annotated[
-        RuleOrRules,
-        Field(description='quantity that a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0'),
-    ] = "traction_ratio"
-    share: Annotated[
-        Literal["element", "direction", "contact", "all"], Field(description="which friction elements share a start variable")
-    ] = "element"
-    start_deviation: Annotated[Positive, Field(description="standard deviation of free start variables about 0, their prior")] = (
-        0.5
-    )
+    rule: RuleOrRules = "traction_ratio"
+    """quantity that a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0"""
+    share: Literal["element", "direction", "contact", "all"] = "element"
+    """which friction elements share a start variable"""
+    start_deviation: Positive = 0.5
+    """standard deviation of free start variables about 0, their prior"""
     leave_one_out: Annotated[bool, Field(description="predict each curve, or each joint, by the others too")] = False
     tries: Annotated[int, Field(ge=0, le=MOST, description="further starts of the fit, of which the best is taken")] = 8
     seed: Annotated[Seed, Field(description="of these starts")] = 0

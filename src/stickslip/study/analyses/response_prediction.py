@@ -33,24 +33,17 @@ class ResponsePredictionTable(PredictionTable):
     """Responses that were not measured, from the identification of [response_identification], with 95 % intervals."""
 
     force: Annotated[list[Positive], Field(description="force levels, N")] = Field(default_factory=list)
-    amplitude: Annotated[
-        list[Positive], Field(description="held amplitudes of the measured quantity in place of forces, m, m/s or m/s2")
-    ] = Field(default_factory=list)
-    compare: Annotated[
-        list[str],
-        Field(description="files of measured curves to compare with; their levels are predicted too unless levels are given"),
-    ] = Field(default_factory=list)
-    compare_force: Annotated[
-        list[Positive], Field(description="force of each of these curves, N, or one for all, where no column says it")
-    ] = Field(default_factory=list)
-    columns: Annotated[
-        dict[ColumnName, Column],
-        Field(description="of these files, if they differ from those of the identification, which are the default"),
-    ] = Field(default_factory=dict)
+    amplitude: list[Positive] = Field(default_factory=list)
+    """held amplitudes of the measured quantity in place of forces, m, m/s or m/s2"""
+    compare: list[str] = Field(default_factory=list)
+    """files of measured curves to compare with; their levels are predicted too unless levels are given"""
+    compare_force: list[Positive] = Field(default_factory=list)
+    """force of each of these curves, N, or one for all, where no column says it"""
+    columns: dict[ColumnName, Column] = Field(default_factory=dict)
+    """of these files, if they differ from those of the identification, which are the default"""
     column_units: Annotated[dict[ColumnName, str], Field(description="units of these columns")] = Field(default_factory=dict)
-    by: Annotated[
-        Column | None, Field(description="column that distinguishes the curves of one of these files; that of the identification")
-    ] = None
+    by: Column | None = None
+    """column that distinguishes the curves of one of these files; that of the identification"""
 
 
 TABLE = "response_prediction"

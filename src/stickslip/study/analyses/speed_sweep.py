@@ -31,13 +31,12 @@ class SpeedSweepTable(Table):
 
     speed: Annotated[list[Positive], Field(min_length=2, max_length=2, description="[first, last] rotor speed, rev/min")]
     engine_orders: Annotated[list[Order], Field(min_length=1, description="EO, one curve each")]
-    reference_speed: Annotated[
-        Positive, Field(description="speed at which [structure] and the static forces hold, rev/min; static forces go with Ω²")
-    ]
-    stiffness_at_rest: Annotated[
-        Annotated[Annotated[str, Tag("<single>")] | Annotated[list[list[Number]], Tag("<list>")], by_form()] | None,
-        Field(description="K at speed 0, in the order of `dofs`, or a file .npz or .mat; default: constant"),
-    ] = None
+    reference_speed: Positive
+    """speed at which [structure] and the static forces hold, rev/min; static forces go with Ω²"""
+    stiffness_at_rest: (
+        Annotated[Annotated[str, Tag("<single>")] | Annotated[list[list[Number]], Tag("<list>")], by_form()] | None
+    ) = None
+    """K at speed 0, in the order of `dofs`, or a file .npz or .mat; default: constant"""
 
 
 def checked(table: SpeedSweepTable) -> None:

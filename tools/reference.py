@@ -1,14 +1,18 @@
 """Generator of the study file reference: every key with type, unit, default, range and meaning.
 
-`python -m stickslip.study.reference FILE` writes it; the documentation includes that file.
+`python -m tools.reference FILE` writes it; the documentation includes that file.
 """
 
 from __future__ import annotations
 
+import ast
 import sys
 from collections.abc import Iterator
-from inspect import cleandoc
+from contextlib import suppress
+from inspect import cleandoc, getsource
+from itertools import pairwise
 from pathlib import Path
+from textwrap import dedent
 from typing import Any, Literal, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
@@ -87,9 +91,29 @@ def reference() -> str:
 
 def rows(model: type[Table]) -> Iterator[str]:
     """One row per key."""
+    below = meanings(model)
     for name, field in sorted(model.model_fields.items(), key=lambda item: item[0] != "law"):
-        cells = (f"`{name}`", kind_of(field), unit(field), default(field), limits(field), field.description or "")
+        cells = (
+            f"`{name}`",
+            kind_of(field),
+            unit(field),
+            default(field),
+            limits(field),
+            field.description or below.get(name, ""),
+        )
         yield "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def meanings(model: type[Table]) -> dict[str, str]:
+    """What keys mean where the sentence stands below them in the source, as that of a constant does."""
+    found = {}
+    for table in reversed(model.__mro__):
+        with suppress(OSError, TypeError):  # tables made of settings have no source
+            for key, following in pairwise(ast.parse(dedent(getsource(table))).body[0].body):
+                match key, following:
+                    case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(sentence))):
+                        found[name] = cleandoc(sentence)
+    return found
 
 
 def rules(model: type[Table]) -> list[str]:
