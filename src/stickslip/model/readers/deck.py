@@ -10,8 +10,10 @@ Where the nodes of an input deck lie: in axes of *SYSTEM, in cylindrical coordin
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.resources import files
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -187,7 +189,7 @@ class FoundCells:
 
 @dataclass(frozen=True)
 class CardList:
-    """The cards of a format by what a reader of nodes, sets and elements does with them.
+    """The cards of a format by what a reader of nodes, sets and elements does with them, as `cards.toml` lists them.
 
     obeyed: they count; harmless: they say nothing about nodes, sets and elements, or only what the matrices hold already;
     refused: by card what to do instead, since nodes or sets would be wrong or missing; noted: by card what is missing without
@@ -199,6 +201,14 @@ class CardList:
     refused: Mapping[str, str]
     noted: Mapping[str, str]
     sign: str = ""
+
+    @classmethod
+    def of(cls, name: str, letters: int | None = None, sign: str = "") -> CardList:
+        """The cards of a format by its name; letters: how many of a card count."""
+        listed = tomllib.loads(files("stickslip.model.readers").joinpath("cards.toml").read_text(encoding="utf-8"))[name]
+        obeyed, harmless = (frozenset(card[:letters] for card in listed[key]) for key in ("obeyed", "harmless"))
+        said = ({card[:letters]: text for text, cards in listed[key].items() for card in cards} for key in ("refused", "noted"))
+        return cls(obeyed, harmless, *said, sign)
 
     @property
     def known(self) -> frozenset[str]:
