@@ -17,13 +17,11 @@ from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_a
 from stickslip.analyses.settings import (
     Execution,
     Frequencies,
-    HarmonicNumbers,
     OfProblem,
     OneBalance,
     OutputNumber,
-    Samples,
+    Sampled,
     Setting,
-    Settings,
     ends_of,
     fineness_of,
     output_of,
@@ -109,7 +107,7 @@ def _motion(name: str, value: Any) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class HeldMotion(OneBalance, Settings):
+class HeldMotion(OneBalance, Sampled):
     """What a laboratory holds: the amplitude of an output, over a band."""
 
     problem: OfProblem
@@ -121,8 +119,6 @@ class HeldMotion(OneBalance, Settings):
     _: KW_ONLY
     output: OutputNumber = 0
     quantity: Annotated[str, Setting(_motion, "quantity of the output that is held")] = "acceleration"
-    harmonics: HarmonicNumbers = 5
-    samples: Samples = 256
 
     def __post_init__(self) -> None:
         super().__post_init__()

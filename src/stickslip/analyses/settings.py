@@ -59,17 +59,6 @@ class StateOfFields:
         return {name: getattr(self, name) for name in names if name not in EXECUTION}
 
 
-class Measured:
-    """A work of which `quantity` and `measure` say what amplitudes are of."""
-
-    quantity: str
-    measure: str
-
-    @property
-    def measured(self) -> Measure:
-        return measure_of(self.quantity, self.measure)
-
-
 class OneBalance(StateOfFields):
     """A work whose cases share one balance."""
 
@@ -264,6 +253,36 @@ Rule = Annotated[
 ]
 Share = Annotated[Sharing, Setting(OneOf(get_args(Sharing)), "which friction elements share a start variable")]
 Seed = Annotated[int, Setting(Whole(0, LARGEST_SEED), "seed of the random draws")]
+
+
+@dataclass(frozen=True, eq=False)
+class Measured(Settings):
+    """What amplitudes are of: a quantity, and a measure of it."""
+
+    _: KW_ONLY
+    quantity: QuantityName = "displacement"
+    measure: MeasureName = "amplitude"
+
+    @property
+    def measured(self) -> Measure:
+        return measure_of(self.quantity, self.measure)
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredOutput(Measured):
+    """The output whose amplitudes these are, by its number."""
+
+    _: KW_ONLY
+    output: OutputNumber = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled(Settings):
+    """Harmonics of a motion, and samples of its period."""
+
+    _: KW_ONLY
+    harmonics: HarmonicNumbers = 5
+    samples: Samples = 256
 
 
 def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:

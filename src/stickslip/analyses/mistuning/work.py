@@ -19,11 +19,8 @@ from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blad
 from stickslip.analyses.settings import (
     Execution,
     ForcedResponseSettings,
-    Measured,
-    MeasureName,
+    MeasuredOutput,
     OfKind,
-    OutputNumber,
-    QuantityName,
     Samples,
     Seed,
     Setting,
@@ -112,7 +109,7 @@ def _harmonics(name: str, harmonics: Any) -> Harmonics:
 
 
 @dataclass(frozen=True, eq=False)
-class PopulationWork(Measured, Execution):
+class PopulationWork(MeasuredOutput, Execution):
     """Case 0 is the tuned disk, solved as one sector; case k is sample k − 1."""
 
     disk: Annotated[TunedDisk, Setting(_disk)]
@@ -126,11 +123,8 @@ class PopulationWork(Measured, Execution):
     _: KW_ONLY
     seed: Seed = 0
     blade: Sequence[str] | None = None
-    output: OutputNumber = 0
     peak_tolerance: float = PEAK_TOLERANCE
     run_in: bool = False
-    quantity: QuantityName = "displacement"
-    measure: MeasureName = "amplitude"
     sweep: ForcedResponseWork = field(init=False, repr=False)
     """Where and how finely the tuned disk and every mistuned one are solved, for one output of a sector."""
 

@@ -24,14 +24,10 @@ from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Pull, 
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     Execution,
-    HarmonicNumbers,
-    Measured,
-    MeasureName,
+    MeasuredOutput,
     OfProblem,
-    OutputNumber,
-    QuantityName,
     Rule,
-    Samples,
+    Sampled,
     Seed,
     Setting,
     Share,
@@ -223,7 +219,7 @@ class PerformanceBand(Result):
 
 
 @dataclass(frozen=True, eq=False)
-class BandSettings(Measured, Execution):
+class BandSettings(Sampled, MeasuredOutput, Execution):
     """What a performance band is searched for by: bounds of the peak, at the force levels of values of F_C/F_E."""
 
     problem: OfProblem
@@ -231,16 +227,11 @@ class BandSettings(Measured, Execution):
     _: KW_ONLY
     band: Annotated[Band | None, Setting(over_a_band)] = None
     pull: Pull = None
-    output: OutputNumber = 0
-    quantity: QuantityName = "displacement"
-    measure: MeasureName = "amplitude"
     cloud: Annotated[int, Setting(Whole(0), "number of start states sampled at each value")] = 20
     starts: Annotated[int, Setting(Whole(0), "number of the best of these states, from each of which a search begins")] = 2
     rule: Rule = "slider_offset"
     share: Share = "contact"
     seed: Seed = 0
-    harmonics: HarmonicNumbers = 5
-    samples: Samples = 256
 
     def __post_init__(self) -> None:
         super().__post_init__()

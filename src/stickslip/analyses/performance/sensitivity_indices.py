@@ -20,12 +20,8 @@ from stickslip.analyses.performance.scaled_problem import no_resonance
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     Execution,
-    HarmonicNumbers,
-    Measured,
-    MeasureName,
-    OutputNumber,
-    QuantityName,
-    Samples,
+    MeasuredOutput,
+    Sampled,
     Seed,
     Setting,
     ends_of,
@@ -75,7 +71,7 @@ def _power_of_two(name: str, draws: Any) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class DrawsWork(Measured, Execution):
+class DrawsWork(Sampled, MeasuredOutput, Execution):
     """Peaks along the ranges (the first case), then at Saltelli's points, `BLOCK` draws a case.
 
     A draw is d + 2 points: one of A, one of B, and A with one value of B each.
@@ -87,12 +83,7 @@ class DrawsWork(Measured, Execution):
     force: Annotated[float, Setting(positive)] = 1.0
     _: KW_ONLY
     draws: Annotated[int, Setting(_power_of_two, "a power of two; draws × (ranges + 2) problems are solved")] = 64
-    output: OutputNumber = 0
-    quantity: QuantityName = "displacement"
-    measure: MeasureName = "amplitude"
     seed: Seed = 0
-    harmonics: HarmonicNumbers = 5
-    samples: Samples = 256
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -28,13 +28,9 @@ from stickslip.analyses.performance.scaled_problem import (
 )
 from stickslip.analyses.settings import (
     Execution,
-    HarmonicNumbers,
-    Measured,
-    MeasureName,
+    MeasuredOutput,
     OfProblem,
-    OutputNumber,
-    QuantityName,
-    Samples,
+    Sampled,
     Setting,
     Whole,
     ends_of,
@@ -214,7 +210,7 @@ def _vary(name: str, vary: Any) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class PerformanceWork(Measured, Execution):
+class PerformanceWork(Sampled, MeasuredOutput, Execution):
     """Performance curves as independent cases, a friction coefficient each."""
 
     problem: OfProblem
@@ -227,12 +223,7 @@ class PerformanceWork(Measured, Execution):
     _: KW_ONLY
     band: Annotated[Band | None, Setting(over_a_band)] = None
     pull: Pull = None
-    output: OutputNumber = 0
-    quantity: QuantityName = "displacement"
-    measure: MeasureName = "amplitude"
     check_every: Annotated[int, Setting(Whole(1), "points between two full sweeps that look for new peaks")] = 10
-    harmonics: HarmonicNumbers = 5
-    samples: Samples = 256
 
     def __post_init__(self) -> None:
         super().__post_init__()

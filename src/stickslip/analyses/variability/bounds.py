@@ -26,16 +26,12 @@ from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     Execution,
     ForceLevels,
-    HarmonicNumbers,
-    Measured,
-    MeasureName,
+    MeasuredOutput,
     OfProblem,
     OneBalance,
     OneOf,
-    OutputNumber,
-    QuantityName,
     Rule,
-    Samples,
+    Sampled,
     Seed,
     Setting,
     Share,
@@ -78,7 +74,7 @@ def _upwards(name: str, band: Any) -> Band | tuple[float, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class BoundsWork(OneBalance, Measured, Execution):
+class BoundsWork(OneBalance, Sampled, MeasuredOutput, Execution):
     """The search for bounds as independent cases: neighbouring frequencies at one level, or the peak at neighbouring levels."""
 
     problem: OfProblem
@@ -88,17 +84,12 @@ class BoundsWork(OneBalance, Measured, Execution):
         Target, Setting(OneOf(get_args(Target)), "quantity that is bounded: at each frequency, or at the resonance")
     ] = "amplitude"
     _: KW_ONLY
-    output: OutputNumber = 0
-    quantity: QuantityName = "displacement"
-    measure: MeasureName = "amplitude"
     points: Annotated[int, Setting(Whole(2), "number of frequencies in the band")] = 25
     cloud: Annotated[int, Setting(Whole(0), "number of start states sampled at each frequency")] = 60
     starts: Annotated[int, Setting(Whole(0), "number of the best of these states, from each of which a search begins")] = 3
     rule: Rule = "slider_offset"
     share: Share = "element"
     seed: Seed = 0
-    harmonics: HarmonicNumbers = 5
-    samples: Samples = 256
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -20,15 +20,12 @@ from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.settings import (
     Execution,
     ForceLevels,
-    HarmonicNumbers,
     Measured,
-    MeasureName,
     OfProblem,
     OneBalance,
     OneOf,
-    QuantityName,
     Rule,
-    Samples,
+    Sampled,
     Seed,
     Setting,
     Share,
@@ -249,7 +246,7 @@ def _starts(name: str, starts: Any) -> int | Array:
 
 
 @dataclass(frozen=True, eq=False)
-class SamplesWork(OneBalance, Measured, Execution):
+class SamplesWork(OneBalance, Sampled, Measured, Execution):
     """Samples as independent cases, one force level and start state each."""
 
     problem: OfProblem
@@ -264,10 +261,6 @@ class SamplesWork(OneBalance, Measured, Execution):
     rule: Rule = "slider_offset"
     share: Share = "element"
     seed: Seed = 0
-    harmonics: HarmonicNumbers = 5
-    samples: Samples = 256
-    quantity: QuantityName = "displacement"
-    measure: MeasureName = "amplitude"
     variables: Array = field(init=False, repr=False)
     """Of all start states, in [−1, 1]."""
     explored: dict[float, tuple[StartSpace, Array | None]] = field(default_factory=dict, init=False, repr=False)

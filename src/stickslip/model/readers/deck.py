@@ -207,8 +207,10 @@ class CardList:
         """The cards of a format by its name; letters: how many of a card count."""
         listed = tomllib.loads(files("stickslip.model.readers").joinpath("cards.toml").read_text(encoding="utf-8"))[name]
         obeyed, harmless = (frozenset(card[:letters] for card in listed[key]) for key in ("obeyed", "harmless"))
-        said = ({card[:letters]: text for text, cards in listed[key].items() for card in cards} for key in ("refused", "noted"))
-        return cls(obeyed, harmless, *said, sign)
+        refused, noted = (
+            {card[:letters]: text for text, cards in listed[key].items() for card in cards} for key in ("refused", "noted")
+        )
+        return cls(obeyed, harmless, refused, noted, sign)
 
     @property
     def known(self) -> frozenset[str]:

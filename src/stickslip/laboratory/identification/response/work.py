@@ -13,13 +13,11 @@ from typing import Annotated, Any, Literal, get_args
 import numpy as np
 
 from stickslip.analyses.settings import (
-    HarmonicNumbers,
     OneOf,
     Rule,
-    Samples,
+    Sampled,
     Seed,
     Setting,
-    Settings,
     Share,
     Whole,
     fineness_of,
@@ -90,7 +88,7 @@ def named_tests(name: str, tests: Any) -> list[MeasuredResponse]:
 
 
 @dataclass(frozen=True, eq=False)
-class ResponseIdentificationWork(Settings):
+class ResponseIdentificationWork(Sampled):
     """An identification as one case, the fit; `finished` then leaves out its tests one by one, if that is asked for."""
 
     problem_of: OfValues
@@ -105,8 +103,6 @@ class ResponseIdentificationWork(Settings):
     tries: Annotated[int, Setting(Whole(0))] = 8
     seed: Seed = 0
     evaluations: Annotated[int, Setting(Whole(1))] = 60
-    harmonics: HarmonicNumbers = 5
-    samples: Samples = 256
     checkpoint: Checkpoint | None = None
     progress: Progress = silent
 
