@@ -5,6 +5,8 @@ needs falls with the amplitude. Such detached resonance curves are known of it (
 Mechanical Systems and Signal Processing 52-53, 2015); the numbers here are our own.
 """
 
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,7 +15,12 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.results.view import level_text
+from stickslip.results.shown_units import attributes_of
+from stickslip.results.view import highest_peak, level_text
+from stickslip.show.report.conclusions import further_curves_sentence, headline
+from stickslip.show.report.markup import Charts, hertz
+from stickslip.show.report.sections import overview
+from stickslip.support.units import unit_system
 
 TURN = 2.0 * np.pi
 MASS, OWN = 0.05, 0.0005
@@ -132,6 +139,41 @@ def test_nothing_is_added_where_there_is_nothing(varies):
     np.testing.assert_array_equal(found.dataset.amplitude, response.dataset.amplitude)
 
 
+def test_the_first_line_names_the_highest_detached_curve(whole, tmp_path):
+    """In the report, on the console and with --json alike, in the unit of the study, with the stability of that point."""
+    tops = whole.peaks().query("output == '1.x'").set_index("curve")["amplitude"].groupby(level=0).max()
+    own = [highest_peak(whole.dataset, case) for case in (0, 1)]
+    said = (
+        f"1.x: {tops['sweep']:.4g} m at {hertz(own[0].frequency)} Hz on the curve begun at {hertz(0.7 / TURN)} Hz, "
+        f"{tops['isolated']:.4g} m at {hertz(own[1].frequency)} Hz on a detached curve (stable)."
+    )
+    assert str(whole).splitlines()[1] == said
+    file = whole.save(tmp_path / "whole.nc")
+    assert CliRunner().invoke(app, ["peaks", str(file)]).output.splitlines()[1] == said
+    found = json.loads(CliRunner().invoke(app, ["peaks", str(file), "--json"]).stdout)
+    assert found["results"][0]["further_curves"] == said
+    assert f'<p class="headline">{said}</p>' in overview({"": whole.dataset}, Charts([""]))
+    assert headline(whole.dataset).replace("\u00a0", " ").startswith(said)
+    in_mm = whole.dataset.assign_attrs(attributes_of(unit_system("mm-t-s")))
+    assert further_curves_sentence(in_mm).count(" mm at ") == 2
+
+
+def test_the_first_line_takes_the_level_with_the_highest_of_them_and_its_verdict(whole, swept):
+    """Nothing is said where there are none; several are counted, and a branch is called so."""
+    assert further_curves_sentence(swept.dataset) == ""
+    half = whole.dataset.isel(case=[0, 1, 1, 0]).copy(deep=True)
+    half["force_level"].values[:] = [LEVEL, LEVEL, LEVEL, 2.0 * LEVEL]
+    half["curve_kind"].values[3] = 1
+    for flag, words in enumerate(("stability not judged", "stable", "unstable", "stability undecided")):
+        half["highest_stability"].values[:] = flag
+        sentence = further_curves_sentence(half)
+        assert sentence.startswith(f"{LEVEL:g} N, 1.x: ")
+        assert sentence.endswith(f" on the highest of 2 detached curves ({words}).")
+    branches = half.isel(case=[0, 3])
+    branches["force_level"].values[:] = LEVEL
+    assert further_curves_sentence(branches).endswith("on a branch (stability undecided).")
+
+
 def test_wrong_modes_are_refused(swept):
     with pytest.raises(ss.InputError, match="modes"):
         swept.with_isolated(swept)
@@ -238,7 +280,10 @@ def test_a_study_finds_the_isolated_curve(tmp_path, whole):
     np.testing.assert_allclose(dataset.peak_amplitude[1, 0, 0], whole.dataset.peak_amplitude[1, 0, 0], rtol=1e-9)
     report = next((tmp_path / "a" / "out").rglob("report.html")).read_text()
     assert "isolated" in report
-    assert "Of 1 curve that no sweep meets the highest" in report.replace("\u00a0", " ")
+    sentence = further_curves_sentence(dataset)
+    assert f"on the curve begun at {hertz(0.7 / TURN)} Hz, " in sentence
+    assert sentence in done.output
+    assert sentence in report
 
 
 def test_wrong_tables_are_refused(tmp_path):

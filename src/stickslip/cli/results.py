@@ -97,18 +97,21 @@ def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
     }
 
 
-def of_peaks(name: str, dataset: xr.Dataset, table: pd.DataFrame) -> dict[str, Any]:
-    """The peaks of one result, a record each, with the units of their columns and everything that was warned of."""
+def of_peaks(name: str, dataset: xr.Dataset, table: pd.DataFrame, outside: pd.DataFrame) -> dict[str, Any]:
+    """The peaks of one result, a record each, those outside the band apart, with the units of their columns and everything that
+    was warned of."""
     from stickslip.results.schema import analysis_of
-    from stickslip.show.report.conclusions import failures_of, warnings_of
+    from stickslip.show.report.conclusions import failures_of, further_curves_sentence, warnings_of
 
-    heads = {str(head): UNIT.fullmatch(str(head)) for head in table}
+    heads = {str(head): UNIT.fullmatch(str(head)) for head in (*table, *outside)}
     names = {head: match[1] if match else head for head, match in heads.items()}
     return {
         "name": name,
         "title": str(dataset.attrs.get("title", "")),
         "analysis": analysis_of(dataset),
+        "further_curves": further_curves_sentence(dataset) or None,
         "peaks": table.rename(columns=names).to_dict("records"),
+        "peaks_outside_the_band": outside.rename(columns=names).to_dict("records"),
         "units": {match[1]: match[2] for match in heads.values() if match},
         "failures": failures_of(dataset),
         "warnings": warnings_of(dataset),
@@ -145,9 +148,9 @@ def peaks(
 ) -> None:
     """Print the peaks of response curves in the units of the study, with the estimates of their errors and all warnings."""
     from stickslip.results.files import open_results
-    from stickslip.results.quantities import peak_table
+    from stickslip.results.quantities import outside_table, peak_table
     from stickslip.results.shown_units import shown_table
-    from stickslip.show.report.conclusions import failures_of, warnings_of
+    from stickslip.show.report.conclusions import OUTSIDE, failures_of, further_curves_sentence, warnings_of
     from stickslip.show.report.presentation import presentation_of
 
     datasets = {name: open_results(file) for name, file in results_in(results).items()}
@@ -157,14 +160,24 @@ def peaks(
             remedy = f"`stickslip export` writes the tables of these results: {', '.join(kind.exported(dataset))}."
             raise fault("RESULTS", "must be response curves, which have peaks", kind.title, remedy)
     tables = {name: shown_table(peak_table(dataset), dataset) for name, dataset in datasets.items()}
+    outside = {name: shown_table(outside_table(dataset), dataset) for name, dataset in datasets.items()}
     if as_json:
-        say_json({"results": [of_peaks(name, dataset, tables[name]) for name, dataset in datasets.items()]})
+        say_json({"results": [of_peaks(name, dataset, tables[name], outside[name]) for name, dataset in datasets.items()]})
         return
     for name, dataset in datasets.items():
         say(f"{name}: {dataset.attrs.get('title', '')}" if name else str(dataset.attrs.get("title", "")))
-        say(tables[name].to_string(index=False, na_rep="", float_format=lambda value: f"{value:.6g}"))
+        if sentence := further_curves_sentence(dataset):
+            say(sentence)
+        say(_lines_of(tables[name]) if len(tables[name]) else "No peak inside the band.")
+        if len(outside[name]):
+            say(f"{OUTSIDE}\n{_lines_of(outside[name])}")
         for sentence in (*failures_of(dataset), *warnings_of(dataset)):
             say(f"warning: {sentence}")
+
+
+def _lines_of(table: pd.DataFrame) -> str:
+    """A table as lines."""
+    return str(table.to_string(index=False, na_rep="", float_format=lambda value: f"{value:.6g}"))
 
 
 @guarded

@@ -19,12 +19,13 @@ from stickslip.results.view import (
     levels_in_newtons,
     measure_in,
     nearest_point,
+    peaks_outside,
     periods_of,
     points,
     sizes,
 )
 from stickslip.solve.balance.measure import Measure, Quantity, quantity_named
-from stickslip.support.checks import Array, counted, first_of
+from stickslip.support.checks import counted, first_of
 from stickslip.support.late import pd, xr
 
 UNSTABLE = 2
@@ -64,6 +65,13 @@ def peak_unjudged(dataset: xr.Dataset, case: int, output: int) -> str:
     return {0: "not judged", 3: "undecided"}.get(int(dataset["highest_stability"].values[case, output]), "")
 
 
+def peak_verdict(dataset: xr.Dataset, case: int, output: int, point: int) -> str:
+    """What is known of the stability of the highest peak of an output, a point of its curve, in two words."""
+    known = "stability" if has_stability(dataset) else "highest_stability"
+    flag = int(dataset[known].values[case, point if known == "stability" else output]) if known in dataset else 0
+    return ("stability not judged", "stable", "unstable", "stability undecided")[flag]
+
+
 def none_is_judged(dataset: xr.Dataset) -> bool:
     """Whether the stability of no highest peak was asked for, as where that takes too long; one sentence then says it for all."""
     return not has_stability(dataset) and "highest_stability" in dataset and not dataset["highest_stability"].values.any()
@@ -87,15 +95,6 @@ def unstable_steps(dataset: xr.Dataset, case: int) -> np.ndarray:
     """Which steps from one of `points` to the next have an unstable point at an end, (points − 1,)."""
     unstable = dataset["stability"].values[case, points(dataset, case)] == UNSTABLE
     return np.asarray(unstable[1:] | unstable[:-1])
-
-
-def split(values: Array, unstable: np.ndarray) -> tuple[Array, Array]:
-    """A curve as its stable and its unstable steps, NaN at points that no step of the kind reaches."""
-    kept = []
-    for wanted in (~unstable, unstable):
-        reached = np.append(wanted, False) | np.append(False, wanted)
-        kept.append(np.where(reached, values, np.nan))
-    return kept[0], kept[1]
 
 
 def stability_sentences(dataset: xr.Dataset) -> list[str]:
@@ -238,6 +237,23 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
     curve = ["curve"] if "curve_kind" in dataset else []
     which = ["force_level", *curve, *(["start"] if "start" in dataset.coords else []), "output", "peak"]
     return table[[*which, *names.values()]].sort_values(which, ignore_index=True)
+
+
+def outside_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """The peaks outside the band, which do not count, as rows: frequency, size and loss factor; highest first."""
+    import pandas as pd
+
+    measure, rows = measure_in(dataset), []
+    size = f"{measure.kind} [{_units(dataset, measure.quantity, measure.per_force)}]"
+    for case, level in enumerate(dataset["force_level"].values.tolist()):
+        kind = {"curve": kinds_in(dataset)[case].name.lower()} if "curve_kind" in dataset else {}
+        for output, label in enumerate(dataset["output"].values):
+            for peak in peaks_outside(dataset, case, output):
+                rows.append(
+                    {"force_level": level, **kind, "output": str(label), "frequency [Hz]": peak.frequency}
+                    | {size: peak.amplitude / measure.per(level), "loss_factor": peak.loss_factor}
+                )
+    return pd.DataFrame(rows)
 
 
 def _stability(dataset: xr.Dataset) -> list[str]:

@@ -242,6 +242,21 @@ def inside_band(dataset: xr.Dataset, name: str) -> Array:
     return values
 
 
+def outside_steps(dataset: xr.Dataset, case: int) -> np.ndarray:
+    """Which steps from one of `points` to the next have an end outside the band, (points − 1,)."""
+    outside = ~np.isin(points(dataset, case), in_band(dataset, case, points(dataset, case)))
+    return np.asarray(outside[1:] | outside[:-1])
+
+
+def split(values: Array, chosen: np.ndarray) -> tuple[Array, Array]:
+    """A curve as the steps that are not chosen and those that are, NaN at points that no step of the kind reaches."""
+    kept = []
+    for wanted in (~chosen, chosen):
+        reached = np.append(wanted, False) | np.append(False, wanted)
+        kept.append(np.where(reached, values, np.nan))
+    return kept[0], kept[1]
+
+
 def band_of(dataset: xr.Dataset) -> tuple[float, float]:
     """The ends of the band of a response, Hz; of one at listed frequencies all there are."""
     if is_listed(dataset) or "linear_frequency" not in dataset.variables:
@@ -268,6 +283,21 @@ def highest_peak(dataset: xr.Dataset, case: int, output: int = 0) -> Peak | None
     return Peak(
         frequency, amplitude, max_abs, loss_factor, nearest_point(dataset, case, output, frequency, amplitude), local=True
     )
+
+
+def peaks_outside(dataset: xr.Dataset, case: int, output: int) -> list[Peak]:
+    """The peaks of a case outside its band, which do not count, highest first: points of the curve that are higher than those
+    beside them, as solved peaks are."""
+    solved, measure = converged_points(dataset, case), measure_in(dataset)
+    size = sizes(dataset, case, output, measure, solved)
+    tops = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
+    tops = tops[~np.isin(solved[tops], in_band(dataset, case, solved))]
+    largest = sizes(dataset, case, output, measure.with_kind("max_abs"), solved[tops])
+    found = []
+    for k, most in zip(tops, largest, strict=True):
+        frequency, loss_factor = (float(dataset[name].values[case, solved[k]]) for name in ("frequency", "loss_factor"))
+        found.append(Peak(frequency, float(size[k]), float(most), loss_factor, int(solved[k]), local=True))
+    return sorted(found, key=lambda peak: -peak.amplitude)
 
 
 HIGHER = 1.001

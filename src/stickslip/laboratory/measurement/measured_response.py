@@ -215,10 +215,13 @@ def at_frequencies(wanted: Array, frequency: Array, size: Array) -> Array:
 
 
 def curve_peak(frequency: Array, size: Array, peak: tuple[float, float] | None) -> Array:
-    """Frequency, size and damping ratio (3,) of a computed curve with a known peak, in the order of travel; NaN without one."""
+    """Frequency, size and damping ratio (3,) of a computed curve with a known peak, in the order of travel; NaN without one.
+
+    Outside the band sizes are NaN, so that no width is read there.
+    """
     if peak is None:
         return np.full(3, np.nan)
-    at = int(np.argmin(np.abs(frequency / peak[0] - 1.0) + np.abs(size / peak[1] - 1.0)))
+    at = int(np.nanargmin(np.abs(frequency / peak[0] - 1.0) + np.abs(size / peak[1] - 1.0)))
     return np.array([*peak, half_power(frequency, size, at, *peak)])
 
 

@@ -19,6 +19,7 @@ from stickslip.results.view import (
     highest_peak,
     measure_in,
     nearest_point,
+    outside_steps,
     peak_unit,
     points,
     size_text,
@@ -28,7 +29,7 @@ from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Ru
 from stickslip.show.plots.interactive import plotly_figure
 from stickslip.show.plots.look import Style, contact
 from stickslip.show.plots.performance_curve import performance_curves
-from stickslip.show.plots.response_curves import HERTZ, LINEAR, response_axis
+from stickslip.show.plots.response_curves import HERTZ, LINEAR, parted, response_axis
 from stickslip.support.late import xr
 
 THIS, PINNED = "this study", "reference"
@@ -50,7 +51,7 @@ def curve_figure(answer: Answer, pinned: Answer | None, output: str, log: bool, 
         own = each.response.dataset
         place = each.place(output)
         sizes = along_curve_as(own, measure, 0, place) / unit.metres
-        layers.append(Line(frequencies(own, 0), sizes, style, label))
+        layers += parted(Line(frequencies(own, 0), sizes, style, label), outside_steps(own, 0))
         peak = highest_peak(own, 0, place)
         if peak is not None:
             dot = Style(style.colour, "none", marker="circle", size=7.0)

@@ -100,6 +100,8 @@ BETWEEN = Style("contact 4", opacity=0.2)
 """The area between bounds."""
 FREE, STUCK = Style("grey", "dot", 1.0, opacity=0.8), Style("grey", "dash", 1.0, opacity=0.8)
 """The linear structure without contacts and with all of them stuck."""
+OUTSIDE = Style("grey")
+"""The part of a curve outside its band."""
 SAMPLE = Style("grey", width=0.6, opacity=0.7)
 """One of many samples."""
 EMPHASIS = Style("ink")

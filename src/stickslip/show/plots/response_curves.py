@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.analyses.stress import has_fatigue, margins
 from stickslip.analyses.truncation import ALLOWED
-from stickslip.results.quantities import has_stability, split, unstable_steps
+from stickslip.results.quantities import has_stability, unstable_steps
 from stickslip.results.representative import is_cloud, levels_of, representative_starts
 from stickslip.results.schema import CurveKind, kinds_in
 from stickslip.results.view import (
@@ -35,14 +35,28 @@ from stickslip.results.view import (
     level_text,
     levels_in_newtons,
     measure_in,
+    outside_steps,
     periods_of,
     points,
     quantity_unit,
     shown_unit,
     size_text,
+    split,
 )
 from stickslip.show.plots.chart import Area, Axis, Chart, Layer, Line, Panel, band, from_zero, spans
-from stickslip.show.plots.look import CROSS, EMPHASIS, FREE, MOST_PANELS, STUCK, Style, contact, entries, level, level_lines
+from stickslip.show.plots.look import (
+    CROSS,
+    EMPHASIS,
+    FREE,
+    MOST_PANELS,
+    OUTSIDE,
+    STUCK,
+    Style,
+    contact,
+    entries,
+    level,
+    level_lines,
+)
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, quantity_named
 from stickslip.support.checks import Array, InputError, fault, nearest
 from stickslip.support.late import xr
@@ -92,7 +106,8 @@ def response_curves(
     quantity: displacement in µm (or m), velocity or acceleration, or per force receptance, mobility or inertance; that of the
     result's peaks unless given. It is measured as these are: amplitude of the first harmonic, rms, or largest value in time.
 
-    Unstable parts are dashed in a response `with_stability`. An area is where a curve with more harmonics may lie.
+    Unstable parts are dashed in a response `with_stability`; parts outside the band, which do not count, are grey. An area is
+    where a curve with more harmonics may lie.
 
     Dots mark the highest peak of what is drawn: solved where the result has peaks of it, else the highest point of the curve that
     stands above its neighbours. Crosses at the bottom mark points that did not converge.
@@ -111,6 +126,8 @@ def response_curves(
     limits = height_limits(curves, log)
     axis = replace(axis, log=log and limits[0] is not None, limits=limits)
     bands = [area for case, line in enumerate(lines) for area in _error_band(dataset, case, index, scales[case], measure, line)]
+    left = any(outside_steps(dataset, case).any() for case in range(len(lines)))
+    linear += [Line([np.nan], [np.nan], OUTSIDE, "outside the band")] if left else []
     layers = [*linear, *bands, *curves, *_peaks(dataset, index, scales, measure, lines), *_failed(dataset, axis)]
     title, name = str(dataset.attrs.get("title", "")), str(dataset.output.values[index])
     computed = dataset.frequency.values[dataset.outcome.values != Outcome.EMPTY]
@@ -220,13 +237,23 @@ def _curve(dataset: xr.Dataset, case: int, output: int, scale: float, measure: M
     hover = {"phase in °": phase(dataset, case, output, measure.order), "loss factor": along_curve(dataset, "loss_factor", case)}
     hover |= {"dissipated per period in J": np.sum(along_curve(dataset, "dissipated", case), axis=1)}
     curve = Line(frequencies(dataset, case), size, **{**line, "style": replace(line["style"], **few)}, hover=hover)
-    unstable = unstable_steps(dataset, case) if has_stability(dataset) else np.zeros(0, dtype=bool)
-    if not unstable.any():
+    parts, unstable = [curve], unstable_steps(dataset, case) if has_stability(dataset) else np.zeros(0, dtype=bool)
+    if unstable.any():
+        stable_part, unstable_part = split(size, unstable)
+        dashed = replace(curve, y=unstable_part, style=replace(curve.style, dash="dash"), listed=False)
+        parts = [replace(curve, y=stable_part), dashed]
+    for part in parts:
+        yield from parted(part, outside_steps(dataset, case))
+
+
+def parted(curve: Line, outside: np.ndarray) -> Iterator[Line]:
+    """A curve, grey along the steps that lie outside the band."""
+    if not outside.any():
         yield curve
         return
-    stable_part, unstable_part = split(size, unstable)
-    yield replace(curve, y=stable_part)
-    yield replace(curve, y=unstable_part, style=replace(curve.style, dash="dash"), listed=False)
+    within, beyond = split(np.asarray(curve.y, dtype=float), outside)
+    yield replace(curve, y=within)
+    yield replace(curve, y=beyond, style=replace(curve.style, colour=OUTSIDE.colour), listed=False)
 
 
 def _error_band(

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.results.quantities import UNSTABLE, split
-from stickslip.results.view import Length, level_text, unit_for
+from stickslip.results.quantities import UNSTABLE
+from stickslip.results.view import Length, level_text, split, unit_for
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, spans
 from stickslip.show.plots.look import Style, contact, level, level_lines
 from stickslip.show.plots.response_curves import HERTZ, LINEAR, height_limits

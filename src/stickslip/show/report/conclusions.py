@@ -10,11 +10,12 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.analyses.variability.bounds import detached, has_bounds
-from stickslip.results.quantities import about_all, is_unstable, none_is_judged, peak_is_unstable, peak_unjudged
+from stickslip.results.quantities import about_all, is_unstable, none_is_judged, peak_is_unstable, peak_unjudged, peak_verdict
 from stickslip.results.schema import CurveKind, kinds_in
 from stickslip.results.view import (
     Peak,
     converged_points,
+    force_text,
     higher_end,
     highest_peak,
     is_listed,
@@ -34,14 +35,17 @@ from stickslip.support.outcome import Outcome
 
 _ABSENT = {"free": "without contacts", "stuck": "with stuck contacts"}
 
+OUTSIDE = "Peaks outside the band, where the curve goes and comes back; they do not count."
+"""Caption of their table."""
+
 SAME = 5e-4
 """Relative difference of two frequencies or amplitudes below which a sentence calls them the same."""
 
 
 def headline(dataset: xr.Dataset, output: int = 0) -> str:
-    """What the sweeps show over all force levels, and the highest of the other curves."""
+    """The highest of the curves that no sweep meets beside that of the sweep, and what the sweeps show over all force levels."""
     stability = about_all(dataset) if _peaks(dataset, output) else ""
-    sentences = _of_sweeps(dataset, output), further_curves_sentence(dataset, output), stability
+    sentences = further_curves_sentence(dataset, output), _of_sweeps(dataset, output), stability
     return unbroken(" ".join(filter(None, sentences)))
 
 
@@ -73,14 +77,31 @@ def unbroken(sentence: str) -> str:
 
 
 def further_curves_sentence(dataset: xr.Dataset, output: int = 0) -> str:
-    """The highest of the curves that no sweep meets; empty without such curves."""
-    kinds = kinds_in(dataset)
-    others = {case: highest_peak(dataset, case, output) for case, kind in enumerate(kinds) if kind != CurveKind.SWEEP}
-    sizes = {case: peak.amplitude for case, peak in others.items() if peak is not None}
-    if not sizes:
+    """The highest peak of the sweep and that of the curves that no sweep meets, with its stability, of the force level at which
+    these are highest; empty without such curves."""
+    kinds, levels = kinds_in(dataset), dataset["force_level"].values.tolist()
+    peaks = {case: peak for case in range(len(kinds)) if (peak := highest_peak(dataset, case, output)) is not None}
+    further = [case for case in peaks if kinds[case] != CurveKind.SWEEP]
+    if not further:
         return ""
-    highest = max(sizes, key=lambda case: sizes[case])
-    return f"Of {counted(len(others), 'curve')} that no sweep meets the highest: {_level_sentence(dataset, highest, output)}"
+    highest, unit = max(further, key=lambda case: peaks[case].amplitude), peak_unit(dataset)
+
+    def height(case: int) -> str:
+        return f"{number(peaks[case].amplitude / unit.metres)} {unit.name} at {hertz(peaks[case].frequency)} Hz"
+
+    own = [case for case in peaks if levels[case] == levels[highest]]
+    swept = next((case for case in own if kinds[case] == CurveKind.SWEEP), None)
+    alike = sum(kinds[case] == kinds[highest] for case in own)
+    one, several = ("detached curve", "detached curves") if kinds[highest] == CurveKind.ISOLATED else ("branch", "branches")
+    which = f"a {one}" if alike == 1 else f"the highest of {alike} {several}"
+    names = [force_text(dataset, highest)] if len(set(levels)) > 1 else []
+    names += [str(dataset["output"].values[output])] if dataset.sizes["output"] > 1 else []
+    parts = []
+    if swept is not None:
+        begin = float(dataset["frequency"].values[swept, converged_points(dataset, swept)[0]])
+        parts.append(f"{height(swept)} on the curve begun at {hertz(begin)} Hz")
+    parts.append(f"{height(highest)} on {which} ({peak_verdict(dataset, highest, output, peaks[highest].point)})")
+    return f"{', '.join(names)}{': ' if names else ''}{', '.join(parts)}."
 
 
 def _of_sweeps(dataset: xr.Dataset, output: int) -> str:

@@ -14,6 +14,7 @@ from stickslip.results.quantities import (
     about_all,
     has_stability,
     none_is_judged,
+    outside_table,
     peak_is_unstable,
     peak_table,
     peak_unjudged,
@@ -22,11 +23,11 @@ from stickslip.results.quantities import (
 )
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results.schema import kind_words
-from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in, shown_unit
+from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in, peaks_outside, shown_unit
 from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.plots.paper import Figures
 from stickslip.show.report.bounds import bounds_table, percentiles_table
-from stickslip.show.report.conclusions import bounds_failures, bounds_warnings
+from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence
 from stickslip.show.report.presentation import Presentation, presents
 from stickslip.show.report.stress import (
     fatigue_sentences,
@@ -47,11 +48,12 @@ MOST_LINES = 12
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
-    """What "auto" took, and the highest peak of the first output at each force level, or the largest point without a peak."""
+    """The highest curve that no sweep meets, what "auto" took, and the highest peak of the first output at each force level, or
+    the largest point without a peak."""
     if _bounds_alone(dataset):
         return bound_sentences(dataset)
     chosen = dataset.attrs.get("harmonics_chosen")
-    lines = [*([f"{chosen}."] if chosen else []), *finer_sentences(dataset)]
+    lines = [*filter(None, [further_curves_sentence(dataset)]), *([f"{chosen}."] if chosen else []), *finer_sentences(dataset)]
     measure = measure_in(dataset)
     of = "" if measure == DISPLACEMENT_AMPLITUDE else f", {measure.words}"
     lines += [f"highest peaks of {dataset['output'].values[0]}{of}"]
@@ -60,6 +62,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     for cases in (levels[place] for place in shown):
         lines += cloud_lines(dataset, cases) if len(cases) > 1 else [level_line(dataset, cases[0])]
     lines += [f"  {len(shown)} of {len(levels)} force levels; the report shows all"] if len(shown) < len(levels) else []
+    lines += outside_lines(dataset)
     lines += [f"  {sentence}"] if (sentence := about_all(dataset)) else []
     lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
@@ -122,6 +125,17 @@ def level_line(dataset: xr.Dataset, case: int) -> str:
     change = float(dataset[ALL_NODES.variable].values[case, 0])
     much = f"{100.0 * change:+.2g} %" if np.isfinite(change) else "unknown"
     return f"{line}   with all nodes {much}"
+
+
+def outside_lines(dataset: xr.Dataset) -> list[str]:
+    """The highest peak of the first output outside the band, which does not count; none where no curve leaves it over a peak."""
+    found = [(case, peak) for case in range(dataset.sizes["case"]) for peak in peaks_outside(dataset, case, 0)[:1]]
+    if not found:
+        return []
+    case, peak = max(found, key=lambda pair: pair[1].amplitude)
+    measure, (factor, units) = measure_in(dataset), _unit(dataset, "peak_amplitude")
+    size = factor * peak.amplitude / measure.per(float(dataset["force_level"][case]))
+    return [f"  outside the band, where it does not count: {peak.frequency:.6g} Hz, {measure.kind} {size:.6g} {units}"]
 
 
 def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
@@ -212,6 +226,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """What only some results hold."""
     frames = {"bounds": bounds_table(detached(dataset))} if has_bounds(dataset) else {}
+    outside = outside_table(dataset)
+    frames |= {} if outside.empty else {"peaks outside the band": outside}
     frames |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
     frames |= {"stress": stress_table(dataset)} if has_stress(dataset) else {}
     frames |= {"strain": strain_table(dataset)} if has_gauges(dataset) else {}

@@ -28,6 +28,7 @@ from stickslip.results.view import (
     levels_in_newtons,
     measure_in,
     peak_unit,
+    peaks_outside,
     per_force_unit,
     points,
 )
@@ -36,6 +37,7 @@ from stickslip.show.plots.contacts import contact_states, dissipation, loops_at,
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
 from stickslip.show.report.answer import engine_order, peaks_at_a_glance
 from stickslip.show.report.conclusions import (
+    OUTSIDE,
     bounds_headline,
     failures_of,
     further_curves_sentence,
@@ -50,6 +52,8 @@ from stickslip.support.checks import Array, counted
 from stickslip.support.late import xr
 
 Datasets = Mapping[str, "xr.Dataset"]
+Ranked = Callable[["xr.Dataset", int, int], Iterator[tuple[int, Array]]]
+"""Rank and numbers of the peaks of a case and output."""
 
 ENERGY_RESIDUAL_LIMIT, SLIP_WORK_LIMIT = 1e-8, 1e-3
 """What a trustworthy point stays below: consistency of the solution, and the physics of slip at enough samples."""
@@ -166,7 +170,7 @@ def peaks(datasets: Datasets, charts: Charts) -> str:
 def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
     """The peaks of one quantity, and where it is largest in time."""
     unit = peak_unit(*datasets.values())
-    rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(every) > 1, unit)]
+    rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(every) > 1, unit, _ranked)]
     word = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
     heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"{word} in {unit.name}"]
     newtons = all(levels_in_newtons(dataset) for dataset in datasets.values())
@@ -181,7 +185,10 @@ def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets)
     first += "It may be smaller than the amplitude: a third harmonic can flatten the crests."
     said = largest.capitalize() if measure.kind == "max_abs" else first
     note = f'<p class="note">{said} {_loss_factor(datasets)}</p>'
-    return table(f"peaks{place}", caption, heads, rows, stacked=True) + note + _largest(measure, place, datasets, every)
+    beyond = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(every) > 1, unit, _outside)]
+    outside = table(f"outside{place}", OUTSIDE, heads, beyond, stacked=True) if beyond else ""
+    answer = table(f"peaks{place}", caption, heads, rows, stacked=True)
+    return answer + note + outside + _largest(measure, place, datasets, every)
 
 
 def _loss_factor(datasets: Datasets) -> str:
@@ -308,13 +315,13 @@ def _result_head(datasets: Datasets) -> list[str]:
     return ["Result"] if len(datasets) > 1 else []
 
 
-def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: Length) -> Iterator[str]:
-    """Every peak of every curve and output, highest first, absolute and per force."""
+def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: Length, ranked: Ranked) -> Iterator[str]:
+    """The peaks of every curve and output, highest first, absolute and per force."""
     measure, (factor, per_force) = measure_in(dataset), per_force_unit(dataset)
     none = "largest of the listed frequencies" if is_listed(dataset) else "no peak inside the band; the largest point"
     for case in range(dataset.sizes["case"]):
         for output, name in enumerate(dataset.output.values):
-            for rank, values in _ranked(dataset, case, output):
+            for rank, values in ranked(dataset, case, output):
                 force = float(dataset.force_level[case])
                 frequency, amplitude, largest_in_time, loss = (float(value) for value in values)
                 normalised = amplitude / abs(force) if force else float("nan")
@@ -337,6 +344,12 @@ def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, 
     highest = highest_peak(dataset, case, output)
     if not len(solved) and highest is not None:
         yield 0, np.array([highest.frequency, highest.amplitude, highest.max_abs, highest.loss_factor])
+
+
+def _outside(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, Array]]:
+    """The same of the peaks outside the band."""
+    for rank, peak in enumerate(peaks_outside(dataset, case, output), start=1):
+        yield rank, np.array([peak.frequency, peak.amplitude, peak.max_abs, peak.loss_factor])
 
 
 def _energy_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:

@@ -329,7 +329,9 @@ class ResponsePredictionWork(DrawnProblems):
             curve, peak = self._held_curve(space.balance(balance, variables) if space else balance, level, report)
         else:
             curve, peak = self._forced_curve(balance, space, variables, level, report)
-        return curve, self._sizes(balance, curve.points), peak
+        frequency, size = self._sizes(balance, curve.points)
+        size[curve.places_outside] = np.nan
+        return curve, (frequency, size), peak
 
     def _forced_curve(
         self, balance: HarmonicBalance, space: StartSpace | None, variables: Array, level: float, report: Report
@@ -397,7 +399,9 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
     levels, count = work.levels[work.held], 1 + work.draws
     parts = [results[k * count : (k + 1) * count] for k in range(len(levels))]
     ends = work.ends
-    grids = [np.unique(np.concatenate([np.linspace(*ends, GRID), one[0]["frequency"]])) for one in parts]
+    grids = [
+        np.unique(np.concatenate([np.linspace(*ends, GRID), one[0]["frequency"][np.isfinite(one[0]["size"])]])) for one in parts
+    ]
     longest = max(grid.size for grid in grids)
     peaks = np.full((3, len(levels), count - 1), np.nan)
     curves, errors = np.full((len(levels), count - 1, longest), np.nan), np.array([one[0]["errors"] for one in parts])
