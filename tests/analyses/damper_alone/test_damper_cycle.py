@@ -11,15 +11,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.analyses.damper_alone.cycle import cycle_forces, damper_cycle, damper_evolution, steady_cycles
-from stickslip.analyses.damper_alone.cycle_dataset import harmonic_cycle
+from stickslip.analyses.damper_alone.cycle import damper_cycle, damper_evolution, steady_cycles
+from stickslip.analyses.damper_alone.cycle_dataset import forces_on_platforms, harmonic_cycle
 from stickslip.model.contact.iwan import Iwan, Parabolic
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.dampers import SHAPES, ThreePoint
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.platform_motion import elliptic, in_phase, measured, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
-from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome
+from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
 from stickslip.solve.time.period import GeneralisedAlpha, Newmark
 from stickslip.support.checks import InputError
 
@@ -178,7 +178,7 @@ def test_a_cycle_starts_from_the_state_that_the_one_before_left():
 def test_parameters_as_arrays_give_the_same_forces():
     rig, platform = laboratory_damper(37.0, 50.0, 0.2), out_of_phase(20e-6).samples(200)
     model = CycleModel.of(laboratory_damper(37.0, 50.0)).with_parameters(np.full(3, KT), np.full(3, KN), np.full(3, 0.2))
-    forces, _ = cycle_forces(model, platform)
+    forces = forces_on_platforms(model, steady_cycle(model, platform))[1]
     np.testing.assert_allclose(forces, damper_cycle(rig, out_of_phase(20e-6), steps=200).dataset.force_on_right, atol=1e-9)
 
 

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.damper_alone.cycle_dataset import contact_states, cycle_dataset, forces_on_platforms
+from stickslip.analyses.damper_alone.cycle_dataset import contact_states, cycle_dataset
 from stickslip.analyses.motion import (
     OVERLAP,
     BodyMotion,
@@ -254,15 +254,6 @@ def damper_cycle(work: CycleWork) -> DamperCycle:
     state of another cycle (`DamperCycle.state`), so that cycles can be chained to a loading history.
     """
     return gathered(work.rig, work.motion, work.march, work.marching)
-
-
-def cycle_forces(model: CycleModel, platform: Array, marching: Marching = QUASI_STATIC) -> tuple[Array, SteadyCycle]:
-    """H, V on the right platform (steps, 2) [N] and the march, without labels: the quick way for fits.
-
-    model: `CycleModel.of(rig)`, changed with `with_parameters`; platform: `motion.samples(steps)`.
-    """
-    march = steady_cycle(model, platform, marching)
-    return forces_on_platforms(model, march)[1], march
 
 
 REPEATING = (CycleOutcome.STEADY, CycleOutcome.JAMMED)

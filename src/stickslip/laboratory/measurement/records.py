@@ -10,7 +10,7 @@ left_outward, left_upward, right_outward, right_upward   force of each damper of
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -69,10 +69,6 @@ class Record:
             if key not in ("platform_x", "platform_y") or np.ptp(values) >= IDLE:
                 _check_clipping(f"{key} of {self.name}", values, (self.ranges or {}).get(key))
         object.__setattr__(self, "signals", signals)
-
-    def with_warning(self, *sentences: str) -> Record:
-        """A copy with further warnings."""
-        return replace(self, warnings=(*self.warnings, *sentences))
 
     def needs(self, *names: str) -> None:
         """Refuse a record in which a signal is missing."""
