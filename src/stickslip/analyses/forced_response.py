@@ -21,17 +21,35 @@ from stickslip.analyses.level_curves import searched, unsought
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
-from stickslip.analyses.response_dataset import absolute, apart_of, arrays_of, as_given, beside, curve_arrays, response_dataset
+from stickslip.analyses.peak_shapes import own_shapes_error, with_shapes_of_peaks
+from stickslip.analyses.response_dataset import (
+    ContactRows,
+    absolute,
+    apart_of,
+    arrays_of,
+    as_given,
+    beside,
+    curve_arrays,
+    response_dataset,
+)
 from stickslip.analyses.sampling import broken_warning, fold_warning, samples_warning, sampling_warning, without_ripples
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.settings import OR_AUTO, ForcedResponseSettings, OneBalance, takes
-from stickslip.analyses.solved_points import SolvedPoints, peaks_of_another, refuse_unexcited, response_at
+from stickslip.analyses.solved_points import (
+    SHAPE_FORCE,
+    SHAPE_FORCE_ATTRIBUTES,
+    SolvedPoints,
+    peaks_of_another,
+    refuse_unexcited,
+    response_at,
+)
 from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
 from stickslip.analyses.time_response import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
     ALL_MODES,
     ALL_NODES,
+    OWN_FORCES,
     POINT_ERROR,
     SAMPLING_ERROR,
     TRUNCATION_ERROR,
@@ -58,7 +76,7 @@ from stickslip.results.result import Result
 from stickslip.results.schema import CurveKind, kinds_in, with_kinds
 from stickslip.results.view import measure_in, nearest_point, periods_of
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, CaseStopped, Report
+from stickslip.runs.work import Arrays, CaseStopped, Progress, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.solve.balance.fourier import fourier
@@ -423,7 +441,7 @@ def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
     settings.progress(0.0, "preparing")
-    work = ForcedResponseWork.of(settings)
+    work = ForcedResponseWork.of(settings).with_shapes(settings.progress)
     curves = all_cases(work, settings.checkpoint, settings.workers, settings.progress)
     settings.progress(1.0, "linear curves")
     return work.gathered(curves)
@@ -480,12 +498,28 @@ class ForcedResponseWork(OneBalance):
             harmonics=H,
             samples=Nt,
             choice=choice,
-            finer=None if finer is problem else finer,
+            finer=None if finer is problem or problem.mesh is not None else finer,
         )
 
     @property
     def periods(self) -> int:
         return self.settings.periods
+
+    def with_shapes(self, progress: Progress) -> ForcedResponseWork:
+        """Of a finite-element model, the work on coordinates with the shapes of the contact forces at the highest peaks of all
+        levels; else itself."""
+        if self.problem.mesh is None or self.problem.mesh.solved:
+            return self
+        measure, curves = self.measure.over(self.periods), []
+        with one_blas_thread():
+            for case, words in enumerate(self.words):
+                progress(case / len(self.words), f"first solution: {words}")
+                curves.append(self._traced(case, lambda share: None))
+
+            def balance_of(problem: Problem) -> HarmonicBalance:
+                return self.balance if problem is self.problem else replace(self, problem=problem).balance
+
+            return replace(self, problem=with_shapes_of_peaks(self.problem, balance_of, curves, measure, progress))
 
     @property
     def measure(self) -> Measure:
@@ -623,6 +657,12 @@ class ForcedResponseWork(OneBalance):
             finer, by_finer = {self.finer_problem.variable: change}, self.finer_problem.warning(names, change)
             springs = len(self.problem.mean_springs) - len(self.finer.mean_springs)
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
+        elif self.problem.mesh is not None:
+            measure = self.measure.over(self.periods)
+            change = own_shapes_error(self.balance, curve, measure)
+            finer, by_finer = {OWN_FORCES.variable: change}, OWN_FORCES.warning(names, change)
+            springs = len(self.problem.mean_springs) - len(self.settings.problem.mean_springs)
+            held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
             self._other_motion(curve),
@@ -672,13 +712,17 @@ class ForcedResponseWork(OneBalance):
             found = response_dataset(self.balance, levels, curves, ends, attrs, self.measure, plain)
             dataset = with_disk(found, self.problem)
         kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR, "work_error": WORK_ERROR}
-        for each in (ALL_MODES, ALL_NODES):
+        for each in (ALL_MODES if self.problem.mesh is None else OWN_FORCES, ALL_NODES):
             if any(each.variable in curve for curve in curves):
                 kept[each.variable] = each.attributes
         if self.problem.modes_to is not None:
             dataset.attrs |= {"modes_to": self.problem.modes_to, "coordinates": self.problem.systems.coordinates}
-            if self.finer is not None:
-                dataset.attrs["coordinates_chosen"] = coordinates_note(self.problem, self.finer)
+            if self.problem.mesh is not None:
+                forces = ContactRows(self.problem).spread(self.problem.mesh.forces)
+                dataset[SHAPE_FORCE] = ("contact", "direction", "contact_shape"), forces, SHAPE_FORCE_ATTRIBUTES
+            whole = self.finer if self.problem.mesh is None else self.settings.problem
+            if whole is not None:
+                dataset.attrs["coordinates_chosen"] = coordinates_note(self.problem, whole)
         unknown, axes = np.full(dataset.sizes["output"], np.nan), ("case", "output")
         errors = {name: (axes, [curve.get(name, unknown) for curve in curves], attributes) for name, attributes in kept.items()}
         along = np.full((len(curves), dataset.sizes["point"], dataset.sizes["output"]), np.nan)

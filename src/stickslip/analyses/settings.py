@@ -239,7 +239,16 @@ def _rule(name: str, value: Any) -> Rules:
     return rules[0] if len(rules) == 1 else rules
 
 
-OfProblem = Annotated[Problem, Setting(OfKind(Problem))]
+def _problem(name: str, value: Any) -> Problem:
+    """A problem with all its rows: how contacts deform a mesh, a forced response alone finds out."""
+    problem: Problem = of_kind(name, value, Problem)
+    if problem.mesh is not None:
+        rule = "must have a row for each direction of its contacts"
+        raise fault(name, rule, "on a mesh", "Give `forced_response`, or keep the rows of its contacts (`read_structure`).")
+    return problem
+
+
+OfProblem = Annotated[Problem, Setting(_problem)]
 Frequencies = Annotated[Band | Sequence[float], Setting(_somewhere)]
 HarmonicNumbers = Annotated[int | Sequence[int], Setting(harmonic_numbers)]
 Samples = Annotated[int, Setting(Whole(1, MOST_SAMPLES))]
@@ -440,7 +449,7 @@ class Fineness(Settings):
 class OverBand(Settings):
     """A problem and the frequencies in Hz: a band, or a list in the order of travel."""
 
-    problem: OfProblem
+    problem: Annotated[Problem, Setting(OfKind(Problem))]
     band: Frequencies
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from stickslip.analyses.response_dataset import ContactRows, point_values
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
+from stickslip.model.problem.meshed import with_all_forces
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.results.schema import COORDINATES, SCHEMA, stamped
 from stickslip.results.view import band_of, periods_of
@@ -33,6 +34,10 @@ from stickslip.support.checks import SMALLEST, Array, InputError, fault, numbers
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
+
+SHAPE_FORCE = "shape_force"
+SHAPE_FORCE_ATTRIBUTES = {"units": "N", "long_name": "contact forces whose shapes on the mesh are coordinates"}
+"""The variable with them, of a finite-element model."""
 
 KEPT = ("outcome", "frequency", "force_level", "response", "contact_force", "contact_motion")
 """The variables of a dataset that a point is made of, and is known again by."""
@@ -64,11 +69,13 @@ class SolvedPoints:
             kept = [str(name) for name in dataset[what].to_numpy()]
             if kept != own:
                 raise fault(f"The {what}s of the problem", f"must be those of the results, {kept}", own, REMEDY)
+        self.rows = ContactRows(problem)
+        if SHAPE_FORCE in dataset:
+            problem = with_all_forces(problem, self.rows.collected(dataset[SHAPE_FORCE].to_numpy()))
         if "modes_to" in dataset.attrs:
             problem = on_few_coordinates(problem, 0.0, float(dataset.attrs["modes_to"]))
         self.problem = problem
         self.kept = {name: dataset[name].to_numpy() for name in KEPT}
-        self.rows = ContactRows(problem)
         harmonics, samples = of_attribute(dataset.attrs["harmonics"]), int(dataset.attrs["samples"])
         self.balance = HarmonicBalance(problem, harmonics, samples, periods_of(dataset))
 

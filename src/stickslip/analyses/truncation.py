@@ -9,10 +9,11 @@ from itertools import pairwise
 import numpy as np
 
 from stickslip.analyses.further_curves import NEAR
+from stickslip.analyses.solved_points import SHAPE_FORCE
 from stickslip.model.contact.point import Contact
 from stickslip.model.problem import Problem
 from stickslip.results.shown_units import shown_sentence
-from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.balance.orders import Harmonics, in_words
 from stickslip.solve.continuation.all_modes import solved_on_all_modes
@@ -94,6 +95,7 @@ class FinerProblem:
 
 MORE_POINTS = "So large a change is known roughly, to a factor of two or so: take more `points` until it is small."
 ALL_MODES = FinerProblem("modal_error", "on all coordinates of the structure", ALLOWED)
+OWN_FORCES = FinerProblem("modal_error", "on the mesh with all shapes of its contact forces and their inertia", ALLOWED)
 ALL_NODES = FinerProblem("patch_error", "with a contact at each node of the patches", 0.01, MORE_POINTS)
 
 SAMPLES_PER_HARMONIC = 8
@@ -236,15 +238,22 @@ def errors_by(finer: HarmonicBalance, few: HarmonicBalance, balance: HarmonicBal
     errors = np.full(len(balance.problem.outputs), np.nan)
     for output, highest in highest_points(balance, curve, measure).items():
         point, X = highest.point, highest.evaluation.w[balance.rows + output]
-        row = finer.rows + output
         start = replace(point, forces=_at_nodes(balance.problem.contacts, point.forces))
-        if curve.peaks and curve.peaks[output]:
-            solution = finer_peak(finer, few, start, output, X[balance.first])
-        else:
-            solution = solved_on_all_modes(finer, few, start, fixed("omega", point.omega))
+        solution = solved_again(finer, few, start, output, X[balance.first] if curve.peaks and curve.peaks[output] else None)
         if solution is not None:
+            row = finer.rows + output
             errors[output] = measure.size(solution.w[row], solution.point.omega) / measure.size(X, point.omega) - 1.0
     return errors
+
+
+def solved_again(
+    finer: HarmonicBalance, few: HarmonicBalance, start: Point, output: int, peak: Array | None
+) -> Evaluation | None:
+    """A point with `finer`: a peak of an output, whose first harmonic is `peak` (2,), at that phase; another, None, at its
+    frequency. None where Newton's method does not arrive."""
+    if peak is not None:
+        return finer_peak(finer, few, start, output, peak)
+    return solved_on_all_modes(finer, few, start, fixed("omega", start.omega))
 
 
 def _at_nodes(contacts: tuple[Contact, ...], forces: Array) -> Array:
@@ -365,9 +374,12 @@ def held_mean_warning(balance: HarmonicBalance, springs: int, curve: Curve, meas
 def coordinates_note(few: Problem, whole: Problem) -> str:
     """On which coordinates a problem was solved, and which means were held, for the first lines of a result."""
     wave = " for each nodal diameter" if few.structure.shapes is None else ""
+    shapes = "shapes for the effect of higher modes on contacts, loads and outputs"
+    if few.mesh is not None:
+        shapes = "shapes of rigid motions, loads, outputs and the contact forces at the highest peaks"
     note = (
-        f"Solved on {few.systems.coordinates} coordinates of {whole.structure.size}{wave}: the modes up to {few.modes_to:.4g} Hz "
-        "with all contacts stuck, and shapes for the effect of higher modes on contacts, loads and outputs."
+        f"Solved on {few.systems.coordinates} coordinates of {whole.freedoms}{wave}: the modes up to {few.modes_to:.4g} Hz "
+        f"with all contacts stuck, and {shapes}."
     )
     for spring in few.mean_springs[len(whole.mean_springs) :]:
         along = ", ".join(spring.direction)
@@ -383,7 +395,7 @@ def finer_sentences(dataset: xr.Dataset) -> list[str]:
     sentences = (
         [shown_sentence(str(dataset.attrs["coordinates_chosen"]), dataset)] if "coordinates_chosen" in dataset.attrs else []
     )
-    for finer in (ALL_MODES, ALL_NODES):
+    for finer in (OWN_FORCES if SHAPE_FORCE in dataset else ALL_MODES, ALL_NODES):
         if finer.variable in dataset and np.isfinite(dataset[finer.variable].values).any():
             errors, levels = dataset[finer.variable].values, dataset["force_level"].values
             case, output = np.unravel_index(np.nanargmax(np.abs(errors)), errors.shape)

@@ -39,6 +39,9 @@ class Plan(Protocol):
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         """The labelled results of all works."""
 
+    def begin(self, progress: Progress) -> None:
+        """Compute what all cases share and only a run needs, before the first of them."""
+
     @property
     def content(self) -> str:
         """Identifies the content of the files that its tables name; "" where they name none."""
@@ -68,6 +71,9 @@ class OneWork:
     condition: str = ""
     reads: tuple[Path, ...] = ()
 
+    def begin(self, progress: Progress) -> None:
+        """Nothing: the work has all that its cases share."""
+
     @cached_property
     def works(self) -> Mapping[str, Work]:
         return {"": self.work() if callable(self.work) else self.work}
@@ -90,7 +96,7 @@ def summary_of(sweep: ForcedResponseSettings) -> str:
     """A problem with where and how finely to compute it, in half a line."""
     problem = sweep.problem
     where = f"at {counted(len(sweep.frequencies), 'frequency', 'frequencies')}" if sweep.listed else "over a band"
-    size = counted(problem.structure.size, "degree of freedom", "degrees of freedom")
+    size = counted(problem.freedoms, "degree of freedom", "degrees of freedom")
     harmonics = 'harmonics = "auto"' if isinstance(sweep.harmonics, str) else in_words(checked_harmonics(sweep.harmonics))
     levels = counted(len(sweep.levels), "force level")
     of = "" if sweep.measured == DISPLACEMENT_AMPLITUDE else f", peaks of the {sweep.measured.words}"
@@ -131,6 +137,7 @@ class Kind:
     repeats: whether the frequencies of `at` may come back to where they were, upwards and downwards.
     band: of the excitation, from the tables of its own, where these say where to compute and [sweep] only how finely.
     whole_disk: whether it solves more of a disk than one sector under its engine orders.
+    from_mesh: whether large models with many contacts are reduced by these, without a kept row.
     without: keys of [sweep] that have no effect on it; check_of_sweep: what it asks of [sweep] beyond the table's own rules.
     """
 
@@ -144,3 +151,4 @@ class Kind:
     without: tuple[str, ...] = ()
     check_of_sweep: Callable[[Any], object] | None = None
     whole_disk: bool = False
+    from_mesh: bool = False

@@ -17,7 +17,7 @@ from scipy import linalg
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
-from stickslip.model.loads import excited_harmonics
+from stickslip.model.loads import Output, excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.model.problem.static_balance import dampers, unbearable_loads
@@ -213,24 +213,26 @@ def _wiring(study: _Study) -> list[str]:
         for name, preload in preloads.items()
         if preload < 0.0
     ]
-    pulled = dampers(problem)
-    if not pulled or np.all(on_damper := np.any(list(pulled.values()), axis=0)):
+    structure, pulled = problem.structure, dampers(problem)
+    on_damper = frozenset[str]().union(*pulled.values())
+
+    def moving(direction: Mapping[str, float]) -> set[str]:
+        own = (dof.removeprefix(NEXT) for dof, coefficient in direction.items() if coefficient)
+        return {structure.dofs[structure.index(dof)] for dof in own}
+
+    if not pulled or not (on_damper < {*structure.dofs}):
         return found
-    names, highest = " and ".join(pulled), max(_excited(problem))
-
-    def moves_alone(row: Array) -> bool:
-        return bool(np.any(row)) and not np.any(row[~on_damper])
-
-    if moves_alone(np.abs(problem.load_powers(highest)).sum(axis=(0, 2))):
+    names = " and ".join(pulled)
+    if set().union(*(moving(force.coefficients) for force in problem.forces if any(force.amplitudes.values()))) <= on_damper:
         found.append(
             f"Warning: the excitation acts on {names} alone, which only contacts hold. Check the directions of the forces."
         )
-    if all(moves_alone(row) for row in problem.output_rows):
+    if all(moving(Output.of(output).direction) <= on_damper for output in problem.outputs):
         found.append(f"Warning: all outputs move with {names}, which only contacts hold. Add an output on a blade.")
     twice = [
         contact.name
-        for contact, first in _first_rows(problem)
-        if preloads[contact.name] > 0.0 and np.any(problem.B[first : first + len(contact.directions), on_damper])
+        for contact in problem.contacts
+        if preloads[contact.name] > 0.0 and any(moving(direction) & on_damper for direction in contact.directions)
     ]
     if twice:
         found.append(
@@ -242,13 +244,12 @@ def _wiring(study: _Study) -> list[str]:
 
 def _standing_off(study: _Study) -> list[str]:
     """Bodies that do not touch at rest although no gap is between them, while others press on each other."""
-    nodes = [dof.rpartition(".")[0] for dof in study.problem.structure.dofs]
-    bodies = np.array([node.rpartition("/")[0] or node for node in nodes])
     sides: dict[frozenset[str], list[str]] = {}
-    for contact, first in _first_rows(study.problem):
-        if _closes(contact):
-            normal = study.problem.B[first + len(contact.directions) - 1]
-            sides.setdefault(frozenset(bodies[normal != 0.0]), []).append(contact.name)
+    for contact in study.problem.contacts:
+        if _closes(contact) and contact.normal is not None:
+            nodes = {dof.removeprefix(NEXT).rpartition(".")[0] for dof, factor in contact.normal.items() if factor}
+            bodies = frozenset(node.rpartition("/")[0] or node for node in nodes)
+            sides.setdefault(bodies, []).append(contact.name)
     off = [names for names in sides.values() if not any(study.loads.get(name, 0.0) > 0.0 for name in names)]
     if not off or len(off) == len(sides):
         return []
@@ -327,11 +328,13 @@ def _bodies(study: _Study) -> list[str]:
             f"without contacts, at {elastic[0]:.5g} Hz: a body is heavy for its contacts. Check its mass, its dimensions, kt and "
             "kn."
         )
-    rows = {dof: row for row, dof in enumerate(problem.structure.dofs)}
+    structure = problem.structure if problem.mesh is None else problem.mesh.stuck.structure
+    rows, masses = {dof: row for row, dof in enumerate(structure.dofs)}, structure.M.diagonal().real
     for node in problem.structure.outlines:
-        at = [rows[f"{node}.{axis}"] for axis in "xyz" if f"{node}.{axis}" in rows]
-        mass = float(np.max(np.diag(np.real(problem.structure.M))[at], initial=0.0))
-        force = float(np.linalg.norm(problem.static_load[at]))
+        at = [f"{node}.{axis}" for axis in "xyz" if f"{node}.{axis}" in rows]
+        mass = max((float(masses[rows[dof]]) for dof in at), default=0.0)
+        acting = [sum(force.static * force.coefficients.get(dof, 0.0) for force in problem.forces) for dof in at]
+        force = float(np.linalg.norm(acting))
         if mass and force > FASTEST * mass:
             found.append(
                 f"Warning: the static force on {node.rpartition('/')[0] or node} over its mass is {force / mass:.2g} m/s², "

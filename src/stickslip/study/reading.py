@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from stickslip.analyses.forced_response import AUTOMATIC
 from stickslip.analyses.settings import ForcedResponseSettings, Frequencies
 from stickslip.model.contact.point import GROUND, Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
+from stickslip.model.problem.meshed import meshed_problem
+from stickslip.model.problem.truncation import REACH
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
-from stickslip.model.structure.damping import Dashpot
+from stickslip.model.structure.damping import Damping, Dashpot, ModalDamping
 from stickslip.model.structure.matrices import Structure
-from stickslip.solve.balance.orders import harmonics_for
+from stickslip.model.structure.sparse_structure import SparseStructure
+from stickslip.solve.balance.orders import harmonics_for, highest
 from stickslip.study import build
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.build import Names, dofs_in
@@ -41,7 +45,7 @@ from stickslip.study.structure import (
     together,
     with_aerodynamics,
 )
-from stickslip.study.surfaces import contacts_on, force_on, surfaces_in, turning_notes
+from stickslip.study.surfaces import contacts_on, force_on, meshed_surfaces, surfaces_in, turning_notes
 from stickslip.study.tables import (
     BaseTable,
     BodyTable,
@@ -57,7 +61,7 @@ from stickslip.study.tables import (
 from stickslip.study.toml_text import with_line
 from stickslip.support.checks import Faults, InputError, fault, nearest, similar_file, storable
 from stickslip.support.machine import one_blas_thread
-from stickslip.support.units import UNIT_SYSTEMS, UnitSystem
+from stickslip.support.units import UNIT_SYSTEMS, Band, UnitSystem
 
 Stated = tuple[Problem, Mapping[float, CyclicStructure]]
 """A problem, and its disks by rotor speed where it is a sector whose speed is given."""
@@ -171,7 +175,8 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
     if kind.on_problem:
         where = frequencies_of(tables, kind, found)
         with one_blas_thread():
-            stated = problem_of(tables, document, folder, found, (progress, notes), whole_disk or kind.whole_disk)
+            modes_to = reached(tables, where) if kind.from_mesh else None
+            stated = problem_of(tables, document, folder, found, (progress, notes), whole_disk or kind.whole_disk, modes_to)
             sweep = sweep_of(tables, where, stated[0] if stated else None, found)
     if sweep and stated and stated[1] and tables.excitation is not None:
         notes += other_speed(sweep, next(iter(stated[1])), build.lowest_order(tables.excitation))
@@ -267,9 +272,15 @@ def content(tables: Tables, sweep: ForcedResponseSettings | None) -> str:
 
 
 def problem_of(
-    tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages, whole_disk: bool
+    tables: Tables,
+    document: Mapping[str, Any],
+    folder: Path,
+    found: Found,
+    messages: Messages,
+    whole_disk: bool,
+    modes_to: float | None = None,
 ) -> Stated | None:
-    """The problem of the [structure] table: a rig, or a model."""
+    """The problem of the [structure] table: a rig, or a model. modes_to: as of `from_model`."""
     dofs = dofs_in(document)
     found.messages += Names(dofs, Units()).faults(document) if dofs else []
     if not tables.structures or None in tables.structures or None in tables.bodies:
@@ -277,7 +288,7 @@ def problem_of(
     if tables.rig is not None:
         problem = from_rig(tables.rig, tables, document, found)
         return None if problem is None else (problem, {})
-    return from_model(tables, document, folder, found, messages, whole_disk)
+    return from_model(tables, document, folder, found, messages, whole_disk, modes_to)
 
 
 def text_of(path: Path) -> str:
@@ -400,9 +411,16 @@ def acted_upon(problem: Problem | None, tables: Tables, found: Found) -> Problem
 
 
 def from_model(
-    tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages, whole_disk: bool
+    tables: Tables,
+    document: Mapping[str, Any],
+    folder: Path,
+    found: Found,
+    messages: Messages,
+    whole_disk: bool,
+    modes_to: float | None = None,
 ) -> Stated | None:
-    """A problem from models, bodies, contacts and forces; whole_disk: of a sector with all nodal diameters."""
+    """A problem from models, bodies, contacts and forces; whole_disk: of a sector with all nodal diameters. modes_to: natural
+    frequency [Hz] up to which a large model with many contacts has its modes; None where its rows are kept for any frequency."""
     units = tables.units
     _check_disk(tables, document, found)
     asks_for_stress = any(table is not None and table.stress is not None for table in tables.structures)
@@ -417,7 +435,8 @@ def from_model(
         found.stop()  # the reduction of a sector may take minutes
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
     order = None if whole_disk or tables.aerodynamics or not tables.excitation else build.lowest_order(tables.excitation)
-    structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages, order)
+    meshed = meshed_surfaces(tables.contact) if modes_to is not None and tables.base is None and _on_stuck(damping) else ()
+    structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages, order, meshed)
     bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found)
     messages[1].extend(body_note(name, body, units.system) for name, body in bodies.items())
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
@@ -435,11 +454,30 @@ def from_model(
         return None
     title = tables.study.title if tables.study else ""
     springs = mean_springs_of(tables, names, found)
-    kind = TunedDisk if isinstance(parts.structure, CyclicStructure) else Problem
-    make = partial(kind, mean_springs=springs, dashpots=dashpots)
-    problem = found.attempt("The study", make, parts.structure, contacts, forces, outputs, title)
+    more: dict[str, Any] = {"mean_springs": springs, "dashpots": dashpots}
+    kind: Callable[..., Problem] = TunedDisk if isinstance(parts.structure, CyclicStructure) else Problem
+    if isinstance(parts.structure, SparseStructure):
+        kind, more = meshed_problem, more | {"modes_to": modes_to, "report": partial(messages[0], 0.5)}
+    problem = found.attempt("The study", partial(kind, **more), parts.structure, contacts, forces, outputs, title)
     problem = acted_upon(problem, tables, found)
     return None if problem is None else (problem, parts.disks)
+
+
+def reached(tables: Tables, where: Frequencies | None) -> float | None:
+    """Natural frequency up to which modes count where a study is solved, Hz; None where it does not say so."""
+    if where is None or tables.sweep is None:
+        return None
+    harmonics = tables.sweep.harmonics
+    return (
+        REACH
+        * (AUTOMATIC if isinstance(harmonics, str) else highest(harmonics))
+        * (where.high if isinstance(where, Band) else max(where))
+    )
+
+
+def _on_stuck(damping: Damping | None) -> bool:
+    """Whether a damping rule is of the structure as it is solved, and not of modes without contacts."""
+    return not (isinstance(damping, ModalDamping) and damping.on == "free")
 
 
 def _is_disk(tables: Tables) -> bool:

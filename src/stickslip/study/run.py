@@ -90,6 +90,8 @@ class Run:
     @only_own_files()
     def computed(self, kept: CheckpointFolder, progress: Progress) -> dict[str, xr.Dataset]:
         """The results of all jobs, each saved."""
+        for job in self.jobs.values():
+            job.plan.begin(progress)
         works = {name: job.plan.works for name, job in self.jobs.items()}
         together = Together({f"{name} {kind}".strip(): work for name, kinds in works.items() for kind, work in kinds.items()})
         checkpoint = kept if self.resume else _Anew(kept)

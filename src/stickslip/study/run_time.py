@@ -64,10 +64,8 @@ def _proposed(problem: Problem, system: UnitSystem | None) -> str:
     """Soft springs for the mean of each loose motion, as a study holds them, in its units."""
     tables, (factor, unit) = [], in_system("N/m", system)
     for spring in soft_springs(problem):
-        largest = max(spring.direction.values(), key=abs)  # a motion has no sign; the table shows its largest part as 1
-        parts = {dof: round(c / largest, 3) for dof, c in spring.direction.items()}
-        direction = ", ".join(f'"{dof}" = {c:g}' for dof, c in parts.items() if c)
-        tables.append(f"direction = {{ {direction} }}, k of about {factor * spring.stiffness * largest**2:.1g} {unit}")
+        (dof,) = spring.direction
+        tables.append(f'direction = {{ "{dof}" = 1 }}, k of about {factor * spring.stiffness:.1g} {unit}')
     return f"A soft spring on the mean holds it and leaves the vibration as it is, [[mean_spring]]: {'; '.join(tables)}."
 
 

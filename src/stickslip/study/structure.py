@@ -14,11 +14,12 @@ from pydantic import Field
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
+from stickslip.model.problem.truncation import MANY_ROWS
 from stickslip.model.readers.describe import implausible
 from stickslip.model.readers.model import Content, Model, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.read import read_content
-from stickslip.model.readers.reduction import Progress, structure_of
+from stickslip.model.readers.reduction import WHOLE_SIZE, Progress, structure_of
 from stickslip.model.readers.sector import Faces, disks_of
 from stickslip.model.readers.stress_places import StrainGauge, StressRows, places_of, stress_rows_of
 from stickslip.model.structure.aerodynamics import Aerodynamics
@@ -75,11 +76,13 @@ def structure(
     surfaces: Sequence[str],
     models: dict[str, Model],
     engine_order: int | None,
+    meshed: Sequence[str] = (),
 ) -> Built:
     """The structure of a model; of a sector for the nodal diameters that an engine order can excite, for all where it is None.
 
     surfaces: sets of nodes that contacts speak of; those that the model has are kept too. models: those of the study that were
-    read already, to which this one is added: equal blades are read once.
+    read already, to which this one is added: equal blades are read once. meshed: sets whose contacts may reduce a large
+    model; of many such rows none is kept.
     """
     own = SYSTEMS[table.units] if table.units is not None else units
     key = repr([(name, value) for name, value in table if name not in OF_A_COPY])
@@ -89,13 +92,15 @@ def structure(
     if table.sector is not None:
         return _disk(table, table.sector, model, surfaces, folder, own, progress, stress, engine_order)
     besides = [name for name in surfaces if name in model.sets and name not in keep]
-    reduced = table.keep is not None or (table.modes is not None and besides)
+    rows = [row for name in meshed if name in model.sets for node in model.sets[name] for row in model.directions.get(node, ())]
+    sparse = len(rows) >= MANY_ROWS and model.size > WHOLE_SIZE and model.C is None
+    reduced = sparse or table.keep is not None or (table.modes is not None and besides)
     places = places_of(model, keep, own.system.metres, besides) if reduced else None
     notes = (*map(str, places or ()), *(stress.notes if stress else ()), *model.notes, *implausible(model))
     rotation = None if table.speed is None else (table.speed, _axis(table.axis or AxisTable(), own))
     if rotation is None and table.axis is not None:
         raise fault("axis", "must go with speed", "without one")
-    made, found = structure_of(model, places, table.modes, damping, progress, stress, rotation)
+    made, found = structure_of(model, places, table.modes, damping, progress, stress, rotation, sparse)
     made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
     return Built(made, (*notes, *found), {}, tuple(model.sets))
 
@@ -207,9 +212,10 @@ def structures_of(
     found: Found,
     messages: Messages,
     engine_order: int | None,
+    meshed: Sequence[str] = (),
 ) -> dict[str, Built]:
     """The structures that could be made, by name, "" for one alone; each keeps those `surfaces` that are its own, a sector the
-    nodal diameters that an engine order can excite."""
+    nodal diameters that an engine order can excite. meshed: as of `structure`."""
     made: dict[str, Built] = {}
     models: dict[str, Model] = {}
     progress, notes = messages
@@ -218,14 +224,21 @@ def structures_of(
         name = None if table is None else found.attempt(place, _name, table, several, made)
         if name is None:
             continue
-        own = [surface.removeprefix(f"{name}/") for surface in surfaces if not name or surface.startswith(f"{name}/")]
+        own = own_of(surfaces, name)
         if table is not None and table.sector is not None:
             own = list(dict.fromkeys(surface.removeprefix(NEXT) for surface in own))
-        built = found.attempt(place, structure, table, damping, folder, units, progress, own, models, engine_order)
+        built = found.attempt(
+            place, structure, table, damping, folder, units, progress, own, models, engine_order, own_of(meshed, name)
+        )
         if built:
             made[name] = built
             notes += [f"{name}: {note}" if name else note for note in built.notes]
     return made
+
+
+def own_of(surfaces: Sequence[str], name: str) -> list[str]:
+    """The surfaces of one structure, by their names in it."""
+    return [surface.removeprefix(f"{name}/") for surface in surfaces if not name or surface.startswith(f"{name}/")]
 
 
 def _name(table: StructureTable, several: bool, taken: Mapping[str, Any]) -> str:

@@ -51,6 +51,11 @@ def surfaces_in(contacts: Iterable[ContactTable | None], forces: Iterable[ForceT
     return [name for name in dict.fromkeys(given) if name is not None and name != GROUND]
 
 
+def meshed_surfaces(contacts: Iterable[ContactTable | None]) -> list[str]:
+    """Names of the sets of nodes that have a contact at each node."""
+    return surfaces_in([table for table in contacts if isinstance(table, SurfaceTable) and table.points is None], ())
+
+
 def contacts_on(table: SurfaceTable, number: int, parts: Parts, units: Units) -> tuple[tuple[Contact, ...], list[str]]:
     """The contacts of a surface in SI, and notes on what was found."""
     name = table.name or f"contact {number}"

@@ -365,6 +365,16 @@ def remembering(contacts: Sequence[Contact]) -> NDArray[np.bool_]:
     return np.repeat(np.array([contact.law.remembers_start for contact in contacts], dtype=bool), sizes)
 
 
+def stuck_stiffness(contacts: Sequence[Contact]) -> Array:
+    """K_c of each row of contacts: kt and kn of every element closed, N/m, (rows,)."""
+    rows: list[float] = []
+    for contact in contacts:
+        elements = contact.elements
+        rows += [float(friction.stiffness.sum()) for friction in elements.friction]
+        rows += [] if elements.normal is None else [float(elements.normal.stiffness.sum())]
+    return np.array(rows)
+
+
 def contact_table(contacts: Sequence[Contact]) -> ContactTable:
     """The table of a sequence of contacts; the kernels of their laws are ready with it."""
     prepare(*{type(contact.law) for contact in contacts})

@@ -97,10 +97,11 @@ class _AtRest:
 
     def equilibrium(self, states: list[State]) -> NDArray[Any] | None:
         """The motion (n,) at which contacts of these states carry the loads; None where they do not hold the structure."""
-        S, constant = np.zeros((self.B.shape[0],) * 2), np.zeros(self.B.shape[0])
+        pressed, constant = np.zeros_like(self.B), np.zeros(self.B.shape[0])
         for contact, rows, state in zip(self.contacts, self.rows, states, strict=True):
-            S[rows, rows], constant[rows] = _linear(contact, state)
-        return _solved(self.K + self.B.conj().T @ (S @ self.B), self.load - self.B.conj().T @ constant)
+            S, constant[rows] = _linear(contact, state)
+            pressed[rows] = S @ self.B[rows]
+        return _solved(self.K + self.B.conj().T @ pressed, self.load - self.B.conj().T @ constant)
 
     def left_over(self, motion: NDArray[Any]) -> float:
         """‖K q + Bᵀ f(B q) − p‖, N."""

@@ -29,9 +29,6 @@ Two finite-element blades on a wedge of which all contacts open (40 kN/m): peaks
 ten times as stiff. Softer ones let the wedge move so far that a curve takes up to 28 times as many evaluations.
 """
 
-SHOWN = 1e-3
-"""Share of the largest coefficient down to which a degree of freedom takes part in a loose motion."""
-
 
 def loose_motions(problem: Problem) -> Array:
     """Motions that structure, mean springs and normal directions of contacts leave free, (motions, n), orthonormal.
@@ -51,11 +48,13 @@ def loose_motions(problem: Problem) -> Array:
 
 
 def soft_springs(problem: Problem) -> tuple[Spring, ...]:
-    """A soft spring for the mean of each loose motion."""
-    springs = []
-    for motion in problem.loose_motions:
-        stuck = float(motion @ problem.stuck_stiffness @ motion)
-        parts = np.flatnonzero(np.abs(motion) >= SHOWN * np.abs(motion).max())
-        direction = {problem.structure.dofs[k]: float(motion[k]) for k in parts}
-        springs.append(Spring(direction, SOFT * stuck))
-    return tuple(springs)
+    """A soft spring for the mean of each loose motion, at one degree of freedom each, by which the motions are told apart."""
+    motions, structure = problem.loose_motions.T, problem.structure
+    if not motions.size:
+        return ()
+    dofs = structure.dofs if structure.shapes is None else structure.dofs[: -structure.size]  # the others are coordinates
+    moved = structure.motion(motions)[: len(dofs)]
+    held = linalg.qr(moved.T, pivoting=True, mode="r")[1][: motions.shape[1]]
+    motions = motions @ np.linalg.inv(moved[held])  # each moves one of these alone, by one
+    stiffness = np.einsum("ij,ij->j", motions, problem.stuck_stiffness @ motions)
+    return tuple(Spring({dofs[row]: 1.0}, SOFT * float(own)) for row, own in zip(held, stiffness, strict=True))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.model.contact.point import Contact, Start, contact_table
+from stickslip.model.contact.point import Contact, Start, contact_table, stuck_stiffness
 from stickslip.model.loads import BaseMotion, Force, Output
 from stickslip.model.problem.loose_motions import loose_motions
 from stickslip.model.problem.speed import SpeedDependence
@@ -23,12 +23,30 @@ from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.damping import AerodynamicDamping, Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.modes import Modes, natural_modes
+from stickslip.model.structure.stuck_mesh import Coordinates, StuckMesh
 from stickslip.support.checks import SMALLEST, Array, InputError, counted, fault, is_definite, of_kind, several, storable, unique
 from stickslip.support.renamed import renamed_property
 from stickslip.support.renderers import FIGURES
 
 HELD_ALONE = 1e-10
 """Share of the stiffness at a contact that others have, below which it is rounding: the contact alone holds what it joins."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """What a problem on few coordinates of a finite-element model is made from: the structure with stuck contacts, the degrees of
+    freedom whose motion it knows, the contact forces (rows, k) whose shapes it has, and its coordinates. solved: whether forces
+    of solutions are among these."""
+
+    stuck: StuckMesh
+    named: tuple[str, ...]
+    forces: Array
+    coordinates: Coordinates
+    solved: bool = False
+
+    def on_coordinates(self, motions: Array) -> Array:
+        """The coordinates (m, k) of motions (n, k) that they can describe."""
+        return np.asarray(self.coordinates.shapes.T @ (self.stuck.stuck @ motions))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,7 +58,8 @@ class Problem:
     motions that only friction restrains: once the contacts slip, their mean could be anything. dashpots: viscous dampers, and gas
     forces that feed the motion (`AerodynamicDamping`). speed: how stiffness and constant loads go with the rotor speed, which an
     engine order excites along; the frequency of the excitation then stands for the speed. modes_to: natural frequency [Hz] up to
-    which the structure has the modes of the stuck structure, where it is on few coordinates (`truncated`).
+    which the structure has the modes of the stuck structure, where it is on few coordinates (`truncated`). mesh: what these
+    were made from, where no contact row of a finite-element model was kept (`meshed_problem`).
     """
 
     structure: Structure
@@ -52,6 +71,7 @@ class Problem:
     dashpots: tuple[Dashpot | AerodynamicDamping, ...] = field(default=(), kw_only=True)
     speed: SpeedDependence | None = field(default=None, kw_only=True)
     modes_to: float | None = field(default=None, kw_only=True)
+    mesh: Mesh | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         for key in ("contacts", "forces", "outputs", "mean_springs", "dashpots"):
@@ -84,6 +104,11 @@ class Problem:
             f"outputs {', '.join(self.output_names[:4])}{', ...' if len(self.outputs) > 4 else ''}",
         )
         return f"{type(self).__name__} {self.title!r}: {', '.join(sizes)}"
+
+    @property
+    def freedoms(self) -> int:
+        """How many degrees of freedom its structure has, of a mesh all of them."""
+        return self.structure.size if self.mesh is None else self.mesh.stuck.structure.size
 
     @property
     def heading(self) -> str:
@@ -186,12 +211,7 @@ class Problem:
     @cached_property
     def contact_stiffness(self) -> Array:
         """K_c of each row: kt and kn of every element closed, N/m, (rows,)."""
-        rows: list[float] = []
-        for contact in self.contacts:
-            elements = contact.elements
-            rows += [float(friction.stiffness.sum()) for friction in elements.friction]
-            rows += [] if elements.normal is None else [float(elements.normal.stiffness.sum())]
-        return np.array(rows)
+        return stuck_stiffness(self.contacts)
 
     @cached_property
     def stuck_stiffness(self) -> Array:

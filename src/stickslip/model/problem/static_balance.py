@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
@@ -20,7 +19,7 @@ from stickslip.model.contact.point import Contact
 from stickslip.support.checks import Array
 
 if TYPE_CHECKING:
-    from stickslip.model.problem.problem import Problem
+    from stickslip.model.problem.problem import Mesh, Problem
     from stickslip.model.problem.systems import LinearSystem
 
 LOOSE = 1e-12
@@ -47,6 +46,7 @@ class _Loose(NamedTuple):
 
     name: str
     motions: Array
+    dofs: frozenset[str]
 
 
 def unbearable_loads(problem: Problem, sign: float = 1.0) -> list[str]:
@@ -64,20 +64,20 @@ def unbearable_loads(problem: Problem, sign: float = 1.0) -> list[str]:
     return [" and ".join(body.name for body in bodies)]
 
 
-def dampers(problem: Problem) -> dict[str, NDArray[np.bool_]]:
+def dampers(problem: Problem) -> dict[str, frozenset[str]]:
     """The bodies of one node that nothing but contacts holds and a static load presses on them, by name, with their degrees of
-    freedom, (n,); none where directions of contacts are complex."""
+    freedom; none where directions of contacts are complex."""
     system, load = problem.systems.at(0), problem.static_load.real
     if np.any(np.imag(system.B)):
         return {}
-    nodes = np.array([dof.rpartition(".")[0] for dof in problem.structure.dofs])
     pulled = [body for body in _loose_bodies(problem, system) if np.any(load @ body.motions)]
-    moved = {body.name: np.any(body.motions != 0.0, axis=1) for body in pulled}
-    return {name: dofs for name, dofs in moved.items() if len(set(nodes[dofs])) == 1}
+    return {body.name: body.dofs for body in pulled if len({dof.rpartition(".")[0] for dof in body.dofs}) == 1}
 
 
 def _loose_bodies(problem: Problem, system: LinearSystem) -> list[_Loose]:
     """The bodies, degrees of freedom that stiffness or a node joins, with motions that move contacts and meet no stiffness."""
+    if problem.mesh is not None:
+        return _bodies_of_mesh(problem.mesh, problem, system.B.real)
     held, size = system.without_contacts(problem.contact_stiffness).real, np.sqrt(np.diag(system.K.real))
     size[size == 0.0] = 1.0
     held = np.where(np.abs(held) > LOOSE * np.outer(size, size), held, 0.0)
@@ -93,7 +93,22 @@ def _loose_bodies(problem: Problem, system: LinearSystem) -> list[_Loose]:
         touching = moved > 0.0
         if np.any(touching):
             name = str(nodes[dofs[0]])
-            loose.append(_Loose(name.rpartition("/")[0] or name, motions[:, touching] / moved[touching]))
+            moving = np.any(motions[:, touching] != 0.0, axis=1)
+            names = frozenset(problem.structure.dofs[row] for row in np.flatnonzero(moving))
+            loose.append(_Loose(name.rpartition("/")[0] or name, motions[:, touching] / moved[touching], names))
+    return loose
+
+
+def _bodies_of_mesh(mesh: Mesh, problem: Problem, B: Array) -> list[_Loose]:
+    """The same of bodies of a mesh, whose rigid motions the coordinates hold."""
+    loose = []
+    for name, rows, rigid in mesh.stuck.bodies:
+        motions = mesh.on_coordinates(rigid)
+        moved = np.abs(B @ motions).max(axis=0, initial=0.0)
+        touching = moved > LOOSE * moved.max(initial=0.0)
+        if np.any(touching):
+            dofs = frozenset(mesh.stuck.structure.dofs[row] for row in rows)
+            loose.append(_Loose(name, motions[:, touching] / moved[touching], dofs))
     return loose
 
 

@@ -70,7 +70,9 @@ def warnings_of(problem: Problem) -> tuple[str, ...]:
 
 
 def _stiffness(problem: Problem) -> str:
-    """Contacts too stiff to slip or lift off without trouble."""
+    """Contacts too stiff to slip or lift off without trouble; of a mesh the flexibility under each one is not computed."""
+    if problem.mesh is not None:
+        return ""
     owners = [contact for contact in problem.contacts for _ in contact.directions]
     limits = np.array([STIFFEST if contact.normal is None else STIFFEST_VARYING for contact in owners])
     stiff = np.flatnonzero(np.isfinite(problem.stiffness_ratios) & (problem.stiffness_ratios > limits))

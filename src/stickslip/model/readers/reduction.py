@@ -27,6 +27,8 @@ from stickslip.model.structure.matrices import Point, Structure
 from stickslip.model.structure.mesh_surface import MeshSurface, recovery_rows, selection
 from stickslip.model.structure.rigid_motions import rigid_motions, without_resistance
 from stickslip.model.structure.rotation_axis import RotationAxis
+from stickslip.model.structure.sparse_structure import SparseStructure
+from stickslip.model.structure.stress import StressRecovery
 from stickslip.support.checks import Array, InputError, fault
 from stickslip.support.files import write_arrays
 
@@ -56,6 +58,34 @@ def whole(model: Model, damping: Damping | None = None, stress: StressRows | Non
     stresses = () if stress is None else (stress.recovery(stress.rows.toarray(), model.dofs),)
     made = Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets)
     return replace(made, surfaces=surfaces, stresses=stresses)
+
+
+def unreduced(
+    model: Model, places: tuple[Place, ...], damping: Damping | None = None, stress: StressRows | None = None
+) -> SparseStructure:
+    """The model with its sparse matrices, which contacts reduce: rows of places by their names there, all others by their own."""
+    renamed = {row: name for place in places for name, row in place.dofs.items()}
+    dofs = tuple(renamed.get(row, dof) for row, dof in enumerate(model.dofs))
+    nodes = {}
+    for dof, own in zip(dofs, model.dofs, strict=True):
+        node = own.rpartition(".")[0]
+        if node in model.nodes:
+            nodes[dof.rpartition(".")[0]] = model.nodes[node]
+    surface = model.surface
+    surfaces: tuple[MeshSurface, ...] = ()
+    stresses: tuple[StressRecovery, ...] = ()
+    if surface is not None:
+        moving = np.unique(surface.numbers[surface.numbers >= 0])
+        numbers = np.where(surface.numbers >= 0, np.searchsorted(moving, surface.numbers), -1)
+        names = tuple(dofs[row] for row in moving)
+        surfaces = (MeshSurface(*surface[:2], selection(numbers, moving.size), names),)
+    if stress is not None:
+        around = np.unique(stress.rows.indices)
+        stresses = (stress.recovery(stress.rows[:, around].toarray(), tuple(dofs[row] for row in around)),)
+    made = SparseStructure(model.M, model.K, dofs, damping=damping, nodes=nodes, sets=kept_sets(model, places))
+    return replace(
+        made, mesh_points=model.located[1], surfaces=surfaces, stresses=stresses, kept=tuple(renamed[row] for row in renamed)
+    )
 
 
 def reduced(
@@ -165,9 +195,10 @@ def structure_of(
     progress: Progress = quiet,
     stress: StressRows | None = None,
     rotation: tuple[float, RotationAxis] | None = None,
+    many_contacts: bool = False,
 ) -> tuple[Structure, tuple[str, ...]]:
     """The model whole, or by its places, and what was found; with the stress where it is asked for, and the part of it due to
-    rotation at a speed in rev/min about an axis."""
+    rotation at a speed in rev/min about an axis. many_contacts: with sparse matrices, for contacts to reduce."""
     if damping is not None and model.C is not None:
         where = f"{model.file} has" if model.file else "the structure has"
         remedy = "Leave [damping] out (in Python: damping), or write own_damping = false, so that C counts for nothing."
@@ -175,7 +206,11 @@ def structure_of(
     if places is None and modes is not None:
         raise InputError("modes must go with keep or a contact surface, the places that are not reduced, but stands alone.")
     notes: tuple[str, ...] = ()
-    if places is None:
+    made: Structure
+    if many_contacts:
+        made = unreduced(model, places or (), damping, stress)
+        notes = () if modes is None else (f"modes = {modes} has no effect: the frequencies of the band and its harmonics decide",)
+    elif places is None:
         made = whole(model, damping, stress)
     else:
         made, counted = reduced(model, places, modes, damping, progress, stress)

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, sparse
 
 from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.sparse_structure import SparseStructure
 from stickslip.support.checks import Array, InputError, fault, finite, not_negative, of_kind
 
 
@@ -42,7 +43,8 @@ def assemble(bodies: Mapping[str, Structure], springs: Sequence[Spring] = ()) ->
     """One structure of several bodies {name: structure} and springs between them or to ground.
 
     Names read "body/node.x" then, those of a body without a name as before.
-    C is assembled if a body or spring brings one. Damping rules (modal, Rayleigh) belong to the assembled structure.
+    C is assembled if a body or spring brings one. Damping rules (modal, Rayleigh) belong to the assembled structure. One with a
+    body that is sparse is sparse as well, and takes no springs.
     """
     if not bodies:
         raise fault("bodies", "must hold at least one structure", "none")
@@ -55,27 +57,42 @@ def assemble(bodies: Mapping[str, Structure], springs: Sequence[Spring] = ()) ->
             )
     parts = list(bodies.values())
     dofs = tuple(prefixed(name, dof) for name, body in bodies.items() for dof in body.dofs)
-    M = linalg.block_diag(*(body.M for body in parts))
-    K = linalg.block_diag(*(body.K for body in parts))
-    bare = Structure(M, K, dofs)
-    if springs:
-        K = K + _springs(bare, springs, [spring.stiffness for spring in springs])
     nodes = {prefixed(name, node): point for name, body in bodies.items() for node, point in body.nodes.items()}
     sets = {
         prefixed(name, key): tuple(prefixed(name, node) for node in members)
         for name, body in bodies.items()
         for key, members in body.sets.items()
     }
-    C: Array | None = None
-    if any(body.C is not None for body in parts) or any(spring.damping for spring in springs):
-        blocks = [np.zeros_like(body.M) if body.C is None else body.C for body in parts]
-        C = np.asarray(linalg.block_diag(*blocks) + _springs(bare, springs, [spring.damping for spring in springs]))
     mesh = np.concatenate([body.mesh_points for body in parts])
     outlines = {prefixed(name, node): corners for name, body in bodies.items() for node, corners in body.outlines.items()}
     surfaces = tuple(surface.prefixed(name) for name, body in bodies.items() for surface in body.surfaces)
     stresses = tuple(stress.prefixed(name) for name, body in bodies.items() for stress in body.stresses)
-    whole = Structure(M, K, dofs, C=C, nodes=nodes, sets=sets, mesh_points=mesh)
-    return replace(whole, outlines=outlines, surfaces=surfaces, stresses=stresses)
+    if any(isinstance(body, SparseStructure) for body in parts):
+        if springs or any(body.C is not None for body in parts):
+            raise InputError("Springs and matrices C must stay away from an assembly with a body whose M and K are sparse.")
+        M, K = (
+            sparse.block_diag([sparse.csc_array(A) for A in matrices])
+            for matrices in zip(*((b.M, b.K) for b in parts), strict=True)
+        )
+        kept = {name: body.kept if isinstance(body, SparseStructure) else body.dofs for name, body in bodies.items()}
+        whole: Structure = SparseStructure(M, K, dofs, kept=tuple(prefixed(name, dof) for name in kept for dof in kept[name]))
+    else:
+        whole = _dense(parts, dofs, springs)
+    return replace(whole, nodes=nodes, sets=sets, mesh_points=mesh, outlines=outlines, surfaces=surfaces, stresses=stresses)
+
+
+def _dense(parts: Sequence[Structure], dofs: tuple[str, ...], springs: Sequence[Spring]) -> Structure:
+    """The matrices of all bodies with the springs between them."""
+    M = linalg.block_diag(*(body.M for body in parts))
+    K = linalg.block_diag(*(body.K for body in parts))
+    bare = Structure(M, K, dofs)
+    if springs:
+        K = K + _springs(bare, springs, [spring.stiffness for spring in springs])
+    C: Array | None = None
+    if any(body.C is not None for body in parts) or any(spring.damping for spring in springs):
+        blocks = [np.zeros_like(body.M) if body.C is None else body.C for body in parts]
+        C = np.asarray(linalg.block_diag(*blocks) + _springs(bare, springs, [spring.damping for spring in springs]))
+    return Structure(M, K, dofs, C=C)
 
 
 def _springs(bare: Structure, springs: Sequence[Spring], values: Sequence[float]) -> Array:

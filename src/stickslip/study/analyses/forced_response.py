@@ -9,7 +9,7 @@ from functools import cached_property
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.structure.stress import StressRecovery
-from stickslip.runs.work import Arrays
+from stickslip.runs.work import Arrays, Progress
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of
 from stickslip.study.further_curves import (
     BranchesTable,
@@ -58,6 +58,10 @@ class ForcedResponsePlan(Plan):
             )
         }
 
+    def begin(self, progress: Progress) -> None:
+        """Of a finite-element model, the coordinates that its highest peaks need."""
+        self.__dict__["works"] = {name: work.with_shapes(progress) for name, work in self.works.items()}
+
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         work = self.works[""]
         response = self.further.added(work.gathered(results[""]), work)
@@ -89,4 +93,5 @@ KIND = Kind(
     },
     checks={"isolated": checked},
     repeats=True,
+    from_mesh=True,
 )

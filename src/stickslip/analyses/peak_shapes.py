@@ -1,0 +1,97 @@
+"""The coordinates of a finite-element model that its solutions need: shapes of the contact forces at the highest peaks.
+
+Contacts deform a mesh beyond its low modes by what they carry. The peaks of all force levels are first solved without these
+deformations, then with the shapes of their own contact forces, until no output changes by more than `SETTLED`. One round leaves
+the square of what it changes, where contacts are not far stiffer than what they join.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.analyses.truncation import errors_by, highest_points, solved_again
+from stickslip.model.problem import Problem
+from stickslip.model.problem.meshed import finer, with_forces
+from stickslip.runs.work import Progress
+from stickslip.solve.balance.balance import HarmonicBalance, Point
+from stickslip.solve.balance.measure import Measure
+from stickslip.solve.curves.curve import Curve
+from stickslip.support.checks import Array
+
+SETTLED = 1e-3
+"""Relative change of the outputs at their highest peaks at which shapes are enough; a curve says what is left."""
+
+ROUNDS = 8
+"""Rounds at most; what they leave is said of each curve."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Highest:
+    """The highest point of an output: its forces, frequency and level, its first harmonic (2,) where it is a peak, its size."""
+
+    output: int
+    point: Point
+    peak: Array | None
+    size: float
+
+
+def with_shapes_of_peaks(
+    problem: Problem,
+    balance_of: Callable[[Problem], HarmonicBalance],
+    curves: Sequence[Curve],
+    measure: Measure,
+    progress: Progress,
+) -> Problem:
+    """A problem of a mesh with the shapes of the contact forces at the highest points of its curves."""
+    few = balance_of(problem)
+    highest = [each for curve in curves for each in _highest(few, curve, measure)]
+    for _ in range(ROUNDS):
+        forces = np.hstack([_scaled(each.point.forces) for each in highest])
+        more = with_forces(problem, forces)
+        if more.structure.size == problem.structure.size:
+            break
+        progress(1.0, f"highest peaks on {more.structure.size} coordinates")
+        problem, balance = more, balance_of(more)
+        again = [_again(balance, few, each, measure) for each in highest]
+        change = max(abs(new.size / old.size - 1.0) for new, old in zip(again, highest, strict=True))
+        few, highest = balance, again
+        if change <= SETTLED:
+            break
+    return problem
+
+
+def own_shapes_error(balance: HarmonicBalance, curve: Curve, measure: Measure) -> Array:
+    """The relative change of each output (outputs,) at its highest peak by all shapes of the contact forces there, and by what
+    the inertia of all shapes deforms."""
+    points = list(highest_points(balance, curve, measure).values())
+    if not points:
+        return np.full(len(balance.problem.outputs), np.nan)
+    more = finer(balance.problem, np.hstack([_scaled(point.point.forces) for point in points]))
+    whole = HarmonicBalance(more, balance.harmonics, balance.tables.E.shape[0], balance.periods)
+    return errors_by(whole, balance, balance, curve, measure)
+
+
+def _highest(balance: HarmonicBalance, curve: Curve, measure: Measure) -> Iterator[_Highest]:
+    for output, highest in highest_points(balance, curve, measure).items():
+        X = highest.evaluation.w[balance.rows + output]
+        peak = X[balance.first] if curve.peaks and curve.peaks[output] else None
+        yield _Highest(output, highest.point, peak, measure.size(X, highest.point.omega))
+
+
+def _again(balance: HarmonicBalance, few: HarmonicBalance, highest: _Highest, measure: Measure) -> _Highest:
+    """The point with more shapes; as it is where it cannot be solved."""
+    solution = solved_again(balance, few, highest.point, highest.output, highest.peak)
+    if solution is None:
+        return highest
+    X = solution.w[balance.rows + highest.output]
+    peak = None if highest.peak is None else X[balance.first]
+    return replace(highest, point=solution.point, peak=peak, size=measure.size(X, solution.point.omega))
+
+
+def _scaled(forces: Array) -> Array:
+    """Forces λ (rows, 2H+1) at a point, the mean and the vibration each of unit size: neither hides the other."""
+    sizes = [np.linalg.norm(part) or 1.0 for part in (forces[:, :1], forces[:, 1:])]
+    return np.hstack([forces[:, :1] / sizes[0], forces[:, 1:] / sizes[1]])

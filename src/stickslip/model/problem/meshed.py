@@ -1,0 +1,87 @@
+"""A problem on few coordinates of finite-element models whose contacts are many: no contact row is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from stickslip.model.contact.point import Contact, stuck_stiffness
+from stickslip.model.loads import Force, Output
+from stickslip.model.problem.problem import Mesh, Problem
+from stickslip.model.structure.sparse import Report
+from stickslip.model.structure.sparse_structure import SparseStructure
+from stickslip.model.structure.stuck_mesh import DEPENDENT, StuckMesh, quiet
+from stickslip.support.checks import Array
+
+
+def meshed_problem(
+    structure: SparseStructure,
+    contacts: Sequence[Contact],
+    forces: Sequence[Force],
+    outputs: Sequence[str | Output],
+    title: str = "",
+    *,
+    modes_to: float,
+    report: Report = quiet,
+    **more: Any,
+) -> Problem:
+    """The problem of a sparse structure on the modes up to a frequency [Hz], rigid motions, and shapes of loads and outputs.
+
+    more: as of a `Problem`. What the contacts deform beyond that is not known yet: `with_forces` adds it.
+    """
+    directions = [direction for contact in contacts for direction in contact.directions]
+    loads = [force.coefficients for force in forces]
+    loads += [contact.normal for contact in contacts if contact.balanced and contact.normal is not None]
+    loads += [Output.of(output).direction for output in outputs]
+    others = [each.direction for name in ("mean_springs", "dashpots") for each in more.get(name, ())]
+    named = _named(structure, [*directions, *loads, *others])
+    rows = structure.rows(directions)
+    stuck = StuckMesh(structure, rows, stuck_stiffness(contacts), structure.rows(loads), modes_to, report)
+    none = np.zeros((rows.shape[0], 0))
+    known = stuck.new_forces(none, stuck.forces_of_modes)
+    mesh = Mesh(stuck, named, known, stuck.coordinates(known))
+    few = stuck.structure_on(mesh.coordinates, named)
+    return Problem(few, tuple(contacts), tuple(forces), tuple(outputs), title, modes_to=modes_to, mesh=mesh, **more)
+
+
+def _named(structure: SparseStructure, directions: Iterable[Mapping[str, float]]) -> tuple[str, ...]:
+    """The degrees of freedom that are kept or named by directions, in the order of the structure."""
+    rows = {structure.index(dof) for direction in directions for dof in direction}
+    rows |= {structure.index(dof) for dof in structure.kept}
+    return tuple(structure.dofs[row] for row in sorted(rows))
+
+
+def with_forces(problem: Problem, forces: Array) -> Problem:
+    """A problem of a mesh with the shapes of contact forces (rows, k) [N] of its solutions too, as far as it lacks them."""
+    mesh = problem.mesh
+    if mesh is None:
+        raise ValueError("a problem without a mesh has all its shapes")
+    known = np.hstack([mesh.forces, mesh.stuck.new_forces(mesh.forces, forces)])
+    return with_all_forces(problem, known)
+
+
+def finer(problem: Problem, forces: Array) -> Problem:
+    """A problem of a mesh that shows what it lacks where contacts carry `forces` (rows, k): with all of their shapes and what
+    the inertia of its own deforms."""
+    mesh = problem.mesh
+    if mesh is None:
+        raise ValueError("a problem without a mesh has all its shapes")
+    known = np.hstack([mesh.forces, mesh.stuck.new_forces(mesh.forces, forces, DEPENDENT**2)])
+    return _on(problem, replace(mesh, forces=known, coordinates=mesh.stuck.coordinates(known, inertia=True)))
+
+
+def with_all_forces(problem: Problem, forces: Array) -> Problem:
+    """A problem of a mesh with the shapes of these contact forces (rows, k), in the order in which they were found."""
+    mesh = problem.mesh
+    if mesh is None or np.array_equal(mesh.forces, forces):
+        return problem
+    return _on(problem, replace(mesh, forces=forces, coordinates=mesh.stuck.coordinates(forces), solved=True))
+
+
+def _on(problem: Problem, mesh: Mesh) -> Problem:
+    """The problem on other coordinates of its mesh."""
+    few = mesh.stuck.structure_on(mesh.coordinates, mesh.named)
+    return replace(problem, structure=replace(few, damping=problem.structure.damping), mesh=mesh)

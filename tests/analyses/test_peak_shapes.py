@@ -1,0 +1,94 @@
+"""The forced response of a finite-element model of which no contact row is kept, against the same model with all its rows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from structure.test_stuck_mesh import KN, KT, beam
+
+import stickslip as ss
+from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.model.problem.meshed import meshed_problem
+from stickslip.model.structure.matrices import Structure
+from stickslip.support.checks import InputError
+
+BAND, LEVELS, MODES_TO = ss.hertz(1200.0, 2800.0), [1.0, 20.0, 60.0], 8e3
+
+
+def parts(clamped=True):
+    """Contacts, forces and outputs of the beam on its pad, pressed by a load on its tip and by preloads."""
+    structure, _, tip = beam(clamped)
+    pad = ss.NodeSurface.of(structure, "pad", (0.0, 0.0, -1.0))
+    law = ss.Macroslip(kt=3.0 * KT, mu=0.3, kn=3.0 * KN, preload=300.0)
+    contacts = ss.surface_contacts("pad", law, pad, tangent=(1.0, 0.0, 0.0), balanced=True)
+    return structure, contacts, (ss.Force(f"{tip}.y", 1.0, static=20.0),), (f"{tip}.y",)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    structure, *others = parts()
+    dense = Structure(structure.M, structure.K, structure.dofs, damping=structure.damping, nodes=structure.nodes)
+    return ss.forced_response(ss.Problem(dense, *others), BAND, LEVELS, harmonics=3, samples=128)
+
+
+@pytest.fixture(scope="module")
+def meshed():
+    return ss.forced_response(meshed_problem(*parts(), modes_to=MODES_TO), BAND, LEVELS, harmonics=3, samples=128)
+
+
+def highest(response):
+    """Frequencies and heights of the highest peaks, (levels,)."""
+    data = response.dataset
+    best = np.nanargmax(data.peak_amplitude.values[:, :, 0], axis=1)
+    return (
+        np.array([data[name].values[case, k, 0] for case, k in enumerate(best)]) for name in ("peak_frequency", "peak_amplitude")
+    )
+
+
+def test_peaks_are_those_of_all_rows_and_the_error_is_known(whole, meshed):
+    """Contacts that stick and slip; what is left is said with its sign, to a twentieth."""
+    slip = whole.dataset.share_slip.max(("point", "contact", "direction")).values
+    assert slip[0] == 0.0 < slip[1] < slip[2]
+    (hertz, height), (exact, right) = highest(meshed), highest(whole)
+    assert meshed.dataset.attrs["coordinates"] < 0.2 * whole.problem.structure.size
+    assert hertz == pytest.approx(exact, rel=2e-4)
+    assert height == pytest.approx(right, rel=2e-4)
+    error = right / height - 1.0
+    assert np.abs(error).max() > 5e-5
+    assert meshed.dataset.modal_error.values[:, 0] == pytest.approx(error, rel=0.05, abs=5e-8)
+
+
+def test_shapes_of_the_peaks_take_away_what_those_of_stuck_modes_leave(whole):
+    """With so many modes that these leave nothing: forty times less at the highest peak, where all contacts slip."""
+    problem, (_, right) = meshed_problem(*parts(), modes_to=1.5 * MODES_TO), highest(whole)
+    first = replace(problem, mesh=replace(problem.mesh, solved=True))
+    left = []
+    for each in (first, problem):
+        _, height = highest(ss.forced_response(each, BAND, LEVELS[2:], harmonics=3, samples=128))
+        left.append(abs(height[0] / right[2] - 1.0))
+    assert left[0] > 1e-6
+    assert left[1] < 0.1 * left[0]
+
+
+def test_results_remember_the_shapes(meshed, tmp_path):
+    """A problem that was read anew solves the kept points; without what they remember it does not."""
+    kept = ss.open_results(meshed.save(tmp_path / "results.nc"))
+    anew = meshed_problem(*parts(), modes_to=MODES_TO)
+    point = meshed.peak_point(2)
+    motion = SolvedPoints(kept, anew).whole_motion(2, point)
+    assert motion == pytest.approx(SolvedPoints(meshed.dataset, meshed.problem).whole_motion(2, point), rel=1e-9, abs=1e-15)
+    with pytest.raises(InputError, match="misses the balance"):
+        SolvedPoints(kept.drop_vars("shape_force"), anew).evaluation(2, point)
+
+
+def test_two_processes_and_one_find_the_same(meshed):
+    problem = meshed_problem(*parts(), modes_to=MODES_TO)
+    both = ss.forced_response(problem, BAND, LEVELS, harmonics=3, samples=128, workers=2)
+    assert np.array_equal(both.dataset.peak_amplitude.values, meshed.dataset.peak_amplitude.values, equal_nan=True)
+    assert both.dataset.modal_error.values == pytest.approx(meshed.dataset.modal_error.values, abs=1e-9)
+
+
+def test_other_analyses_refuse_it(meshed):
+    for problem in (meshed.problem, meshed_problem(*parts(), modes_to=MODES_TO)):
+        with pytest.raises(InputError, match="keep the rows of its contacts"):
+            ss.nonlinear_modes(problem, [1], (1e-6, 1e-5))

@@ -1,0 +1,83 @@
+"""A study of blades with many contact nodes, of which no row is kept, against the same with kept rows and many modes."""
+
+import numpy as np
+import pytest
+from study.test_surfaces_study import STUDY, folder  # noqa: F401
+from typer.testing import CliRunner
+
+import stickslip as ss
+from stickslip.cli import app
+from stickslip.results.files import open_results
+from stickslip.study import read, structure
+
+SWEEP = STUDY.replace('"iwan"', '"macroslip"').replace(
+    "frequency = [400.0, 700.0]", "frequency = [480.0, 620.0]\nforce_levels = [0.3, 1.0]\nharmonics = 3"
+)
+SWEEP += '[[mean_spring]]\ndirection = { "damper/centre.z" = 1.0 }\nk = 40.0\n'
+
+
+@pytest.fixture
+def from_mesh(monkeypatch):
+    """The models of the test are small, with few contacts."""
+    monkeypatch.setattr(structure, "WHOLE_SIZE", 300)
+    monkeypatch.setattr(structure, "MANY_ROWS", 20)
+
+
+def run(folder, name, text, *more):  # noqa: F811
+    (folder / f"{name}.toml").write_text(text)
+    return CliRunner().invoke(app, ["run", str(folder / f"{name}.toml"), "--out", str(folder / name), *more])
+
+
+@pytest.mark.slow
+def test_a_run_from_the_mesh(folder, from_mesh, monkeypatch):  # noqa: F811
+    """Peaks, deformed shapes and report; a run that is resumed, and results that a problem read anew solves."""
+    result = run(folder, "mesh", SWEEP, "--workers", "1")
+    assert result.exit_code == 0, result.output
+    assert "modes = 6 has no effect" in result.output
+    assert "shapes of rigid motions, loads, outputs and the contact forces at the highest peaks" in result.output
+    data = open_results(folder / "mesh" / "results.nc")
+    anew = ss.ForcedResponse(data, ss.read_problem(folder / "mesh.toml"))
+    shape = anew.deformed_shape(1).motion.displacement
+    assert np.abs(data.modal_error.values).max() < 1e-3
+    monkeypatch.undo()
+    result = run(folder, "rows", SWEEP.replace("modes = 6", "modes = 60"), "--workers", "1")
+    assert result.exit_code == 0, result.output
+    rows = open_results(folder / "rows" / "results.nc")
+    assert "shape_force" not in rows
+    for name, within in (("peak_frequency", 2e-4), ("peak_amplitude", 1e-3)):
+        assert data[name].values[:, 0] == pytest.approx(rows[name].values[:, 0], rel=within, nan_ok=True)
+    kept = ss.ForcedResponse(rows, ss.read_problem(folder / "rows.toml")).deformed_shape(1).motion.displacement
+    assert np.abs(shape - kept).max() < 0.01 * np.abs(kept).max()
+
+
+def test_a_check_from_the_mesh_says_what_one_with_rows_says(folder, from_mesh, monkeypatch):  # noqa: F811
+    (folder / "check.toml").write_text(SWEEP)
+    job = read(folder / "check.toml")
+    assert job.sweep.problem.mesh is not None
+    assert f"{job.sweep.problem.freedoms} degrees of freedom" in job.plan.summary
+    monkeypatch.undo()
+    (folder / "check.toml").write_text(SWEEP.replace("modes = 6", "modes = 60"))
+    whole = read(folder / "check.toml")
+    assert whole.sweep.problem.mesh is None
+    for stuck in (True, False):
+        assert job.sweep.problem.frequencies(stuck)[:8] == pytest.approx(whole.sweep.problem.frequencies(stuck)[:8], rel=1e-3)
+    warned = [{note for note in each.notes if note.startswith("Warning")} for each in (job, whole)]
+    assert warned[0] == warned[1]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("\n[damping]\nmodal = 0.002", '\n[damping]\nmodal = 0.002\non = "free"'),
+        ('analysis = "forced_response"', 'analysis = "nonlinear_modes"'),
+        ('surface = "left/PLATR"', 'points = 3\nsurface = "left/PLATR"'),
+    ],
+)
+def test_rows_are_kept_where_they_are_needed(folder, from_mesh, change):  # noqa: F811
+    text = SWEEP.replace(*change)
+    if "nonlinear" in change[1]:
+        text = text.replace("force_levels = [0.3, 1.0]\n", "")
+    if "points" in change[1]:
+        text = text.replace('surface = "right/PLATL"', 'points = 3\nsurface = "right/PLATL"')
+    (folder / "other.toml").write_text(text)
+    assert read(folder / "other.toml").sweep.problem.mesh is None
