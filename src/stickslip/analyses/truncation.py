@@ -133,11 +133,21 @@ def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measu
         if own is None:
             across = fixed("omega", highest.point.omega)
             if curve.peaks and curve.peaks[output]:
-                across = phase_condition(balance, output, highest.evaluation.w[balance.rows + output, balance.first])
+                across = _phase_of(balance, highest, output, measure)
             own = _errors_at(balance, finer, highest.evaluation, across, measure)
             known.append((highest, own))
         errors[:, output] = own[:, output]
     return dict(zip(names, errors, strict=True))
+
+
+def _phase_of(balance: HarmonicBalance, peak: CurvePoint, output: int, measure: Measure) -> PathCondition:
+    """The phase of an output at its peak: of the first harmonic where peaks are of its amplitude, else of the largest harmonic."""
+    motion = peak.evaluation.w[balance.rows + output]
+    columns = balance.first
+    if measure.kind != "amplitude":
+        largest = int(np.argmax(np.linalg.norm(motion[1:].reshape(-1, 2), axis=1)))
+        columns = slice(1 + 2 * largest, 3 + 2 * largest)
+    return phase_condition(balance, output, motion[columns], columns)
 
 
 def same_motion(point: CurvePoint, other: CurvePoint) -> bool:
@@ -271,8 +281,7 @@ def sampling_error(balance: HarmonicBalance, point: CurvePoint, output: int, mea
     solved."""
     sampled = balance.with_samples(MORE_SAMPLES * balance.tables.E.shape[0])
     row = balance.rows + output
-    X = point.evaluation.w[row, balance.first]
-    found = beside(sampled, point.evaluation, phase_condition(balance, output, X))
+    found = beside(sampled, point.evaluation, _phase_of(balance, point, output, measure))
     size = measure.size(point.evaluation.w[row], point.point.omega)
     solution = found.evaluation
     return abs(measure.size(solution.w[row], solution.point.omega) / size - 1.0) if found.solved else np.nan

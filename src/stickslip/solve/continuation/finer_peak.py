@@ -20,11 +20,11 @@ APART, STRIDE, REACH, MOST = 1e-3, 0.02, 0.1, 12
 """Relative distances: of the first three frequencies, at most of the next, at most of all from the peak; how many are tried."""
 
 
-def phase_condition(balance: HarmonicBalance, output: int, X: Array) -> PathCondition:
+def phase_condition(balance: HarmonicBalance, output: int, X: Array, columns: slice | None = None) -> PathCondition:
     """ω as an unknown where the first harmonic of an output has the phase of X, (2,): that of a peak is the same, in the first
-    order, where its height is the largest, whichever way the resonance shifts."""
+    order, where its height is the largest, whichever way the resonance shifts. columns: of another harmonic."""
     weight = np.zeros((balance.rows + len(balance.problem.outputs), balance.columns))
-    weight[balance.rows + output, balance.first] = np.array([-X[1], X[0]]) / float(X @ X)
+    weight[balance.rows + output, columns or balance.first] = np.array([-X[1], X[0]]) / float(X @ X)
     return PathCondition("omega", weight, 0.0, 0.0)
 
 
