@@ -141,7 +141,7 @@ def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measu
 
 
 def _phase_of(balance: HarmonicBalance, peak: CurvePoint, output: int, measure: Measure) -> PathCondition:
-    """The phase of an output at its peak: of the first harmonic where peaks are of its amplitude, else of the largest harmonic."""
+    """The phase of an output at its peak: of the first harmonic where peaks are of its amplitude, else of the largest one."""
     motion = peak.evaluation.w[balance.rows + output]
     columns = balance.first
     if measure.kind != "amplitude":

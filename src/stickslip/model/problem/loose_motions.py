@@ -48,7 +48,7 @@ def loose_motions(problem: Problem) -> Array:
 
 
 def soft_springs(problem: Problem) -> tuple[Spring, ...]:
-    """A soft spring for the mean of each loose motion, at one degree of freedom each, by which the motions are told apart."""
+    """A soft spring for the mean of each loose motion, at one degree of freedom each, so that each holds one of the motions."""
     motions, structure = problem.loose_motions.T, problem.structure
     if not motions.size:
         return ()
