@@ -20,7 +20,7 @@ SWEEP += '[[mean_spring]]\ndirection = { "damper/centre.z" = 1.0 }\nk = 40.0\n'
 def from_mesh(monkeypatch):
     """The models of the test are small, with few contacts."""
     monkeypatch.setattr(structure, "WHOLE_SIZE", 300)
-    monkeypatch.setattr(structure, "MANY_ROWS", 20)
+    monkeypatch.setattr(structure, "MANY_KEPT", 20)
 
 
 def run(folder, name, text, *more):  # noqa: F811

@@ -241,7 +241,6 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
 
 def outside_table(dataset: xr.Dataset) -> pd.DataFrame:
     """The peaks outside the band, which do not count, as rows: frequency, size and loss factor; highest first."""
-
     measure, rows = measure_in(dataset), []
     size = f"{measure.kind} [{_units(dataset, measure.quantity, measure.per_force)}]"
     for case, level in enumerate(dataset["force_level"].values.tolist()):
