@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import cycle_work
-from stickslip.solve.continuation.more_harmonics import pad
+from stickslip.solve.continuation.more_harmonics import pad, resolved
 from stickslip.solve.continuation.newton import correct
 from stickslip.support.checks import Array
 
@@ -32,6 +32,9 @@ rest."""
 
 PATIENCE = 20
 """Full steps that may raise the residual, where no shorter one reduces it: kinks of friction lie on the way."""
+
+DETOUR = 60
+"""Damped steps of a way round at the frequency of the solution, where no other start arrives."""
 
 TINY = float(np.finfo(float).tiny)
 
@@ -97,7 +100,7 @@ def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition
 
     across: a plane across the curve, or a prescribed frequency, whatever its target: the one through the solution is taken;
     near: the same at a neighbouring solution, whose way is tried first; without one, Newton's method goes on behind kinks of
-    friction, where no step reduces the residual.
+    friction, where no step reduces the residual, and takes a way round at the same frequency.
     """
     point = evaluation.point
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
@@ -115,6 +118,8 @@ def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition
         solution = correct(finer, start, condition, 30, 10, patience)
         if solution.converged:
             break
+    if near is None and not solution.converged and (carried := resolved(finer, evaluation, DETOUR)).converged:
+        solution = correct(finer, carried.evaluation.point, condition, 30, 10, PATIENCE)
     if solution.converged:
         return Beside(padded, condition, solution.evaluation, (solution.evaluation.w - padded.w)[None], True)
     found, way = padded, []
