@@ -210,7 +210,8 @@ def text_table(path: Path, knows: Callable[[str], bool] = lambda title: False) -
                 titles, units = _head([text for _, text in lines[:place]], separator, count, knows)
                 _refuse_other_digits(path.name, body, separator, count)
                 notes = [f"{path.name}: {place} lines above the numbers are no titles."] if titles is None and place > 0 else []
-                left = [number for number, _ in lines[place:] if number not in {number for number, _ in body}]
+                read = {number for number, _ in body}
+                left = [number for number, _ in lines[place:] if number not in read]
                 between = [str(number) for number in left if number < body[-1][0]]
                 if not text.endswith(("\n", "\r")) and len(body) > 1 and _is_shorter(body[-2][1], body[-1][1], separator):
                     notes.append(f"{path.name}: the last line has no end, and fewer decimals than the line above. Is it cut off?")
