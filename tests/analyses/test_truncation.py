@@ -265,3 +265,34 @@ def test_a_curve_that_is_off_beside_its_peak_says_where():
     assert float(data.truncation_error[0, 0]) < truncation.ALLOWED < moved[worst]
     where = f"{float(data.frequency[0, worst]):.5g} Hz"
     assert f"More harmonics would move the curve of 2.x at {where} by roughly {100.0 * moved[worst]:.0f} %" in message
+
+
+def test_a_singular_matrix_leaves_the_errors_unknown(monkeypatch):
+    """Not zero, as if nothing changed."""
+    problem, band, level, _ = CASES["one mass"]
+    solve = truncation.beside
+
+    def singular(finer, *how):
+        found = solve(finer, *how)
+        return found._replace(evaluation=found.padded, way=np.full_like(found.way, np.inf), solved=False)
+
+    monkeypatch.setattr(truncation, "beside", singular)
+    data = ss.forced_response(problem, band, level, harmonics=3).dataset
+    for name in ("truncation_error", "sampling_error", "work_error", "point_truncation_error"):
+        assert np.isnan(data[name].values).all(), name
+
+
+def test_long_ways_to_a_solution_are_tried_at_one_point_alone(monkeypatch):
+    """Where none is found there, each of the others is tried once: an estimate must not cost more than the curve."""
+    problem, band, level, _ = CASES["one mass"]
+    solve, long = truncation.beside, []
+
+    def unsolved(finer, evaluation, across, near=None):
+        long.append(near is None)
+        return solve(finer, evaluation, across)._replace(solved=False)
+
+    monkeypatch.setattr(truncation, "beside", unsolved)
+    curve = ss.forced_response(problem, band, level, harmonics=1)
+    assert sum(long) == 1 + 2  # and both estimates of the one peak
+    assert len(long) > 30
+    assert np.isfinite(curve.dataset.point_truncation_error.values).any()

@@ -646,8 +646,8 @@ class ForcedResponseWork(OneBalance):
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
         curve = self._dense(curve)
         arrays = self._plain_arrays(curve)
-        stability = judged(self.balance, curve, self.measure.over(self.periods))
         measure = self.measure.over(self.periods)
+        stability = judged(self.balance, curve, measure)
         errors = discretisation_errors(self.balance, curve, measure)
         along = point_errors(self.balance, curve, measure, self.settings.listed)
         names = self.problem.output_names
@@ -658,7 +658,6 @@ class ForcedResponseWork(OneBalance):
             springs = len(self.problem.mean_springs) - len(self.finer.mean_springs)
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         elif self.problem.mesh is not None:
-            measure = self.measure.over(self.periods)
             change = own_shapes_error(self.balance, curve, measure)
             finer, by_finer = {OWN_FORCES.variable: change}, OWN_FORCES.warning(names, change)
             springs = len(self.problem.mean_springs) - len(self.settings.problem.mean_springs)

@@ -178,7 +178,8 @@ def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, liste
         across = fixed("omega", points[k].point.omega) if listed else points[k].across("omega")
         sizes, moves = moving(evaluation.w, rows, counted)
         found = beside(finer, evaluation, across, near)
-        near, change = found if found.solved else near, found.change(counted)[rows:]
+        # Only the first point is worth the long ways to a solution; where it has none, the others are tried once.
+        near, change = found if found.solved or near is None else near, found.change(counted)[rows:]
         errors[k] = np.where(moves, change / np.where(moves, sizes, 1.0), 0.0)
 
     highest = {id(point) for point in highest_points(balance, curve, measure).values()}
@@ -214,7 +215,8 @@ def _errors_at(
     """By harmonics and by samples, with the same many samples, so that neither counts the other, and by both of the work of
     the contacts, (3, outputs)."""
     sampled = balance.with_samples(finer.tables.E.shape[0])
-    more, fewer = (beside(each, evaluation, across).evaluation for each in (finer, sampled))
+    solutions = [beside(each, evaluation, across) for each in (finer, sampled)]
+    more, fewer = (each.evaluation for each in solutions)
     sizes = [
         np.array([measure.size(row, each.point.omega) for row in each.w[balance.rows :]]) for each in (more, fewer, evaluation)
     ]
@@ -222,7 +224,10 @@ def _errors_at(
     own = np.where(moves, sizes[2], np.inf)
     least = ROUNDED_WORK * float(np.vdot(np.abs(evaluation.point.forces), np.abs(evaluation.w[: balance.rows])))
     work = _relative(contact_work(finer, more), contact_work(balance, evaluation), least)
-    return np.array([abs(sizes[0] - sizes[1]) / own, abs(sizes[1] - sizes[2]) / own, np.full(own.size, work)])
+    errors = np.array([abs(sizes[0] - sizes[1]) / own, abs(sizes[1] - sizes[2]) / own, np.full(own.size, work)])
+    lost = [not np.isfinite(each.way).all() for each in solutions]  # a singular matrix says nothing, and not that all is well
+    errors[[lost[0] or lost[1], lost[1], lost[0]]] = np.nan
+    return errors
 
 
 def highest_points(balance: HarmonicBalance, curve: Curve, measure: Measure) -> dict[int, CurvePoint]:

@@ -99,8 +99,8 @@ def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition
     """Solve `finer`, a balance of the same problem with more harmonics or samples, next to a solution.
 
     across: a plane across the curve, or a prescribed frequency, whatever its target: the one through the solution is taken;
-    near: the same at a neighbouring solution, whose way is tried first; without one, Newton's method goes on behind kinks of
-    friction, where no step reduces the residual, and takes a way round at the same frequency.
+    near: the same at a neighbouring solution, whose way is tried first if it was solved; without one, Newton's method goes on
+    behind kinks of friction, where no step reduces the residual, and takes a way round at the same frequency.
     """
     point = evaluation.point
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
