@@ -63,7 +63,7 @@ def demo(
     names = [f"{published(mass):g}kg" for mass in masses]
     unique("--preload-mass", names)
     folder = free_folder(out, names, resume, overwrite)
-    levels, harmonics = (FAST_LEVELS, FAST_HARMONICS) if fast else (FORCE_LEVELS, 5)
+    levels, harmonics = (FAST_LEVELS, FAST_HARMONICS) if fast else (FORCE_LEVELS, None)
     say(f"Meshing and reducing the blade for {', '.join(f'{mass:g} kg' for mass in masses)}.")
     texts = [single_blade_study(mass, levels, harmonics) for mass in masses]
     jobs = {name: study.job(text, Path(), "demo") for name, text in zip(names, texts, strict=True)}

@@ -94,12 +94,14 @@ def refuse_existing(files: Iterable[Path], overwrite: bool) -> None:
             raise fault("FILE", "must not exist yet", str(file), "Name another, or add --force.")
 
 
-def single_blade_study(preload_mass: float = 4.6, force_levels: Sequence[float] = FORCE_LEVELS, harmonics: int = 5) -> str:
-    """The study of the single-blade rig, as text."""
+def single_blade_study(
+    preload_mass: float = 4.6, force_levels: Sequence[float] = FORCE_LEVELS, harmonics: int | None = None
+) -> str:
+    """The study of the single-blade rig, as text; as many harmonics as its peaks need unless their number is given."""
     words = {
         "preload_mass": float(preload_mass),
         "force_levels": [float(level) for level in force_levels],
-        "harmonics": harmonics,
+        "harmonics": '"auto"' if harmonics is None else harmonics,
     }
     return _text("forced_response", words)
 
