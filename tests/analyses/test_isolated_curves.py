@@ -6,6 +6,7 @@ Mechanical Systems and Signal Processing 52-53, 2015); the numbers here are our 
 """
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from stickslip.results.view import highest_peak, level_text
 from stickslip.show.report.conclusions import further_curves_sentence, headline
 from stickslip.show.report.markup import Charts, hertz
 from stickslip.show.report.sections import overview
+from stickslip.study.further_curves import FurtherCurves, IsolatedTable
 from stickslip.support.units import unit_system
 
 TURN = 2.0 * np.pi
@@ -110,7 +112,7 @@ def test_both_motions_are_there_in_time(whole):
 
 
 def test_the_search_along_the_force_level_finds_it_too(whole, modes):
-    response = ss.forced_response(absorber(), BAND, LEVEL, harmonics=5, samples=64, isolated=True)
+    response = ss.forced_response(absorber(), BAND, LEVEL, harmonics=5, samples=64)
     assert response.dataset.curve_kind.values.tolist() == [0, 2]
     tops = [each.peaks().query("output == '1.x' and curve == 'isolated'")["amplitude"].max() for each in (whole, response)]
     np.testing.assert_allclose(tops[1], tops[0], rtol=1e-4)
@@ -130,13 +132,26 @@ def test_nothing_is_added_where_there_is_nothing(varies):
     modes = ss.nonlinear_modes(problem, 1, harmonics=3, samples=64)
     band = ss.radians_per_second(0.8, 1.8)
     response = ss.forced_response(problem, band, [0.5, 1.0], harmonics=3, samples=64, isolated=True)
-    said = response.dataset.attrs["isolated_search"]
+    said = " ".join(response.dataset.attrs["isolated_search"])
     assert ("Detached curves were not sought: friction and damping leave one motion." in said) != varies
     assert (said.count("no motion that the sweep does not pass was met") == 2) == varies
     found = response.with_isolated(modes)
     assert found.dataset.attrs["isolated_curves"] == 0
     assert (found.dataset.attrs["isolated_starts"] > 0) == varies
     np.testing.assert_array_equal(found.dataset.amplitude, response.dataset.amplitude)
+    unasked = ss.forced_response(problem, band, 1.0, harmonics=1, samples=64)
+    assert "isolated_search" not in unasked.dataset.attrs  # where contacts rub a search takes longer than the sweep
+
+
+def test_motions_with_few_harmonics_are_solved_with_all():
+    """The search takes three harmonics; what it finds has those of the sweep, so that an impact stays one."""
+    responses = [ss.forced_response(absorber(), BAND, LEVEL, harmonics=H, samples=128) for H in (3, 9)]
+    tops = [each.peaks().query("output == '1.x' and curve == 'isolated'")["amplitude"].max() for each in responses]
+    assert responses[1].dataset.sizes["harmonic"] == 10
+    higher = responses[1].dataset.response.isel(case=1, harmonic=5)
+    assert float(np.abs(higher).max()) > 0.0
+    assert tops[1] != tops[0]
+    np.testing.assert_allclose(tops[1], tops[0], rtol=0.02)
 
 
 def test_the_first_line_names_the_highest_detached_curve(whole, tmp_path):
@@ -172,6 +187,23 @@ def test_the_first_line_takes_the_level_with_the_highest_of_them_and_its_verdict
     branches = half.isel(case=[0, 3])
     branches["force_level"].values[:] = LEVEL
     assert further_curves_sentence(branches).endswith("on a branch (stability undecided).")
+
+
+def test_where_nothing_is_sought_it_is_said_when_asked_for():
+    """Unless asked for, a response at listed frequencies or of one motion says nothing; a speed sweep seeks none."""
+    for band, how in ((BAND, False), ([0.2, 0.21], None), ([0.2, 0.21], True)):
+        response = ss.forced_response(absorber(), band, LEVEL, harmonics=1, samples=64, isolated=how)
+        said = response.dataset.attrs.get("isolated_search", "")
+        assert said == ("Detached curves were not sought: they are sought over a band." if how else "")
+        assert "curve_kind" not in response.dataset
+    excited = replace(absorber(), speed=ss.SpeedDependence(1))
+    sweep = ss.speed_sweep(excited, (60.0 * 0.7 / TURN, 60.0 * 2.0 / TURN), force=LEVEL, harmonics=1, samples=64)
+    assert sweep.dataset.sizes["case"] == 1
+
+
+def test_a_study_says_whether_detached_curves_are_sought():
+    tables = None, IsolatedTable(), IsolatedTable(search=False)
+    assert [FurtherCurves(table, None).search for table in tables] == [None, True, False]
 
 
 def test_wrong_modes_are_refused(swept):

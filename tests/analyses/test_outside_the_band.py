@@ -38,6 +38,7 @@ from stickslip.solve.peaks.search import PeakSearch
 
 LOW, HIGH, LEVEL = 1.0, 1.3, 0.05
 FINENESS = {"harmonics": 3, "samples": 64}
+SWEPT = FINENESS | {"isolated": False}
 
 
 def softening(coupled=0.0):
@@ -52,12 +53,12 @@ def softening(coupled=0.0):
 
 @pytest.fixture(scope="module")
 def leaves():
-    return ss.forced_response(softening(), ss.radians_per_second(LOW, HIGH), LEVEL, **FINENESS)
+    return ss.forced_response(softening(), ss.radians_per_second(LOW, HIGH), LEVEL, **SWEPT)
 
 
 @pytest.fixture(scope="module")
 def stays():
-    return ss.forced_response(softening(), ss.radians_per_second(HIGH, LOW), LEVEL, **FINENESS)
+    return ss.forced_response(softening(), ss.radians_per_second(HIGH, LOW), LEVEL, **SWEPT)
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +122,7 @@ def test_points_in_the_band(leaves):
 def with_peaks():
     """Two curves with a peak inside, the first of them also with one outside."""
     ends = ((1.0, 1.6), (1.6, 1.0))
-    return [ss.forced_response(softening(0.3), ss.radians_per_second(*each), LEVEL, **FINENESS) for each in ends]
+    return [ss.forced_response(softening(0.3), ss.radians_per_second(*each), LEVEL, **SWEPT) for each in ends]
 
 
 def test_readers_of_a_maximum_read_inside(with_peaks):
@@ -210,10 +211,10 @@ def test_a_motion_is_large_by_what_moves_inside():
     """Beside 20 m the 0.8 m inside are little, and the 5.4 m outside are not."""
     problem = softening()
     placed = replace(problem, structure=replace(problem.structure, nodes={"1": (0.0, 0.0, 0.0), "2": (20.0, 0.0, 0.0)}))
-    found = ss.forced_response(placed, ss.radians_per_second(LOW, HIGH), LEVEL, **FINENESS).dataset
+    found = ss.forced_response(placed, ss.radians_per_second(LOW, HIGH), LEVEL, **SWEPT).dataset
     assert "times the size of the structure" not in str(found["case_message"].values[0])
     near = replace(placed, structure=replace(placed.structure, nodes={"1": (0.0, 0.0, 0.0), "2": (5.0, 0.0, 0.0)}))
-    found = ss.forced_response(near, ss.radians_per_second(LOW, HIGH), LEVEL, **FINENESS).dataset
+    found = ss.forced_response(near, ss.radians_per_second(LOW, HIGH), LEVEL, **SWEPT).dataset
     assert "0.18 times the size of the structure" in str(found["case_message"].values[0])
 
 
@@ -272,7 +273,7 @@ def test_peaks_outside_stand_in_a_table_of_their_own(leaves, stays, with_peaks):
     assert row["frequency [Hz]"] < 0.125
     assert outside_table(stays.dataset).empty
     assert set(outside_table(with_peaks[0].dataset)["frequency [Hz]"] < LOW / (2.0 * np.pi)) == {True}
-    velocity = ss.forced_response(softening(), ss.radians_per_second(LOW, HIGH), LEVEL, quantity="mobility", **FINENESS).dataset
+    velocity = ss.forced_response(softening(), ss.radians_per_second(LOW, HIGH), LEVEL, quantity="mobility", **SWEPT).dataset
     (other,) = outside_table(velocity).to_dict("records")
     mobility = 2.0 * np.pi * row["frequency [Hz]"] * row["amplitude [m]"] / LEVEL
     assert other["amplitude [m/(s N)]"] == pytest.approx(mobility, rel=1e-3)

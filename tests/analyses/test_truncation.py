@@ -118,8 +118,18 @@ def test_every_output_has_its_own_and_lists_count_at_their_largest_point():
 def test_results_without_the_estimate_have_no_warning():
     found = ss.forced_response(ss.rigs.single_mass(), [0.16], harmonics=1).dataset
     assert not [line for line in sentences(found.drop_vars("truncation_error")) if "More than" in line]
-    assert truncation_warning(3, ("1.x",), np.array([np.nan])) == ""
+    assert "at the highest peaks is not known" in truncation_warning(3, ("1.x",), np.array([np.nan]))
     assert truncation_warning(3, ("1.x", "2.x"), np.array([np.nan, 0.02])).startswith("More than 3 harmonics would change 2.x")
+
+
+def test_an_unknown_estimate_is_said_first_and_one_without_a_curve_is_not():
+    band = ss.radians_per_second(0.8, 1.3)
+    found = ss.forced_response(ss.rigs.single_mass(), band, [0.5, 1.0], harmonics=5).dataset
+    lost = found.assign(truncation_error=found.truncation_error.where([[True], [False]]))
+    (line,) = [line for line in sentences(lost) if "is not known" in line]
+    assert line.startswith("warning, force 1: What more than 5 harmonics would change at the highest peaks is not known")
+    empty = lost.assign(amplitude=lost.amplitude.where(lost.force_level < 0.9))
+    assert not [line for line in sentences(empty) if "is not known" in line]
 
 
 def test_an_estimate_that_would_cost_a_curve_is_left_out(monkeypatch):
@@ -132,7 +142,8 @@ def test_an_estimate_that_would_cost_a_curve_is_left_out(monkeypatch):
     assert float(fewer.truncation_error[0, 0]) == pytest.approx(float(full.truncation_error[0, 0]), rel=0.3)
     assert float(fewer.truncation_error[0, 0]) != float(full.truncation_error[0, 0])
     assert np.isnan(float(none.truncation_error[0, 0]))
-    assert str(none.case_message.values[0]) == "The frequency was solved."
+    said = "What more than 1 harmonic would change at the highest peaks is not known."
+    assert str(none.case_message.values[0]) == f"The frequency was solved. {said}"
 
 
 def mass_at_a_stop(ratio):

@@ -37,7 +37,7 @@ def highest(response):
 def test_a_result_prints_its_answer_in_a_few_lines(response):
     lines = str(response).splitlines()
     assert lines[0] == f"Forced response: {response.problem.title}"
-    assert len(lines) < 8
+    assert len(lines) <= 8  # the last says where detached curves were sought
     assert highest(response) in str(response)
     assert repr(response) == str(response)
 
@@ -119,7 +119,7 @@ def test_a_curve_that_is_higher_at_its_end_than_at_its_peak_says_so():
     structure = ss.Structure(np.diag([1.0, m]), K, ("1.x", "2.x"), C=C)
     spring = ss.Contact("spring", ss.CubicSpring(1.2), (ss.between("1.x", "ground"),))
     problem = ss.Problem(structure, (spring,), (ss.Force("1.x", 1.0),), ("1.x",))
-    found = ss.forced_response(problem, ss.radians_per_second(0.7, 2.0), [0.05, 0.1], harmonics=3, samples=64)
+    found = ss.forced_response(problem, ss.radians_per_second(0.7, 2.0), [0.05, 0.1], harmonics=3, samples=64, isolated=False)
     dataset = found.dataset
     peak, end = float(dataset.peak_amplitude[1, 0, 0]), float(dataset.amplitude[1, :, 0].max())
     assert end > 2.0 * peak

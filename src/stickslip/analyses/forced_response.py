@@ -17,7 +17,7 @@ from stickslip.analyses.deformed_shape import deformed_shape, with_shapes
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.isolated import Isolated, take_from_modes
-from stickslip.analyses.level_curves import searched, unsought
+from stickslip.analyses.level_curves import searched, sought_unasked, unsought
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
@@ -430,9 +430,10 @@ def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
     periods p: of the excitation, after which a motion may repeat itself: it is expanded in multiples of ω/p, so that it may be
     subharmonic. A sweep begins where all repeat after one period; `branch` and `with_isolated` lead to those that do not.
     harmonics and samples stay those of one period, amplitudes those of the frequency of the excitation.
-    isolated: of gaps, cubic springs and contacts under a varying load, whether curves apart from the sweep are sought by
-    following the force level at a few frequencies; each is a case marked `isolated`, and the attribute `isolated_search` says how
-    far it went.
+    isolated: whether curves apart from the sweep are sought by following the force level at a few frequencies, which takes about
+    as long as the curve; each is a case marked `isolated`, and the attribute `isolated_search` says how far it went. Unless given
+    they are sought where a contact does not rub, as of gaps and cubic springs; with True of contacts under a varying load, too,
+    and it is said why none are sought elsewhere.
     workers: processes that compute force levels side by side, with the same results (a script that asks for more than one keeps
     its work under `if __name__ == "__main__":`), or a `DaskCluster`. checkpoint: keeps the curve of each completed
     force level for an interrupted run to resume from (`stickslip.CheckpointFolder`). progress(fraction, text) is called as
@@ -533,7 +534,7 @@ class ForcedResponseWork(OneBalance):
         how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
         how += f", peaks of the {self.measure.words} to {self.settings.peak_tolerance!r}"
         how += f", over {self.periods} periods" if self.periods > 1 else ""
-        how += ", with isolated curves" if self.settings.isolated else ""
+        how += ", with isolated curves" if self._seeks else ""
         return tuple(f"forced response, level {level!r}, {where}, {how}" for level in self.levels)
 
     @property
@@ -575,10 +576,11 @@ class ForcedResponseWork(OneBalance):
 
     def _isolated(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of the curves that lie apart from that of a level, one beside the other, and what was searched."""
-        if not self.settings.isolated:
+        if not self._seeks:
             return {}
         if reason := self._unsought(curve):
-            return {"isolated_search": np.array(f"Detached curves were not sought: {reason}.")}
+            sentence = f"Detached curves were not sought: {reason}."
+            return {"isolated_search": np.array(sentence)} if self.settings.isolated else {}
         low, high = (2.0 * np.pi * frequency for frequency in sorted(self.settings.frequencies))
         solved = SolvedCurve(
             self.balance, list(curve.points), curve.level, (low, high), self.settings.peak_tolerance, self.measure, 1
@@ -586,6 +588,12 @@ class ForcedResponseWork(OneBalance):
         found, sentence = searched(solved)
         arrays = [self.arrays(each) for each in found]
         return beside(arrays) | {"isolated_search": np.array(sentence)}
+
+    @property
+    def _seeks(self) -> bool:
+        """Whether curves apart from the sweeps are sought where there may be some."""
+        asked = self.settings.isolated
+        return sought_unasked(self.problem) if asked is None else asked
 
     def _unsought(self, curve: Curve) -> str:
         """Why no curves apart from that of a level are sought; empty where they are."""
@@ -665,7 +673,7 @@ class ForcedResponseWork(OneBalance):
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
             self._other_motion(curve),
-            truncation_warning(self.harmonics, names, errors["truncation_error"])
+            (truncation_warning(self.harmonics, names, errors["truncation_error"]) if curve.points else "")
             or away_warning(self.balance, curve, measure, along),
             work_warning(self.harmonics, names, errors["work_error"]),
             by_finer,
@@ -733,11 +741,11 @@ class ForcedResponseWork(OneBalance):
         return ForcedResponse(with_kinds(dataset, list(kinds)), self.problem)
 
 
-def _by_level(levels: Sequence[float], sentences: Sequence[str]) -> str:
+def _by_level(levels: Sequence[float], sentences: Sequence[str]) -> str | list[str]:
     """What is said of each level; of one level alone without it."""
     if len(sentences) == 1:
         return sentences[0]
-    return " ".join(f"Force level {level:g}: {each}" for level, each in zip(levels, sentences, strict=True) if each)
+    return [f"Force level {level:g}: {each}" for level, each in zip(levels, sentences, strict=True) if each]
 
 
 def large_motion_warning(problem: Problem, measure: Measure, max_abs: NDArray[Any]) -> str:

@@ -26,8 +26,10 @@ from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
 from stickslip.model.problem.problem import HELD_ALONE
+from stickslip.solve.balance.balance import Evaluation
 from stickslip.solve.continuation.continuation import solve_cold, trace
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, solve_at
+from stickslip.solve.continuation.more_harmonics import resolved
 from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import SMALLEST, Array, counted
@@ -44,6 +46,10 @@ narrow as the distance of two frequencies has its fold a few times higher there.
 
 NARROWEST = 0.01
 """Share of the band below which the distance of two frequencies is not halved."""
+
+HARMONICS = 3
+"""Harmonics of S-curves; the motions of a level found on them are solved with those of the swept curve. Where all contacts open
+and close, 18 would take fifteen times as long, more than the swept curve."""
 
 IN_RANGE = 1e-6
 """Share of a force or an output outside of what the damping acts on, up to which it is rounding."""
@@ -63,6 +69,14 @@ def unsought(problem: Problem) -> str:
     if all(contact.normal is None and contact.law.rubs for contact in problem.contacts):
         return "no contact lifts off or is a nonlinear spring"
     return ""
+
+
+def sought_unasked(problem: Problem) -> bool:
+    """Whether detached curves are sought unless it is said otherwise: where a contact does not rub, such as a stop or a spring.
+
+    Contacts that rub and lift off take up to five times the time of the sweep, and half of their curves are found.
+    """
+    return any(not contact.law.rubs for contact in problem.contacts)
 
 
 def sustained(problem: Problem, omega: float, level: float) -> Array:
@@ -143,7 +157,8 @@ class LevelCurves:
 
     def _levels(self, omega: float) -> Iterator[float]:
         """The force levels along an S-curve, whose motions of the swept curve's level are taken on the way."""
-        balance, level = self.curve.balance, self.curve.level
+        level = self.curve.level
+        balance = self.curve.balance.with_harmonics(min(HARMONICS, self.curve.balance.highest))
         first = solve_cold(balance, omega, BEGIN * level)
         if not first.converged:
             raise LostCurveError("No motion of a small force level was found.")
@@ -154,13 +169,20 @@ class LevelCurves:
             yield abs(point.point.level)
             if before is not None and (before.point.level - level) * (point.point.level - level) < 0.0:
                 try:
-                    self.isolated.take(solve_at(balance, before, point, "level", level).evaluation)
+                    self._take(solve_at(balance, before, point, "level", level).evaluation)
                 except LostCurveError:
                     self.lost.append(omega)
             before = point
             sizes = np.hypot(*point.evaluation.w[balance.rows :, balance.first].T)
             if np.isfinite(most).any() and np.all((sizes > most)[np.isfinite(most)]):
                 return
+
+    def _take(self, rough: Evaluation) -> None:
+        """The curve through a motion of an S-curve, solved with the harmonics of the swept curve."""
+        solution = resolved(self.curve.balance, rough)
+        if not solution.converged:
+            raise LostCurveError("No motion with all harmonics was found beside it.")
+        self.isolated.take(solution.evaluation)
 
     @property
     def sentence(self) -> str:

@@ -407,6 +407,10 @@ def _harmonics(name: str, value: Any) -> Harmonics | Literal["auto"]:
     return "auto" if isinstance(value, str) and value == "auto" else checked_harmonics(value, OR_AUTO)
 
 
+def _searched(name: str, value: Any) -> bool | None:
+    return None if value is None else OfKind(bool)(name, value)
+
+
 def _levels(name: str, value: Any) -> tuple[float, ...]:
     return force_levels(value)
 
@@ -466,7 +470,7 @@ class ForcedResponseSettings(Measured, Fineness, OverBand, Execution):
         ),
     ] = "amplitude"
     periods: Annotated[int, Setting(whole)] = 1
-    isolated: Annotated[bool, Setting(OfKind(bool))] = False
+    isolated: Annotated[bool | None, Setting(_searched)] = None
 
     @property
     def listed(self) -> bool:

@@ -327,11 +327,13 @@ def finer_balance(balance: HarmonicBalance, beyond: int, times: int = MORE_SAMPL
 
 
 def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) -> str:
-    """What to say where the largest of the errors is not small; empty where it is."""
+    """What to say where the largest of the errors is not small, or none is known; empty where it is small."""
+    more = f"{'More' if isinstance(harmonics, int) else 'Others'} than {in_words(harmonics)}"
+    if np.isnan(errors).all():
+        return f"What {more[0].lower()}{more[1:]} would change at the highest peaks is not known."
     if not np.any(errors > ALLOWED):
         return ""
     worst = int(np.nanargmax(errors))
-    more = f"{'More' if isinstance(harmonics, int) else 'Others'} than {in_words(harmonics)}"
     return f'{more} would change {outputs[worst]} at its highest peak {_much(errors[worst])}: take more, or harmonics = "auto".'
 
 

@@ -47,6 +47,8 @@ def ordered(amplitude: tuple[float, ...] | list[float] | None, mode: int | list[
 class IsolatedTable(Table):
     """Isolas, closed curves that the sweeps do not meet, from nonlinear modes and along the force level."""
 
+    search: bool = True
+    """whether they are sought along the force level; without this table they are where a contact does not rub"""
     mode: ModeNumbers | None = None
     """number of a mode of the stuck structure, or a list; default: none"""
     amplitude: Amplitudes = None
@@ -98,6 +100,11 @@ class FurtherCurves:
     def periods(self) -> int:
         """Over how many periods of the excitation the sweeps are to be expanded."""
         return 1 if self.isolated is None else self.isolated.periods
+
+    @property
+    def search(self) -> bool | None:
+        """Whether detached curves are sought along the force level; None: where there may be some."""
+        return None if self.isolated is None else self.isolated.search
 
     def added(self, response: ForcedResponse, work: ForcedResponseWork) -> ForcedResponse:
         """The response with the curves that are asked for."""

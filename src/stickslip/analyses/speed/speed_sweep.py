@@ -127,7 +127,7 @@ class SpeedSweepWork(StateOfFields):
         fineness = settings.fineness | {"samples": samples_for(problem, orders, settings.samples)}
         bands = [Band(*(order * end / 60.0 for end in settings.speed)) for order in orders]
         parts = [
-            ForcedResponseWork.of(ForcedResponseSettings(excited(problem, order), band, **fineness))
+            ForcedResponseWork.of(ForcedResponseSettings(excited(problem, order), band, **fineness, isolated=False))
             for order, band in zip(orders, bands, strict=True)
         ]
         return cls(tuple(parts))

@@ -374,6 +374,7 @@ class Solver:
         fine = output is None
         report("Reading the model", 0.0)
         sweep = self._sweep(values, lambda share, text: report("Reading the model", TRACING * share))
+        sweep = replace(sweep, isolated=False)  # sliders wait for the curve alone
         words = "Solving the curve" if fine else "Solving a preview"
         report(words, 0.0)
         work = ForcedResponseWork.of(sweep) if output is None else _coarse(sweep, output)

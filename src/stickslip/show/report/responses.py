@@ -80,7 +80,9 @@ def _bounds_alone(dataset: xr.Dataset) -> bool:
 
 def isolated_sentences(dataset: xr.Dataset) -> list[str]:
     """How many isolated curves were found, and from how many starts."""
-    searched = [str(dataset.attrs["isolated_search"])] if "isolated_search" in dataset.attrs else []
+    said = np.atleast_1d(dataset.attrs.get("isolated_search", [])).tolist()
+    more = f" Of {counted(len(said) - 1, 'more force level')} it is in the attribute `isolated_search`." if len(said) > 1 else ""
+    searched = [f"{said[0]}{more}"] if said else []
     if "isolated_starts" not in dataset.attrs:
         return searched
     found, starts = (int(dataset.attrs[name]) for name in ("isolated_curves", "isolated_starts"))
@@ -88,16 +90,19 @@ def isolated_sentences(dataset: xr.Dataset) -> list[str]:
 
 
 def truncation_sentences(dataset: xr.Dataset) -> list[str]:
-    """A warning where the harmonics left out matter at a highest peak: the worst force level, and how many more there are."""
-    if "truncation_error" not in dataset or not np.isfinite(dataset["truncation_error"].values).any():
+    """A warning where more harmonics matter at a highest peak, or this is unknown: the worst force level, how many there are."""
+    if "truncation_error" not in dataset:
         return []
     errors = dataset["truncation_error"].values
-    case = int(np.argmax(np.nanmax(np.nan_to_num(errors), axis=1)))
+    solved = np.isfinite(dataset["amplitude"].values).any(axis=(1, 2))
+    worst = np.where(np.isnan(errors).all(axis=1), np.inf, np.nan_to_num(errors).max(axis=1, initial=0.0))
+    worst[~solved] = 0.0
+    case = int(np.argmax(worst))
     names = tuple(str(name) for name in dataset["output"].values)
     warning = truncation_warning(of_attribute(dataset.attrs["harmonics"]), names, errors[case])
-    count = int(np.count_nonzero(np.nanmax(np.nan_to_num(errors), axis=1) > ALLOWED))
-    more = f" ({count} of {len(errors)} force levels above {100.0 * ALLOWED:g} %)" if count > 1 else ""
-    return [f"warning, force {float(dataset['force_level'][case]):g}: {warning}{more}"] if warning else []
+    count, unknown = int(np.count_nonzero(worst > ALLOWED)), " or unknown" if np.isinf(worst).any() else ""
+    more = f" ({count} of {len(errors)} force levels above {100.0 * ALLOWED:g} %{unknown})" if count > 1 else ""
+    return [f"warning, force {float(dataset['force_level'][case]):g}: {warning}{more}"] if warning and worst[case] else []
 
 
 def message_sentences(dataset: xr.Dataset) -> list[str]:

@@ -52,11 +52,7 @@ class ForcedResponsePlan(Plan):
 
     @cached_property
     def works(self) -> Mapping[str, ForcedResponseWork]:
-        return {
-            "": ForcedResponseWork.of(
-                replace(self.sweep, periods=self.further.periods, isolated=self.further.isolated is not None)
-            )
-        }
+        return {"": ForcedResponseWork.of(replace(self.sweep, periods=self.further.periods, isolated=self.further.search))}
 
     def begin(self, progress: Progress) -> None:
         """Of a finite-element model, the coordinates that its highest peaks need."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -42,7 +42,7 @@ class BoundsPlan(Plan):
 
     @cached_property
     def base(self) -> ForcedResponseWork:
-        return ForcedResponseWork.of(self.sweep)
+        return ForcedResponseWork.of(replace(self.sweep, isolated=False))
 
     @cached_property
     def bounds(self) -> BoundsWork:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -83,7 +83,7 @@ class SamplesPlan(Plan):
 
     @cached_property
     def base(self) -> ForcedResponseWork:
-        return ForcedResponseWork.of(self.sweep)
+        return ForcedResponseWork.of(replace(self.sweep, isolated=False))
 
     @cached_property
     def works(self) -> Mapping[str, SamplesWork]:
