@@ -22,6 +22,7 @@ from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.peak_shapes import own_shapes_error, with_shapes_of_peaks
+from stickslip.analyses.reached import reached
 from stickslip.analyses.response_dataset import (
     ContactRows,
     absolute,
@@ -212,6 +213,21 @@ class ForcedResponse(Result):
     ) -> TimeCheck:
         """Integrate one point in time from its own state, until periodic, and say how far harmonics and time are apart."""
         return verify_in_time(self.dataset, self.problem, case, point, steps_per_period, method, tolerance, periods)
+
+    def reached(self, output: int = 0, *, steps_per_period: int = 500, periods: int = 2000) -> pd.DataFrame:
+        """Which of its motions a machine shows: of each curve the highest peak of an output, and whether it is reached.
+
+        Columns: force_level, curve, frequency [Hz], amplitude (of the measure of the response), next_lower (|X₁|, m), from_rest,
+        sweep_up, sweep_down: True, False, or None where time integration did not become periodic within `periods`, or ended on a
+        motion of no curve of the response. from_rest: the load begins at the frequency of the peak, as in `time_response`.
+        next_lower: the largest motion below the peak at its frequency; a disturbance has to exceed it, roughly, where nothing
+        else leads to the peak. A slow sweep through the band follows its curve to a fold, and goes on with the motion that time
+        integration ends on beyond it; that it may leave its curve elsewhere, where `with_stability` finds it unstable, is not
+        looked at. Seek detached curves first (`isolated=True`). Raises `InputError` for listed frequencies and subharmonic
+        motions.
+        """
+        row = between("output", output, 0, self.dataset.sizes["output"] - 1)
+        return reached(self.dataset, self.problem, row, steps_per_period, periods)
 
     def sensitivity(self, case: int, point: int, parameters: Mapping[str, Parameter]) -> Sensitivity:
         """dX/dθ of any solved point at its frequency, those of an overhanging branch included, as by `stickslip.sensitivity`.

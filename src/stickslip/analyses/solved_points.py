@@ -27,8 +27,9 @@ from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.fourier import real_harmonics
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.balance.orders import of_attribute
-from stickslip.solve.continuation.interpolation import SAME, Interpolation, Value
+from stickslip.solve.continuation.interpolation import Interpolation, Value
 from stickslip.solve.continuation.newton import correct, fixed
+from stickslip.solve.continuation.segment import SAME
 from stickslip.solve.peaks.search import PeakSearch
 from stickslip.support.checks import SMALLEST, Array, InputError, fault, numbers, positive, whole
 from stickslip.support.late import pd, xr

@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.continuation.curve_points import CurvePoint, Metric, Tangent, moving_sizes, relative_metric
 from stickslip.solve.continuation.newton import Correction, correct, fixed
-from stickslip.solve.continuation.segment import Knot, Segment, knot, segment
+from stickslip.solve.continuation.segment import SAME, Knot, Segment, knot, segment
 from stickslip.support.checks import Array
 
 FOLD_DIVISIONS = 2
@@ -25,9 +25,6 @@ SAFETY = 2.0
 
 DIVISIONS = 6
 """How often a step is divided to find a point that Newton's method does not reach from the cubic."""
-
-SAME = 1e-12
-"""Relative difference of frequencies that count as one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +60,7 @@ class Interpolation:
             for i in np.flatnonzero(met[:, k]):
                 found[i].append(Value(evaluation, 0.0, solved=True))
             if k + 1 < len(self.evaluations):
-                self._within(k, wanted, ~met[:, k : k + 2].any(axis=1), found)
+                self._within(k, wanted, found)
         return found
 
     def between(self, k: int, fraction: float) -> Evaluation | None:
@@ -93,11 +90,11 @@ class Interpolation:
             kept.append(CurvePoint(evaluation, tangent, metric, 0, found.factors.size, length))
         return kept
 
-    def _within(self, k: int, wanted: Array, free: Array, found: list[list[Value]]) -> None:
-        """Add the values between the points k and k + 1."""
+    def _within(self, k: int, wanted: Array, found: list[list[Value]]) -> None:
+        """Add the values between the points k and k + 1, of which one may be at a frequency itself."""
         around = self.omegas[max(k - 1, 0) : k + 3]
         margin = float(np.ptp(around))
-        near = np.flatnonzero(free & (wanted > around.min() - margin) & (wanted < around.max() + margin))
+        near = np.flatnonzero((wanted > around.min() - margin) & (wanted < around.max() + margin))
         if not near.size or not self._apart(k):
             return
         metric = self._metric(k)

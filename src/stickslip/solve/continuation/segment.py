@@ -13,6 +13,9 @@ from stickslip.solve.balance.system import Direction
 from stickslip.solve.continuation.curve_points import CurvePoint, Metric, Tangent, hermite
 from stickslip.support.checks import Array
 
+SAME = 1e-12
+"""Relative difference of frequencies that count as one."""
+
 SHARP = 0.3
 """Cosine between curve and straight way below which a cubic takes the straight way for its slope: at corners."""
 
@@ -62,9 +65,12 @@ class Segment:
         return sorted(float(root) for root in roots.real[roots.imag == 0.0] if 0.0 < root < 1.0)
 
     def crossings(self, omega: float) -> list[float]:
-        """Fractions at which the segment passes a frequency at which neither end lies."""
+        """Fractions at which the segment passes a frequency between its ends; behind a fold it may return to that of an end."""
         turns = [0.0, *self.folds(), 1.0]
         beyond = [self.omega(turn) - omega for turn in turns]
+        for end, beside in ((0, 1), (-1, -2)):
+            if abs(beyond[end]) <= SAME * omega:
+                beyond[end] = beyond[beside]
         pieces = [pair for pair, (a, b) in zip(pairwise(turns), pairwise(beyond), strict=True) if (a < 0.0) != (b < 0.0)]
         return [float(scipy.optimize.brentq(lambda s: self.omega(s) - omega, *pair)) for pair in pieces]
 
