@@ -113,6 +113,11 @@ Two rows are below the aim. An unstable highest peak is reported only if twice t
 reports are those of motions in which a contact barely touches: there the multiplier of the integration does not exist, and the
 integration settled on the reported motion. Other motions that no part of the curve passes are found only by searching for them,
 for example with [samples of the start state](variability.md) or by [time integration](time.md) from other initial conditions.
+
+The error along a curve, `point_truncation_error`, has a judge of its own: 41 harmonics on the same plane across the curve. It was
+asked at 20 points of each curve, of all robustness classes and with sliders 10 to 1e5 times as stiff, for 3 and for 5 harmonics.
+Of 719 points with an error above 0.4 % the estimate missed 9, of which one was above 2 % (a contact that barely touches). Of 741
+points that it reported, 31 had no such error. `tests/robustness/test_point_errors.py` repeats it.
 """)
 
 
