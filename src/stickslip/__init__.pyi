@@ -30,6 +30,7 @@ from .model.structure.rigid_body import PlanarBody as PlanarBody, RigidBody as R
 
 # Loads, outputs and the problem
 from .model.loads import BaseMotion as BaseMotion, Force as Force, Output as Output
+from .model.problem.centrifugal_load import CentrifugalLoad as CentrifugalLoad, in_rotation as in_rotation
 from .model.problem import Problem as Problem
 from .model.problem.speed import SpeedDependence as SpeedDependence
 

@@ -27,6 +27,7 @@ from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.model.structure.matrices import nearest_dof, of_single_nodes
 from stickslip.model.structure.rigid_body import RigidBody
+from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.study.contacts import ContactTable, FrictionTable
 from stickslip.study.faults import parsed
 from stickslip.study.fields import DENSITY, LENGTH, MASS, Units, in_si, scaled
@@ -40,6 +41,7 @@ from stickslip.study.tables import (
     ForceTable,
     FrequenciesTable,
     MeanSpringTable,
+    RotationTable,
     StructureTable,
 )
 from stickslip.support.checks import Array, Faults, InputError, fault, nearest
@@ -306,6 +308,11 @@ def check_speeds(table: Any, speed: float | None) -> None:
 def lowest_order(table: ExcitationTable) -> int:
     """The engine order by which the frequencies of a study count: the one, or the greatest common divisor of several."""
     return gcd(*_factors(table)) if table.engine_order is None else table.engine_order
+
+
+def rotation(table: RotationTable, units: Units) -> tuple[float, RotationAxis]:
+    """Speed in rev/min, and axis in SI."""
+    return table.speed, RotationAxis.of((table.axis.point, table.axis.direction)).scaled(units.system.metres)
 
 
 def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:

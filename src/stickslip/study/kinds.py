@@ -46,6 +46,7 @@ class StudyTable(Table):
 PROBLEM_KEYS = (
     "structure",
     "body",
+    "rotation",
     "damping",
     "contact",
     "force",

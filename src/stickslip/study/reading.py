@@ -41,6 +41,7 @@ from stickslip.study.structure import (
     Parts,
     bodies_of,
     body_note,
+    rotation_note,
     structures_of,
     together,
     with_aerodynamics,
@@ -55,6 +56,7 @@ from stickslip.study.tables import (
     FinenessTable,
     ForceTable,
     MeanSpringTable,
+    RotationTable,
     StructureTable,
     SweepTable,
 )
@@ -121,6 +123,7 @@ class Tables:
     aerodynamics: AerodynamicsTable | None
     units: Units
     own: Mapping[str, Table]
+    rotation: RotationTable | None = None
 
     @property
     def rig(self) -> StructureTable | None:
@@ -356,7 +359,8 @@ def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
     own = {key: table for key, model in kind.tables.items() if (table := single(key, model)) is not None}
     base, aerodynamics = single("base", BaseTable), single("aerodynamics", AerodynamicsTable)
     actions = contacts, forces, dashpots, mean_springs, single("excitation", ExcitationTable)
-    return Tables(study, structures, bodies, damping, sweep, *actions, base, aerodynamics, units, own)
+    rotation = single("rotation", RotationTable)
+    return Tables(study, structures, bodies, damping, sweep, *actions, base, aerodynamics, units, own, rotation)
 
 
 def repeated(key: str, document: Mapping[str, Any], found: Found) -> list[tuple[str, Any]]:
@@ -384,7 +388,7 @@ def units_of(value: Any) -> Units:
 def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any], found: Found) -> Problem | None:
     """A ready rig; it brings contacts, forces and damping itself."""
     own_units = isinstance(document.get("units"), dict) and set(document["units"]) == {"frequency"}
-    for key in ("body", "contact", "force", "dashpot", "mean_spring", "base", "damping", "units"):
+    for key in ("body", "rotation", "contact", "force", "dashpot", "mean_spring", "base", "damping", "units"):
         if key in document and not (key == "units" and own_units):
             found.messages.append(
                 f"{key} must go with matrices, but stands beside a rig, which brings its own (in SI). Leave it out."
@@ -436,16 +440,26 @@ def from_model(
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
     order = None if whole_disk or tables.aerodynamics or not tables.excitation else build.lowest_order(tables.excitation)
     meshed = meshed_surfaces(tables.contact) if modes_to is not None and tables.base is None and _on_stuck(damping) else ()
-    structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages, order, meshed)
-    bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found)
+    reference = getattr(tables.own.get("speed_sweep"), "reference_speed", None)
+    if tables.rotation and reference not in (None, tables.rotation.speed):
+        rule = f"must be the speed of [rotation], {tables.rotation.speed:g} rev/min"
+        found.messages.append(str(fault("[speed_sweep]: reference_speed", rule, reference)))
+    rotation = found.attempt("[rotation]", build.rotation, tables.rotation, units) if tables.rotation else None
+    structures = structures_of(
+        tables.structures, several, surfaces, damping, folder, units, found, messages, order, meshed, rotation
+    )
+    bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found, tables.rotation is not None)
     messages[1].extend(body_note(name, body, units.system) for name, body in bodies.items())
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
-    parts = found.attempt("[structure]", together, structures, bodies, damping) if whole else None
+    parts = found.attempt("[structure]", together, structures, bodies, damping, rotation) if whole else None
+    if parts and rotation:
+        messages[1].append(rotation_note(rotation[0], parts.loads, units.system))
     known = known_dofs(tables)
     names = Names(known or (_names_of(parts.structure) if parts else ()), units)
     found.messages += names.faults(document) if parts and not known else []
     contacts = contacts_of(tables, names, parts, found, messages[1])
     forces, dashpots = (*forces_of(tables, names, parts, found), *pulls), dashpots_of(tables, names, found)
+    forces += parts.loads if parts else ()
     if not _is_disk(tables):
         _check_outputs(tables, found)
     messages[1].extend(turning_notes(contacts, bodies))
@@ -515,7 +529,7 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
         found.messages.append("[excitation] must stay away from a speed sweep, whose engine_orders stand in [speed_sweep].")
     if speeds := tables.own.get("speed_sweep"):
         found.attempt("", build.check_speeds, speeds, sector.speed)
-    for key in ("dashpot", "base"):
+    for key in ("dashpot", "base", "rotation"):
         if key in document:
             found.messages.append(f"{key} must go with another model than a sector of a bladed disk. Leave it out.")
 

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -14,15 +14,25 @@ from pydantic import Field
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
+from stickslip.model.problem.centrifugal_load import CentrifugalLoad, in_rotation
 from stickslip.model.readers.describe import implausible
 from stickslip.model.readers.model import Content, Model, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.read import read_content
 from stickslip.model.readers.reduction import WHOLE_SIZE, Progress, structure_of
 from stickslip.model.readers.sector import Faces, disks_of
-from stickslip.model.readers.stress_places import StrainGauge, StressRows, places_of, stress_rows_of
+from stickslip.model.readers.stress_places import (
+    StrainGauge,
+    StressRows,
+    centrifugal_loads,
+    places_of,
+    prestress_note,
+    spin_softening,
+    stress_rows_of,
+)
 from stickslip.model.structure.aerodynamics import Aerodynamics
 from stickslip.model.structure.assembly import assemble
+from stickslip.model.structure.centrifugal import softening
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameters, with_bodies
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.matrices import Structure
@@ -54,6 +64,8 @@ MANY_KEPT = 800
 the mesh; with 1257 each they take 125 CPU s and 3 GB, and with 1821 each they do not end.
 """
 
+Rotation = tuple[float, RotationAxis]
+"""Speed in rev/min, and axis."""
 OF_A_COPY = ("name", "keep", "modes", "shift", "stress", "speed", "axis")
 """What structures of one and the same model may differ in."""
 ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift", "sector", "stress", "speed", "axis")
@@ -81,16 +93,22 @@ def structure(
     models: dict[str, Model],
     engine_order: int | None,
     meshed: Sequence[str] = (),
+    rotation: Rotation | None = None,
 ) -> Built:
     """The structure of a model; of a sector for the nodal diameters that an engine order can excite, for all where it is None.
 
     surfaces: sets of nodes that contacts speak of; those that the model has are kept too. models: those of the study that were
     read already, to which this one is added: equal blades are read once. meshed: sets whose contacts may reduce a large
-    model; of many such rows none is kept.
+    model; of many such rows none is kept. rotation: of the whole, whose spin softening K shall have.
     """
     own = SYSTEMS[table.units] if table.units is not None else units
     key = repr([(name, value) for name, value in table if name not in OF_A_COPY])
-    model = models[key] = models.get(key) or _model(table, folder, own)
+    given = [name for name in ("speed", "axis") if getattr(table, name) is not None]
+    if rotation is not None and given:
+        raise fault(" and ".join(given), "must be left out beside [rotation], which holds for all models", "given")
+    if key not in models:
+        models[key] = _model(table, folder, own) if rotation is None else _softened(_model(table, folder, own), *rotation)
+    model = models[key]
     keep = {} if table.keep is None else table.keep
     stress = None if table.stress is None else stress_rows_of(model, _stress_places(table.stress), own.system.metres)
     if table.sector is not None:
@@ -101,12 +119,25 @@ def structure(
     reduced = sparse or table.keep is not None or (table.modes is not None and besides)
     places = places_of(model, keep, own.system.metres, besides) if reduced else None
     notes = (*map(str, places or ()), *(stress.notes if stress else ()), *model.notes, *implausible(model))
-    rotation = None if table.speed is None else (table.speed, _axis(table.axis or AxisTable(), own))
-    if rotation is None and table.axis is not None:
+    own_rotation = None if table.speed is None else (table.speed, _axis(table.axis or AxisTable(), own))
+    if own_rotation is None and table.axis is not None:
         raise fault("axis", "must go with speed", "without one")
-    made, found = structure_of(model, places, table.modes, damping, progress, stress, rotation, sparse)
+    made, found = structure_of(model, places, table.modes, damping, progress, stress, own_rotation, sparse)
     made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
     return Built(made, (*notes, *found), {}, tuple(model.sets))
+
+
+def _softened(model: Model, speed: float, axis: RotationAxis) -> Model:
+    """The model with the spin softening −Ω² M (1 − d dᵀ) in K, and a note on what K held of the rotation."""
+    centrifugal_loads(model)  # says what is missing for them, before a reduction that takes long
+    note = prestress_note(model, axis, speed)
+    if not spin_softening(model, axis):
+        turning = [dof for dof in model.dofs if dof.rpartition(".")[2] not in ("x", "y", "z")]
+        square = (2.0 * np.pi * speed / 60.0) ** 2
+        model = model if turning else replace(model, K=model.K - square * softening(model.M, model.dofs, axis))
+        done = f"none is added to a model with rows such as {turning[0]}" if turning else "it is added, −Ω² M (1 − d dᵀ)"
+        note = f"K contains no spin softening of {speed:g} rev/min: {done}. Its stress stiffening is that of the file"
+    return replace(model, notes=(*model.notes, note))
 
 
 def _axis(table: AxisTable, units: Units) -> RotationAxis:
@@ -204,6 +235,8 @@ class Parts:
     """Of a sector whose speed is given, the disks with these bodies by rotor speed in rev/min."""
     sets: tuple[str, ...] = ()
     """Names of all sets of nodes of the models, which a wrong name may have meant."""
+    loads: tuple[CentrifugalLoad, ...] = ()
+    """Of the rotation, one for each model and body."""
 
 
 def structures_of(
@@ -217,6 +250,7 @@ def structures_of(
     messages: Messages,
     engine_order: int | None,
     meshed: Sequence[str] = (),
+    rotation: Rotation | None = None,
 ) -> dict[str, Built]:
     """The structures that could be made, by name, "" for one alone; each keeps those `surfaces` that are its own, a sector the
     nodal diameters that an engine order can excite. meshed: as of `structure`."""
@@ -232,7 +266,7 @@ def structures_of(
         if table is not None and table.sector is not None:
             own = list(dict.fromkeys(surface.removeprefix(NEXT) for surface in own))
         built = found.attempt(
-            place, structure, table, damping, folder, units, progress, own, models, engine_order, own_of(meshed, name)
+            place, structure, table, damping, folder, units, progress, own, models, engine_order, own_of(meshed, name), rotation
         )
         if built:
             made[name] = built
@@ -263,9 +297,9 @@ def _name(table: StructureTable, several: bool, taken: Mapping[str, Any]) -> str
 
 
 def bodies_of(
-    tables: Sequence[BodyTable | None], units: Units, taken: Collection[str], found: Found
+    tables: Sequence[BodyTable | None], units: Units, taken: Collection[str], found: Found, turning: bool = False
 ) -> tuple[dict[str, RigidBody], tuple[Force, ...]]:
-    """The rigid bodies by name, and the static forces that pull them."""
+    """The rigid bodies by name, and the static forces that pull them; turning: their own mass does."""
     bodies: dict[str, RigidBody] = {}
     pulls: tuple[Force, ...] = ()
     for number, table in enumerate(tables, start=1):
@@ -275,6 +309,9 @@ def bodies_of(
         if table.name in (*bodies, *taken):
             found.messages.append(f"[[body]] {number}: {fault('name', 'must be another one for each', table.name)}")
             continue
+        if turning and made[1]:
+            remedy = "The mass of the body pulls it; leave `pull` out."
+            found.messages.append(f"[[body]] {number}: {fault('pull', 'must not stand beside [rotation]', table.pull, remedy)}")
         bodies[table.name], pulls = made[0], (*pulls, *made[1])
     return bodies, pulls
 
@@ -292,9 +329,32 @@ def body_note(name: str, body: RigidBody, system: UnitSystem) -> str:
     return f"{name}: {kilogram * body.mass:.4g} {unit}, mass centre {place(body.centre)} {length}{section}"
 
 
-def together(built: Mapping[str, Built], bodies: Mapping[str, RigidBody], damping: Damping | None) -> Parts:
-    """One structure of all, with a damping rule for the whole; a model alone stays as it is."""
+def rotation_note(speed: float, loads: Iterable[CentrifugalLoad], system: UnitSystem) -> str:
+    """The centrifugal load of each part, in the units of the study, and what is left out."""
+    newton, unit = in_system("N", system)
+    listed = []
+    for load in loads:
+        size = float(np.linalg.norm(load.resultant))
+        along = ", ".join(f"{part:.3g}" for part in np.round(np.array(load.resultant) / (size or 1.0), 6) + 0.0)
+        listed.append(f"{load.name} {newton * size:.6g} {unit} along ({along})")
+    return f"Rotation at {speed:g} rev/min: {'; '.join(listed)}. Coriolis forces, and the spin softening of bodies, are left out"
+
+
+def together(
+    built: Mapping[str, Built],
+    bodies: Mapping[str, RigidBody],
+    damping: Damping | None,
+    rotation: Rotation | None = None,
+) -> Parts:
+    """One structure of all, with a damping rule for the whole, and its loads of rotation; a model alone stays as it is."""
     structures = {name: each.structure for name, each in built.items()}
+    loads = []
+    if rotation is not None:
+        turning = structures | {name: body.structure() for name, body in bodies.items()}
+        for name, each in turning.items():
+            turned, load = in_rotation(each, *rotation, part=name)
+            loads.append(load)
+            structures |= {name: turned} if name in structures else {}
     sets = tuple(f"{name}/{own}" if name else own for name, each in built.items() for own in each.sets)
     disk = structures.get("")
     if isinstance(disk, CyclicStructure):
@@ -305,10 +365,10 @@ def together(built: Mapping[str, Built], bodies: Mapping[str, RigidBody], dampin
 
         return Parts(whole_disk(disk), bodies, {speed: whole_disk(each) for speed, each in built[""].disks.items()}, sets)
     if not bodies and list(structures) == [""]:
-        return Parts(structures[""], {}, sets=sets)
+        return Parts(structures[""], {}, sets=sets, loads=tuple(loads))
     bare = {name: part if part.damping is None else part.with_damping(None) for name, part in structures.items()}
     whole = assemble(bare | {name: body.structure() for name, body in bodies.items()})
-    return Parts(whole if damping is None else whole.with_damping(damping), bodies, sets=sets)
+    return Parts(whole if damping is None else whole.with_damping(damping), bodies, sets=sets, loads=tuple(loads))
 
 
 Complex = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]

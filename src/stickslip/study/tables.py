@@ -110,6 +110,15 @@ class AxisTable(Table):
     """its direction, of any length"""
 
 
+class RotationTable(Table):
+    """Steady rotation. The centrifugal load of every model and rigid body acts as a static load; `speed` and `axis` of
+    [structure] and `pull` of [[body]] are left out. Spin softening is added to a K that has none."""
+
+    speed: Annotated[Positive, Field(description="rotor speed in rev/min")]
+    axis: Annotated[AxisTable, Words("table")] = Field(default_factory=AxisTable)
+    """in the coordinates of the study, its point in the unit of length of the study; default: z through the origin"""
+
+
 class AtSpeedTable(Table):
     """The same sector at another rotor speed."""
 

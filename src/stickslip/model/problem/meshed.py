@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.model.contact.point import Contact, stuck_stiffness
 from stickslip.model.loads import Force, Output
+from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.problem import Mesh, Problem
 from stickslip.model.structure.sparse import Report
 from stickslip.model.structure.sparse_structure import SparseStructure
@@ -33,18 +34,24 @@ def meshed_problem(
     more: as of a `Problem`. What the contacts deform beyond that is not known yet: `with_forces` adds it.
     """
     directions = [direction for contact in contacts for direction in contact.directions]
-    loads = [force.coefficients for force in forces]
+    # Of a load on the whole structure only the motion along it is known, not that of each of its degrees of freedom.
+    spread = {f"rotation/{k}.load": force for k, force in enumerate(forces) if isinstance(force, CentrifugalLoad)}
+    along = [force.coefficients for force in spread.values()]
+    structure = replace(structure, directions=dict(zip(spread, structure.rows(along).toarray(), strict=True)))
+    loads = [force.coefficients for force in forces if not isinstance(force, CentrifugalLoad)]
     loads += [contact.normal for contact in contacts if contact.balanced and contact.normal is not None]
     loads += [Output.of(output).direction for output in outputs]
     others = [each.direction for name in ("mean_springs", "dashpots") for each in more.get(name, ())]
     named = _named(structure, [*directions, *loads, *others])
     rows = structure.rows(directions)
-    stuck = StuckMesh(structure, rows, stuck_stiffness(contacts), structure.rows(loads), modes_to, report)
+    stuck = StuckMesh(structure, rows, stuck_stiffness(contacts), structure.rows([*loads, *along]), modes_to, report)
     none = np.zeros((rows.shape[0], 0))
     known = stuck.new_forces(none, stuck.forces_of_modes)
     mesh = Mesh(stuck, named, known, stuck.coordinates(known))
     few = stuck.structure_on(mesh.coordinates, named)
-    return Problem(few, tuple(contacts), tuple(forces), tuple(outputs), title, modes_to=modes_to, mesh=mesh, **more)
+    acting = [force for force in forces if not isinstance(force, CentrifugalLoad)]
+    acting += [replace(force, direction=name) for name, force in spread.items()]
+    return Problem(few, tuple(contacts), tuple(acting), tuple(outputs), title, modes_to=modes_to, mesh=mesh, **more)
 
 
 def _named(structure: SparseStructure, directions: Iterable[Mapping[str, float]]) -> tuple[str, ...]:

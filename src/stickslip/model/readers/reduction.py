@@ -19,7 +19,15 @@ from stickslip.model.readers import numpy_archive
 from stickslip.model.readers.describe import indefinite_mass
 from stickslip.model.readers.limits import within_memory
 from stickslip.model.readers.model import Model
-from stickslip.model.readers.stress_places import Place, StressRows, prestress_note, rotation_note, rotation_stress_of_body
+from stickslip.model.readers.stress_places import (
+    Place,
+    StressRows,
+    centrifugal_loads,
+    prestress_note,
+    rotation_note,
+    rotation_stress_of_body,
+)
+from stickslip.model.structure.centrifugal import CentrifugalLoads
 from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.craig_bampton import craig_bampton, mode_names
 from stickslip.model.structure.damping import Damping
@@ -57,7 +65,7 @@ def whole(model: Model, damping: Damping | None = None, stress: StressRows | Non
     surfaces = () if mesh is None else (MeshSurface(*mesh[:2], selection(mesh.numbers, model.size), model.dofs),)
     stresses = () if stress is None else (stress.recovery(stress.rows.toarray(), model.dofs),)
     made = Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets)
-    return replace(made, surfaces=surfaces, stresses=stresses)
+    return replace(made, surfaces=surfaces, stresses=stresses, centrifugal=_loads(model))
 
 
 def unreduced(
@@ -84,7 +92,12 @@ def unreduced(
         stresses = (stress.recovery(stress.rows[:, around].toarray(), tuple(dofs[row] for row in around)),)
     made = SparseStructure(model.M, model.K, dofs, damping=damping, nodes=nodes, sets=kept_sets(model, places))
     return replace(
-        made, mesh_points=model.located[1], surfaces=surfaces, stresses=stresses, kept=tuple(renamed[row] for row in renamed)
+        made,
+        mesh_points=model.located[1],
+        surfaces=surfaces,
+        stresses=stresses,
+        kept=tuple(renamed[row] for row in renamed),
+        centrifugal=_loads(model),
     )
 
 
@@ -108,7 +121,7 @@ def reduced(
     reduction = sorted(kept.values()), list(kept.values()), number, drawn, located.tobytes(), stress and stress.bytes
     key = repr((stickslip.__version__, model.fingerprint, *reduction))
     file = cache_folder() / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
-    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress", "count"))
+    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress", "count", "centrifugal", "sums", "held"))
     if matrices is None:
         matrices = _reduce(model, kept, number, progress, stress)
         to_cache(file, matrices)
@@ -119,7 +132,10 @@ def reduced(
     nodes, sets = kept_nodes(model, kept), kept_sets(model, places)
     surfaces = () if surface is None else (MeshSurface(*surface[:2], matrices["recovery"], dofs),)
     stresses = () if stress is None else (stress.recovery(matrices["stress"], dofs),)
-    made = Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=located)
+    loads = CentrifugalLoads(matrices["centrifugal"], matrices["sums"], matrices["held"]) if matrices["sums"].size else None
+    made = Structure(
+        matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=located, centrifugal=loads
+    )
     return replace(made, surfaces=surfaces, stresses=stresses), _count_note(ModeCount.of(matrices["count"]), number)
 
 
@@ -148,7 +164,8 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, 
         raise fault("M", "must have no negative eigenvalue", "indefinite", "Check the sign and the export of the mass.")
     sizes = f"{model.size} rows to {len(kept)} kept and {modes} modes; the basis takes {basis / 2**20:.0f} MiB"
     progress(0.0, f"reducing {sizes}")
-    reduction = craig_bampton(model.M, model.K, kept, modes, progress)
+    loads = _loads(model)
+    reduction = craig_bampton(model.M, model.K, kept, modes, progress, None if loads is None else loads.rows.T)
     T = reduction.transformation
     C = np.zeros((0, 0)) if model.C is None else np.asarray(T.T @ (model.C @ T))
     numbers = np.zeros((0, 3), dtype=int) if model.surface is None else model.surface.numbers
@@ -161,7 +178,20 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, 
         K = without_resistance(K, motions)
     stresses = np.zeros((0, T.shape[1])) if stress is None else np.asarray(stress.rows @ T)
     rest = {"recovery": recovery_rows(T, numbers), "stress": stresses, "count": reduction.count.numbers}
-    return {"M": reduction.structure.M, "K": K, "C": C} | rest
+    few = {"centrifugal": np.zeros(0), "sums": np.zeros(0), "held": np.zeros(0)}
+    if loads is not None:
+        held = np.zeros((0, 9)) if stress is None else np.asarray(stress.rows @ reduction.beyond)
+        own = loads.projected(T, held.T)
+        few = {"centrifugal": own.rows, "sums": own.sums, "held": own.held}
+    return {"M": reduction.structure.M, "K": K, "C": C} | rest | few
+
+
+def _loads(model: Model) -> CentrifugalLoads | None:
+    """The centrifugal loads of a model where its rows have all that they need."""
+    try:
+        return centrifugal_loads(model)
+    except InputError:
+        return None
 
 
 def cache_folder() -> Path:

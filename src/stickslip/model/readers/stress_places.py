@@ -20,6 +20,7 @@ from scipy import sparse
 
 from stickslip.model.readers.deck import OWN_AXES
 from stickslip.model.readers.model import Model
+from stickslip.model.structure.centrifugal import CentrifugalLoads
 from stickslip.model.structure.cyclic import HeldDiameters
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian
 from stickslip.model.structure.factor import Factor, Singular
@@ -264,6 +265,8 @@ def _nodes(model: Model, places: Mapping[str, Where], metres: float) -> dict[str
     return nodes
 
 
+INCOMPATIBLE = "C3D8I"
+"""The element of CalculiX whose three incompatible modes are nodes of their own in its matrices, without a place."""
 UNRESISTED = 1e-9
 """Resistance of a row to a translation along the axis, relative to the sum of the sizes of what acts on it, that is rounding."""
 SAME_SPEED = 0.01
@@ -296,9 +299,13 @@ def spin_softening(model: Model, axis: RotationAxis) -> float:
 
 
 def _translation(model: Model, direction: Array) -> Array:
-    """The rigid translation along a vector, (n,)."""
+    """The rigid translation along a vector, (n,); rows without a place beside others that have one move relative to these."""
+    named = (dof.rpartition(".") for dof in model.dofs)
     return np.array(
-        [direction["xyz".index(axis)] if axis in "xyz" else 0.0 for _, _, axis in (dof.rpartition(".") for dof in model.dofs)]
+        [
+            direction["xyz".index(axis)] if axis in "xyz" and (node in model.nodes or not model.nodes) else 0.0
+            for node, _, axis in named
+        ]
     )
 
 
@@ -341,25 +348,24 @@ def rotation_stress(sector: Sector, rows: sparse.csr_array, axis: RotationAxis, 
 
 def rotation_stress_of_body(model: Model, rows: sparse.csr_array, axis: RotationAxis, speed: float) -> Array:
     """The same of a whole model that its supports hold, from `rows` of its motion: K u = Ω² M r."""
-    refuse_own_axes(model)
-    nodes, _, directions = zip(*(dof.rpartition(".") for dof in model.dofs), strict=True)
-    r = np.zeros(model.size)
-    along = np.array(["xyz".find(direction) for direction in directions])
-    moved = np.flatnonzero(along >= 0)
-    missing = [nodes[row] for row in moved.tolist() if nodes[row] not in model.nodes]
-    if missing:
-        raise fault("For the stress due to rotation all nodes", "must have coordinates", f"node {missing[0]} without")
-    away = _away(np.array([model.nodes[nodes[row]] for row in moved.tolist()]).reshape(-1, 3), axis)
-    r[moved] = away[np.arange(moved.size), along[moved]]
-    load = _per_distance(speed) * (model.M @ r)
+    load = _per_distance(speed) * centrifugal_loads(model).about(axis)[0]
     return np.asarray(rows @ _solved(sparse.csc_array(model.K), load, "the model must be held by its supports"))
+
+
+def centrifugal_loads(model: Model) -> CentrifugalLoads:
+    """The centrifugal loads of a model. Nodes without coordinates are the three incompatible modes of each C3D8I, or refused."""
+    refuse_own_axes(model)
+    inner = [node for node in model.directions if node not in model.nodes]
+    elements = () if model.solids is None else model.solids.kinds.values()
+    known = len(inner) == 3 * sum(kind == INCOMPATIBLE for kind in elements)
+    return CentrifugalLoads.of(model.M, model.dofs, model.nodes, inner if known else ())
 
 
 def refuse_own_axes(model: Model) -> None:
     """Rows along axes of their own have another part of the centrifugal load."""
     if any(OWN_AXES in note for note in model.notes):
         raise fault(
-            "For the stress due to rotation all nodes",
+            "For loads and stress due to rotation all nodes",
             "must have rows along x, y and z of the model",
             "axes of their own",
             "Write the matrices without the local axes of nodes (*TRANSFORM, CD, NROTAT), or leave out the speed.",

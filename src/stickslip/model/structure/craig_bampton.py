@@ -26,13 +26,15 @@ class Reduction:
     """q_full = transformation @ q, with q the degrees of freedom of `structure`: kept ones first, then "mode/1.q", ...
 
     transformation: (full size, reduced size), for the recovery of motion and stress inside; frequencies: of the
-    fixed-interface modes kept, Hz; count: how many of those there are these are.
+    fixed-interface modes kept, Hz; count: how many of those there are these are. beyond: (full size, k), what given loads
+    deform beyond `transformation`.
     """
 
     structure: Structure
     transformation: Array
     frequencies: Array
     count: ModeCount
+    beyond: Array
 
 
 def craig_bampton(
@@ -41,13 +43,15 @@ def craig_bampton(
     kept: Mapping[str, int],
     modes: int | None = None,
     progress: Progress = lambda share, text: None,
+    loads: Array | None = None,
 ) -> Reduction:
     """The reduction of M, K (n, n; sparse or dense) with mass-normalised fixed-interface modes.
 
     kept: {"NODE.DIRECTION": row in M and K}; they must hold the body (interior stiffness positive definite).
     modes: number of fixed-interface modes, lowest first, with those equal to the last of them; None: all (dense; massless
     interior motions have none).
-    progress(share, text) is called with what is being done and the memory that the factor takes.
+    progress(share, text) is called with what is being done and the memory that the factor takes. loads (n, k): static ones on
+    the whole body, whose motion the modes describe in part: (K_ii⁻¹ − Φ Λ⁻¹ Φᵀ) p_i is what they lack.
     """
     stiffness, mass = symmetric_sparse("K", K), symmetric_sparse("M", M)
     size = stiffness.shape[0]
@@ -64,7 +68,8 @@ def craig_bampton(
         raise fault("modes", f"must lie between 0 and {interior.size}, the interior degrees of freedom", modes)
     progress(0.05, f"ordering the stiffness of {interior.size} rows for {solver(interior.size).name}")
     body = Pencil(stiffness[interior][:, interior], mass[interior][:, interior], lambda text: progress(0.1, text))
-    static = -stiffness[interior][:, boundary].toarray()
+    acting = np.zeros((size, 0)) if loads is None else loads
+    static = np.hstack([-stiffness[interior][:, boundary].toarray(), acting[interior]])
     if interior.size:
         _hold(body)
         memory = f"the factor takes {body.megabytes:.0f} MiB"
@@ -76,11 +81,13 @@ def craig_bampton(
     progress(0.9, "projecting the matrices")
     T = np.zeros((size, boundary.size + squares.size))
     T[boundary, np.arange(boundary.size)] = 1.0
-    T[interior] = np.hstack([static, shapes])
+    T[interior] = np.hstack([static[:, : boundary.size], shapes])
+    beyond = np.zeros_like(acting)
+    beyond[interior] = static[:, boundary.size :] - shapes @ ((shapes.T @ acting[interior]) / squares[:, None])
     # K of kept and modal coordinates has blocks that vanish or are diagonal by construction: they are written exactly.
     reduced = linalg.block_diag(_projected(stiffness, T[:, : boundary.size]), np.diag(squares))
     structure = Structure(_projected(mass, T), reduced, (*names, *mode_names(squares.size)))
-    return Reduction(structure, T, np.sqrt(squares) / (2.0 * np.pi), found.count)
+    return Reduction(structure, T, np.sqrt(squares) / (2.0 * np.pi), found.count, beyond)
 
 
 def mode_names(modes: int) -> tuple[str, ...]:

@@ -28,6 +28,7 @@ from stickslip.support.checks import (
 )
 
 if TYPE_CHECKING:
+    from stickslip.model.structure.centrifugal import CentrifugalLoads
     from stickslip.model.structure.mesh_surface import MeshSurface
     from stickslip.model.structure.stress import StressRecovery
 
@@ -46,6 +47,7 @@ class Structure:
     mesh_triangles: of the outer surface, (triangles, 3), places among mesh_points, of a sector whose elements are known.
     surfaces: outer surfaces of meshed bodies with their motion, for deformed shapes only.
     stresses: at named places of models, from the motion q.
+    centrifugal: loads of rotation of a model that was read, whose nodes inside may no longer be there.
     outlines: sections of rigid bodies by the node at their mass centre, corners (k, 3) [m], for drawings only.
     shapes: where M, C, K are (m, m), of m coordinates y fewer than degrees of freedom, the motion q = shapes y, (n, m);
     `Problem.truncated` makes such structures.
@@ -64,6 +66,7 @@ class Structure:
     surfaces: tuple[MeshSurface, ...] = field(default=(), kw_only=True)
     stresses: tuple[StressRecovery, ...] = field(default=(), kw_only=True)
     shapes: Array | None = field(default=None, kw_only=True)
+    centrifugal: CentrifugalLoads | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dofs", several("dofs", self.dofs))
@@ -144,7 +147,9 @@ class Structure:
         nodes = {name: (p[0] + x, p[1] + y, p[2] + z) for name, p in self.nodes.items()}
         outlines = {name: corners + step for name, corners in self.outlines.items()}
         surfaces = tuple(surface.shifted(step) for surface in self.surfaces)
-        return replace(self, nodes=nodes, mesh_points=self.mesh_points + step, outlines=outlines, surfaces=surfaces)
+        loads = None if self.centrifugal is None else self.centrifugal.shifted(step)
+        moved = replace(self, nodes=nodes, mesh_points=self.mesh_points + step, outlines=outlines, surfaces=surfaces)
+        return replace(moved, centrifugal=loads)
 
     def with_damping(self, damping: Damping | Array | None) -> Structure:
         """A copy with another damping: a rule, a matrix C, or none."""

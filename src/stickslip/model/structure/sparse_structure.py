@@ -11,7 +11,7 @@ from scipy import sparse
 
 from stickslip.model.structure.matrices import Structure, check_names
 from stickslip.model.structure.sparse import symmetric_sparse
-from stickslip.support.checks import fault
+from stickslip.support.checks import Array, fault
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -19,11 +19,13 @@ class SparseStructure(Structure):
     """M q̈ + C q̇ + K q = p with sparse M and K (n, n), C by a damping rule alone.
 
     kept: the degrees of freedom whose motion a problem of this structure has to know, beside those that contacts and loads name.
+    directions: coefficients (n,) of directions in which all of the structure moves, by names that a problem knows them by.
     """
 
     M: Any
     K: Any
     kept: tuple[str, ...] = field(default=(), kw_only=True)
+    directions: Mapping[str, Array] = field(default_factory=dict, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "M", symmetric_sparse("M", self.M))

@@ -222,13 +222,14 @@ class StuckMesh:
         if self.rigid.shape[1]:  # those that K leaves free stay so: rounding would hold them
             K = without_resistance(K, shapes.T @ (self.stuck @ self.rigid))
         names = mode_names(shapes.shape[1])
-        recovered = np.vstack([shapes[[whole.index(dof) for dof in named]], np.eye(len(names))])
+        spread = [row @ shapes for row in whole.directions.values()]
+        recovered = np.vstack([shapes[[whole.index(dof) for dof in named]], *spread, np.eye(len(names))])
         known = {dof.rpartition(".")[0] for dof in named}
         nodes = {name: point for name, point in whole.nodes.items() if name in known}
         few = Structure(
             np.diag(np.maximum(coordinates.squares, 0.0)),
             0.5 * (K + K.T),
-            (*named, *names),
+            (*named, *whole.directions, *names),
             damping=whole.damping,
             nodes=nodes,
             sets=whole.sets,

@@ -18,6 +18,7 @@ from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import BaseMotion, Output
 from stickslip.model.problem import Problem
+from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rigid_body import arm_of
@@ -346,7 +347,9 @@ def _forces(problem: Problem, system: UnitSystem | None) -> Iterator[Arrows]:
                 continue
             sign = -1.0 if (size.real or size.imag) < 0.0 else 1.0
             text = f"{force.name or force.direction}: {f'{abs(size):g}' if force.power else f'{factor * abs(size):g} {unit}'}"
-            rows += [(foot, sign * along, text) for foot, along in _placed(problem.structure, force.coefficients)]
+            placed = _placed(problem.structure, force.coefficients)
+            if not isinstance(force, CentrifugalLoad) or len(placed) == 1:  # those of meshes act everywhere
+                rows += [(foot, sign * along, text) for foot, along in placed]
         if rows:
             yield Arrows(
                 label, role, np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), [row[2] for row in rows]

@@ -1,0 +1,52 @@
+"""A structure in steady rotation: its centrifugal load as a static force of a problem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from stickslip.model.loads import Force
+from stickslip.model.structure.assembly import prefixed
+from stickslip.model.structure.centrifugal import CentrifugalLoads
+from stickslip.model.structure.cyclic import CyclicStructure
+from stickslip.model.structure.matrices import Point, Structure
+from stickslip.model.structure.rotation_axis import AxisLike, RotationAxis
+from stickslip.support.checks import fault, finite
+
+
+@dataclass(frozen=True)
+class CentrifugalLoad(Force):
+    """A static force on all of a structure along its own direction (`in_rotation`); resultant (3,): what it is as a whole, N."""
+
+    resultant: Point = field(default=(0.0, 0.0, 0.0), kw_only=True)
+
+
+def in_rotation(
+    structure: Structure, speed: float, axis: AxisLike | RotationAxis = "z", *, part: str = ""
+) -> tuple[Structure, CentrifugalLoad]:
+    """The structure, and the load Ω² M r⊥ of its steady rotation; r⊥ (n,): vectors from the axis to the nodes, m.
+
+    speed: in rev/min; axis: "x", "y" or "z" through the origin, or (point [m], direction); part: name of the structure in an
+    assembly, whose problem takes the load. A rigid body gets m Ω² r⊥ at its mass centre and the moment −Ω × (J Ω). To the mean
+    stress at places of a reduced model is added what its modes lack of it. The stiffness stays as it is: spin softening and
+    stress stiffening are those of K. Raises `InputError` for a sector, and where coordinates of nodes are not known.
+    """
+    square = (2.0 * np.pi * finite("speed", speed) / 60.0) ** 2
+    if isinstance(structure, CyclicStructure):
+        remedy = "State its load by static forces: on its nodes, or on a surface."
+        raise fault("A structure with a centrifugal load", "must be a whole one", "a sector of a disk", remedy)
+    if any(recovery.rotation is not None for recovery in structure.stresses):
+        raise fault("A model with a centrifugal load", "must be read without speed", "one whose mean stress has the rotation")
+    loads = structure.centrifugal or CentrifugalLoads.of(structure.M, structure.dofs, structure.nodes)
+    load, resultant, lacking = loads.about(axis if isinstance(axis, RotationAxis) else RotationAxis.of(axis))
+    size = float(np.linalg.norm(load))
+    along = {prefixed(part, structure.dofs[row]): float(load[row]) / size for row in np.flatnonzero(load)}
+    x, y, z = (square * resultant).tolist()
+    name = f"centrifugal load of {part}" if part else "centrifugal load"
+    stresses = [
+        replace(each, rotation=(square * lacking if lacking.size else np.zeros(6 * len(each.places))).reshape(-1, 6))
+        for each in structure.stresses
+    ]
+    turning = replace(structure, stresses=tuple(stresses)) if stresses else structure
+    return turning, CentrifugalLoad(along, static=square * size, name=name, resultant=(x, y, z))

@@ -1,0 +1,185 @@
+"""[rotation] in a study: blades that contacts hold alone, dampers pulled by their own mass, mean stress; what is refused."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from problem.test_centrifugal_load import FOOT, LENGTH, OMEGA, SIDE, bar
+from study.test_surfaces_study import STUDY as BLADES
+from study.test_surfaces_study import folder as blades  # noqa: F401
+
+import stickslip as ss
+from stickslip.model.problem.at_rest import normal_loads_at_rest
+from stickslip.model.readers.read import read_model
+from stickslip.model.readers.stress_places import spin_softening
+from stickslip.model.structure.centrifugal import softening
+from stickslip.model.structure.rotation_axis import RotationAxis
+from stickslip.model.structure.solid import STEEL
+from stickslip.study import job, structure
+
+STUDY = """
+units = "mm-t-s"
+[study]
+analysis = "forced_response"
+[structure]
+model = "bar.npz"
+names = "bar.csv"
+keep = { tip = "TIP" }
+modes = 4
+[rotation]
+speed = 3000.0
+[damping]
+modal = 0.01
+[[contact]]
+name = "root"
+law = "macroslip"
+surface = "FOOT"
+against = "ground"
+facing = [0.0, 1.0, 0.0]
+kt = 1e6
+kn = 2e6
+mu = 0.5
+[[force]]
+direction = "tip.x"
+amplitude = 1.0
+[sweep]
+at = [50.0]
+force_levels = [1e-3]
+harmonics = 1
+samples = 64
+outputs = ["tip.x"]
+"""
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """The bar in mm, t, s, with the names of its nodes and sets."""
+    model, body = bar(3)
+    nodes = np.column_stack([np.arange(1, len(body.points) + 1), 1e3 * body.points])
+    np.savez(tmp_path / "bar.npz", M=1e-3 * model.M.toarray(), K=1e-3 * model.K.toarray(), dofs=np.array(model.dofs), nodes=nodes)
+    sets = {node: name for name, members in model.sets.items() for node in members}
+    lines = [f"{node:.0f},{x},{y},{z},{sets.get(f'{node:.0f}', '')}" for node, x, y, z in nodes.tolist()]
+    (tmp_path / "bar.csv").write_text("\n".join(["node,x,y,z,set", *lines]))
+    return tmp_path
+
+
+def mean_forces(problem):
+    """Of all contacts at their normals, N."""
+    data = ss.forced_response(problem, [50.0], [1e-3], harmonics=1, samples=64).dataset
+    return data["contact_force"].sel(direction="n", harmonic=0, part="re").values.ravel()
+
+
+@pytest.mark.parametrize("from_mesh", [False, True])
+def test_a_blade_is_pulled_into_a_root_of_contacts(folder, from_mesh, monkeypatch):
+    """ΣN is Ω² ∫ρ y dV of the nodes where they are: with the spin softening that is added, at their mean position."""
+    if from_mesh:
+        monkeypatch.setattr(structure, "WHOLE_SIZE", 50)
+        monkeypatch.setattr(structure, "MANY_KEPT", 10)
+    made = job(STUDY, folder, "bar")
+    problem = made.sweep.problem
+    assert (problem.mesh is not None) == from_mesh
+    load = OMEGA**2 * STEEL.density * SIDE**2 * LENGTH * (FOOT + 0.5 * LENGTH)
+    said = " ".join(made.remarks)
+    assert f"centrifugal load {load:.6g} N along (0, 1, 0). Coriolis forces" in said
+    assert "K contains no spin softening of 3000 rev/min: it is added" in said
+    forces = mean_forces(problem)
+    (acting,) = (force for force in problem.forces if isinstance(force, ss.CentrifugalLoad))
+    np.testing.assert_allclose(acting.resultant, [0.0, load, 0.0], rtol=1e-9, atol=1e-9 * load)
+    # With it, every particle is pulled from where it is: the root gives way by load/kn, and a rod stretches by the mean
+    # ρ Ω²/E (R L²/3 + 5 L³/24).
+    rod = STEEL.density * OMEGA**2 / STEEL.young * (FOOT * LENGTH**2 / 3.0 + 5.0 * LENGTH**3 / 24.0)
+    more = OMEGA**2 * STEEL.density * SIDE**2 * LENGTH * (load / 2e9 + rod)
+    assert forces.sum() - load == pytest.approx(more, rel=0.02)
+    assert more < 1e-4 * load
+
+
+def test_spin_softening_counts_once(folder):
+    """A K that has it stays as it is, and gives what one gives to which it is added; its speed must be that of the study."""
+    added = job(STUDY, folder, "bar")
+    arrays = dict(np.load(folder / "bar.npz"))
+    across = np.array([not dof.endswith(".z") for dof in arrays["dofs"]])
+    np.savez(folder / "bar.npz", **arrays | {"K": arrays["K"] - OMEGA**2 * arrays["M"] * across})
+    held = job(STUDY, folder, "bar")
+    assert "K contains the spin softening of 3000 rev/min" in " ".join(held.remarks)
+    assert mean_forces(held.sweep.problem) == pytest.approx(mean_forces(added.sweep.problem), rel=1e-6)
+    with pytest.raises(ss.InputError, match="must be that whose spin softening its K contains, 3000 rev/min"):
+        job(STUDY.replace("speed = 3000.0", "speed = 4000.0"), folder, "bar")
+
+
+ROTATION = "[rotation]\nspeed = 3000.0\naxis = { point = [20.0, -300.0, 0.0] }\n"
+PULL = "pull = [0.0, 60.0, 0.0]\n"
+
+
+def test_a_damper_between_blades_is_pulled_by_its_own_mass(blades):  # noqa: F811
+    """m Ω² r of the damper of 20 g at r = 0.352 m; the contacts carry it, and each blade has its own load."""
+    made = job(BLADES.replace(PULL, "") + ROTATION, blades, "blades")
+    damper = 0.02 * OMEGA**2 * 0.352
+    blade = read_model(blades / "platform_blade.inp", units="mm-t-s")
+    # Nodes without a place are the incompatible modes of C3D8I, which a linear field leaves at rest.
+    outward = np.array([float(dof.endswith(".y") and dof[:-2] in blade.nodes) for dof in blade.dofs])
+    radius = np.array([blade.nodes.get(dof[:-2], (0.0, 0.0, 0.0))[1] + 0.3 for dof in blade.dofs])
+    (said,) = (note for note in made.remarks if note.startswith("Rotation at"))
+    sizes = {name: float(size) for name, size in re.findall(r"load of (\w+) ([\d.e+]+) N", said)}
+    assert sizes["damper"] == pytest.approx(damper, rel=1e-4)
+    assert sizes["left"] == sizes["right"]
+    problem = made.sweep.problem
+    (left,) = (force for force in problem.forces if force.name.endswith("left"))
+    assert left.resultant[1] == pytest.approx(OMEGA**2 * outward @ blade.M @ (outward * radius), rel=1e-9)
+    (pull,) = (force for force in problem.forces if force.name.endswith("damper"))
+    assert pull.resultant == pytest.approx((0.0, damper, 0.0), abs=1e-9 * damper)
+    normals = normal_loads_at_rest(problem)
+    assert sum(normals.values()) > 0.5 * damper
+    with pytest.raises(ss.InputError, match=r"\[\[body\]\] 1: pull must not stand beside \[rotation\]"):
+        job(BLADES + ROTATION, blades, "blades")
+
+
+def test_spin_softening_is_found_beside_incompatible_modes(blades):  # noqa: F811
+    """A rigid translation leaves the inner rows of each C3D8I at rest."""
+    blade, axis = read_model(blades / "platform_blade.inp", units="mm-t-s"), RotationAxis()
+    softened = replace(blade, K=blade.K - OMEGA**2 * softening(blade.M, blade.dofs, axis))
+    assert spin_softening(softened, axis) == pytest.approx(OMEGA, rel=1e-6)
+    assert spin_softening(blade, axis) == 0.0
+
+
+MATRICES = 'matrices = { M = [[1.0]], K = [[1e4]] }\ndofs = ["tip.x"]\n'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("modes = 4\n", "modes = 4\nspeed = 3000.0\n", "speed must be left out beside [rotation]"),
+        ("speed = 3000.0", "speed = -3000.0", "[rotation]: speed must"),
+        (
+            "speed = 3000.0",
+            "speed = 3000.0\naxis = { direction = [0.0, 0.0, 0.0] }",
+            "The direction of the axis must not be zero",
+        ),
+        ('model = "bar.npz"\nnames = "bar.csv"\nkeep = { tip = "TIP" }\nmodes = 4\n', MATRICES, "with coordinates alone, but"),
+        ('model = "bar.npz"\nnames = "bar.csv"\nkeep = { tip = "TIP" }\nmodes = 4\n', 'rig = "single_mass"\n', "beside a rig"),
+    ],
+)
+def test_what_has_no_load_of_rotation_is_refused(folder, old, new, said):
+    assert old in STUDY
+    text = STUDY.replace(old, new)
+    if "matrices" in new or "rig" in new:
+        text = text[: text.index("[[contact]]")] + text[text.index("[[force]]") :]
+    with pytest.raises(ss.InputError) as raised:
+        job(text, folder, "bar")
+    assert said in str(raised.value)
+
+
+def test_a_speed_sweep_begins_from_the_speed_of_the_rotation(folder):
+    """The load goes with the square of the speed."""
+    text = STUDY.replace('"forced_response"', '"speed_sweep"').replace("at = [50.0]\n", "")
+    sweep = "[speed_sweep]\nspeed = [2000.0, 4000.0]\nengine_orders = [1]\nreference_speed = {}\n"
+    problem = job(text + sweep.format("3000.0"), folder, "bar").plan.works[""].parts[0].problem.at_speed(0.5 * OMEGA)
+    load = OMEGA**2 * STEEL.density * SIDE**2 * LENGTH * (FOOT + 0.5 * LENGTH)
+    assert sum(normal_loads_at_rest(problem).values()) == pytest.approx(0.25 * load, rel=1e-3)
+    with pytest.raises(ss.InputError, match=r"reference_speed must be the speed of \[rotation\], 3000 rev/min"):
+        job(text + sweep.format("4000.0"), folder, "bar")
