@@ -341,20 +341,15 @@ def rotation_note(speed: float, loads: Iterable[CentrifugalLoad], system: UnitSy
 
 
 def together(
-    built: Mapping[str, Built],
-    bodies: Mapping[str, RigidBody],
-    damping: Damping | None,
-    rotation: Rotation | None = None,
+    built: Mapping[str, Built], bodies: Mapping[str, RigidBody], damping: Damping | None, rotation: Rotation | None
 ) -> Parts:
     """One structure of all, with a damping rule for the whole, and its loads of rotation; a model alone stays as it is."""
     structures = {name: each.structure for name, each in built.items()}
-    loads = []
+    loads: list[CentrifugalLoad] = []
     if rotation is not None:
         turning = structures | {name: body.structure() for name, body in bodies.items()}
-        for name, each in turning.items():
-            turned, load = in_rotation(each, *rotation, part=name)
-            loads.append(load)
-            structures |= {name: turned} if name in structures else {}
+        turned = {name: in_rotation(each, *rotation, part=name) for name, each in turning.items()}
+        structures, loads = {name: turned[name][0] for name in structures}, [load for _, load in turned.values()]
     sets = tuple(f"{name}/{own}" if name else own for name, each in built.items() for own in each.sets)
     disk = structures.get("")
     if isinstance(disk, CyclicStructure):

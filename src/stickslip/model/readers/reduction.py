@@ -121,7 +121,7 @@ def reduced(
     reduction = sorted(kept.values()), list(kept.values()), number, drawn, located.tobytes(), stress and stress.bytes
     key = repr((stickslip.__version__, model.fingerprint, *reduction))
     file = cache_folder() / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
-    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress", "count", "centrifugal", "sums", "held"))
+    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress", "count", "loads"))
     if matrices is None:
         matrices = _reduce(model, kept, number, progress, stress)
         to_cache(file, matrices)
@@ -132,11 +132,11 @@ def reduced(
     nodes, sets = kept_nodes(model, kept), kept_sets(model, places)
     surfaces = () if surface is None else (MeshSurface(*surface[:2], matrices["recovery"], dofs),)
     stresses = () if stress is None else (stress.recovery(matrices["stress"], dofs),)
-    loads = CentrifugalLoads(matrices["centrifugal"], matrices["sums"], matrices["held"]) if matrices["sums"].size else None
-    made = Structure(
-        matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=located, centrifugal=loads
+    made = Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=located)
+    loads = CentrifugalLoads(matrices["loads"], made.size) if matrices["loads"].size else None
+    return replace(made, surfaces=surfaces, stresses=stresses, centrifugal=loads), _count_note(
+        ModeCount.of(matrices["count"]), number
     )
-    return replace(made, surfaces=surfaces, stresses=stresses), _count_note(ModeCount.of(matrices["count"]), number)
 
 
 def _count_note(count: ModeCount, asked: int) -> str:
@@ -165,7 +165,7 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, 
     sizes = f"{model.size} rows to {len(kept)} kept and {modes} modes; the basis takes {basis / 2**20:.0f} MiB"
     progress(0.0, f"reducing {sizes}")
     loads = _loads(model)
-    reduction = craig_bampton(model.M, model.K, kept, modes, progress, None if loads is None else loads.rows.T)
+    reduction = craig_bampton(model.M, model.K, kept, modes, progress, None if loads is None else loads.table[:, : loads.size].T)
     T = reduction.transformation
     C = np.zeros((0, 0)) if model.C is None else np.asarray(T.T @ (model.C @ T))
     numbers = np.zeros((0, 3), dtype=int) if model.surface is None else model.surface.numbers
@@ -178,12 +178,9 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, 
         K = without_resistance(K, motions)
     stresses = np.zeros((0, T.shape[1])) if stress is None else np.asarray(stress.rows @ T)
     rest = {"recovery": recovery_rows(T, numbers), "stress": stresses, "count": reduction.count.numbers}
-    few = {"centrifugal": np.zeros(0), "sums": np.zeros(0), "held": np.zeros(0)}
-    if loads is not None:
-        held = np.zeros((0, 9)) if stress is None else np.asarray(stress.rows @ reduction.beyond)
-        own = loads.projected(T, held.T)
-        few = {"centrifugal": own.rows, "sums": own.sums, "held": own.held}
-    return {"M": reduction.structure.M, "K": K, "C": C} | rest | few
+    lacking = np.zeros((0, 9)) if stress is None else np.asarray(stress.rows @ reduction.beyond)
+    rest["loads"] = np.zeros(0) if loads is None else loads.projected(T, lacking).table
+    return {"M": reduction.structure.M, "K": K, "C": C} | rest
 
 
 def _loads(model: Model) -> CentrifugalLoads | None:

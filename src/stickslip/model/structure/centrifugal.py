@@ -25,15 +25,14 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass(frozen=True, eq=False)
 class CentrifugalLoads:
-    """rows (9, n): M u over the coordinates, six u = D x of unit entries of D [kg m], three unit translations [kg].
+    """M u over n coordinates: six u = D x of unit entries of D [kg m], and three unit translations [kg].
 
-    sums (9, 3): the force that each is as a whole. held (9, k): whatever of the loads is linear in them, such as the stress that
-    they cause where the coordinates rest, (9, 6 places) of Pa s².
+    table (9, n + 3 + k): of each the load, its resultant, and whatever else is linear in it, such as the stress of a model whose
+    coordinates rest.
     """
 
-    rows: Array
-    sums: Array
-    held: Array
+    table: Array
+    size: int
 
     @classmethod
     def of(
@@ -60,24 +59,24 @@ class CentrifugalLoads:
         motions = np.hstack([np.einsum("ni,kij,nj->nk", along, UNITS, points), along])
         rows = np.asarray((mass @ motions).T)
         _add_bodies(rows, mass, named)
-        return cls(rows, rows @ along, np.zeros((9, 0)))
+        return cls(np.hstack([rows, rows @ along]), count)
 
     def shifted(self, by: Array) -> CentrifugalLoads:
         """Those of the same structure elsewhere, `by` (3,) [m]."""
-        moved = UNITS @ by
-        parts = (np.vstack([part[:6] + moved @ part[6:], part[6:]]) for part in (self.rows, self.sums, self.held))
-        return CentrifugalLoads(*parts)
+        rest = self.table[6:]
+        return replace(self, table=np.vstack([self.table[:6] + UNITS @ by @ rest, rest]))
 
     def projected(self, T: Array, held: Array) -> CentrifugalLoads:
-        """Those on few coordinates y of the motion T y, with what is `held` (9, k)."""
-        return replace(self, rows=self.rows @ T, held=held)
+        """Those on few coordinates y of the motion T y, with more that is linear in them, `held` (k, 9)."""
+        return CentrifugalLoads(np.hstack([self.table[:, : self.size] @ T, self.table[:, self.size :], held.T]), T.shape[1])
 
     def about(self, axis: RotationAxis) -> tuple[Array, Array, Array]:
-        """Load (n,), resultant (3,) and what is held (k,) at Ω = 1 rad/s."""
+        """Load (n,), resultant (3,) and what else there is (k,) at Ω = 1 rad/s."""
         d = np.array(axis.direction)
         across = np.eye(3) - np.outer(d, d)
         weights = np.concatenate([[across[entry] for entry in ENTRIES], -across @ np.array(axis.point)])
-        return weights @ self.rows, weights @ self.sums, weights @ self.held
+        load, resultant, more = np.split(weights @ self.table, [self.size, self.size + 3])
+        return load, resultant, more
 
 
 def _add_bodies(rows: Array, mass: sparse.csr_array, named: Sequence[tuple[str, str, str]]) -> None:
