@@ -181,5 +181,5 @@ def test_a_speed_sweep_begins_from_the_speed_of_the_rotation(folder):
     problem = job(text + sweep.format("3000.0"), folder, "bar").plan.works[""].parts[0].problem.at_speed(0.5 * OMEGA)
     load = OMEGA**2 * STEEL.density * SIDE**2 * LENGTH * (FOOT + 0.5 * LENGTH)
     assert sum(normal_loads_at_rest(problem).values()) == pytest.approx(0.25 * load, rel=1e-3)
-    with pytest.raises(ss.InputError, match=r"reference_speed must be the speed of \[rotation\], 3000 rev/min"):
+    with pytest.raises(ss.InputError, match=r"speed must be the reference_speed of \[speed_sweep\], 4000 rev/min, but is 3000"):
         job(text + sweep.format("4000.0"), folder, "bar")

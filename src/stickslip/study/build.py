@@ -310,8 +310,11 @@ def lowest_order(table: ExcitationTable) -> int:
     return gcd(*_factors(table)) if table.engine_order is None else table.engine_order
 
 
-def rotation(table: RotationTable, units: Units) -> tuple[float, RotationAxis]:
-    """Speed in rev/min, and axis in SI."""
+def rotation(table: RotationTable, others: Mapping[str, Any], units: Units) -> tuple[float, RotationAxis]:
+    """Speed in rev/min, which a speed sweep begins from, and axis in SI."""
+    reference = getattr(others.get("speed_sweep"), "reference_speed", table.speed)
+    if reference != table.speed:
+        raise fault("speed", f"must be the reference_speed of [speed_sweep], {reference:g} rev/min", table.speed)
     return table.speed, RotationAxis.of((table.axis.point, table.axis.direction)).scaled(units.system.metres)
 
 

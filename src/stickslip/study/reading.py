@@ -440,11 +440,7 @@ def from_model(
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
     order = None if whole_disk or tables.aerodynamics or not tables.excitation else build.lowest_order(tables.excitation)
     meshed = meshed_surfaces(tables.contact) if modes_to is not None and tables.base is None and _on_stuck(damping) else ()
-    reference = getattr(tables.own.get("speed_sweep"), "reference_speed", None)
-    if tables.rotation and reference not in (None, tables.rotation.speed):
-        rule = f"must be the speed of [rotation], {tables.rotation.speed:g} rev/min"
-        found.messages.append(str(fault("[speed_sweep]: reference_speed", rule, reference)))
-    rotation = found.attempt("[rotation]", build.rotation, tables.rotation, units) if tables.rotation else None
+    rotation = found.attempt("[rotation]", build.rotation, tables.rotation, tables.own, units) if tables.rotation else None
     structures = structures_of(
         tables.structures, several, surfaces, damping, folder, units, found, messages, order, meshed, rotation
     )

@@ -65,7 +65,7 @@ def whole(model: Model, damping: Damping | None = None, stress: StressRows | Non
     surfaces = () if mesh is None else (MeshSurface(*mesh[:2], selection(mesh.numbers, model.size), model.dofs),)
     stresses = () if stress is None else (stress.recovery(stress.rows.toarray(), model.dofs),)
     made = Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets)
-    return replace(made, surfaces=surfaces, stresses=stresses, centrifugal=_loads(model))
+    return replace(made, surfaces=surfaces, stresses=stresses)
 
 
 def unreduced(
@@ -92,12 +92,7 @@ def unreduced(
         stresses = (stress.recovery(stress.rows[:, around].toarray(), tuple(dofs[row] for row in around)),)
     made = SparseStructure(model.M, model.K, dofs, damping=damping, nodes=nodes, sets=kept_sets(model, places))
     return replace(
-        made,
-        mesh_points=model.located[1],
-        surfaces=surfaces,
-        stresses=stresses,
-        kept=tuple(renamed[row] for row in renamed),
-        centrifugal=_loads(model),
+        made, mesh_points=model.located[1], surfaces=surfaces, stresses=stresses, kept=tuple(renamed[row] for row in renamed)
     )
 
 
@@ -242,6 +237,7 @@ def structure_of(
     else:
         made, counted = reduced(model, places, modes, damping, progress, stress)
         notes = (counted,)
+    made = made if made.centrifugal else replace(made, centrifugal=_loads(model))
     if rotation is None:
         return made, notes
     if stress is None:

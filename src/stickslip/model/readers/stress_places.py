@@ -300,13 +300,9 @@ def spin_softening(model: Model, axis: RotationAxis) -> float:
 
 def _translation(model: Model, direction: Array) -> Array:
     """The rigid translation along a vector, (n,); rows without a place beside others that have one move relative to these."""
+    placed = model.nodes or model.directions
     named = (dof.rpartition(".") for dof in model.dofs)
-    return np.array(
-        [
-            direction["xyz".index(axis)] if axis in "xyz" and (node in model.nodes or not model.nodes) else 0.0
-            for node, _, axis in named
-        ]
-    )
+    return np.array([direction["xyz".index(axis)] if axis in "xyz" and node in placed else 0.0 for node, _, axis in named])
 
 
 def prestress_note(model: Model, axis: RotationAxis, speed: float | None) -> str:
@@ -374,9 +370,7 @@ def refuse_own_axes(model: Model) -> None:
 
 def _away(points: Array, axis: RotationAxis) -> Array:
     """Vectors from the axis to points (n, 3), m."""
-    d = np.array(axis.direction)
-    away = points - np.array(axis.point)
-    return np.asarray(away - np.outer(away @ d, d))
+    return np.asarray((points - np.array(axis.point)) @ axis.across)
 
 
 def _per_distance(speed: float) -> float:

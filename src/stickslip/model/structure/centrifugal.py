@@ -72,9 +72,7 @@ class CentrifugalLoads:
 
     def about(self, axis: RotationAxis) -> tuple[Array, Array, Array]:
         """Load (n,), resultant (3,) and what else there is (k,) at Ω = 1 rad/s."""
-        d = np.array(axis.direction)
-        across = np.eye(3) - np.outer(d, d)
-        weights = np.concatenate([[across[entry] for entry in ENTRIES], -across @ np.array(axis.point)])
+        weights = np.concatenate([[axis.across[entry] for entry in ENTRIES], -axis.across @ np.array(axis.point)])
         load, resultant, more = np.split(weights @ self.table, [self.size, self.size + 3])
         return load, resultant, more
 
@@ -103,15 +101,8 @@ def _add_bodies(rows: Array, mass: sparse.csr_array, named: Sequence[tuple[str, 
 
 def softening(M: Any, dofs: Sequence[str], axis: RotationAxis) -> sparse.csc_array:
     """M (1 − d dᵀ) [kg] of rows along x, y and z, which times −Ω² is the spin softening; symmetric."""
-    d = np.array(axis.direction)
-    across = np.eye(3) - np.outer(d, d)
-    numbers = {dof: row for row, dof in enumerate(dofs)}
-    entries = [
-        (row, numbers[other], across["xyz".index(direction), j])
-        for row, (node, _, direction) in enumerate(dof.rpartition(".") for dof in dofs)
-        for j in range(3)
-        if (other := f"{node}.{'xyz'[j]}") in numbers
-    ]
-    rows, columns, values = zip(*entries, strict=True)
-    P = sparse.csc_array((values, (rows, columns)), shape=(len(dofs), len(dofs)))
+    nodes = {node: k for k, node in enumerate(dict.fromkeys(dof.rpartition(".")[0] for dof in dofs))}
+    columns = [3 * nodes[dof[:-2]] + "xyz".index(dof[-1]) for dof in dofs]
+    rows = sparse.csc_array((np.ones(len(dofs)), (np.arange(len(dofs)), columns)), shape=(len(dofs), 3 * len(nodes)))
+    P = rows @ sparse.kron(sparse.eye_array(len(nodes)), axis.across) @ rows.T
     return sparse.csc_array(0.5 * (P @ M + M @ P))

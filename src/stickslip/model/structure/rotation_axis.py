@@ -43,6 +43,11 @@ class RotationAxis:
         x, y, z = self.point
         return RotationAxis((metres * x, metres * y, metres * z), self.direction)
 
+    @property
+    def across(self) -> Array:
+        """1 − d dᵀ (3, 3): what of a vector is across the axis."""
+        return np.eye(3) - np.outer(self.direction, self.direction)
+
     def turn(self, sectors: int, steps: int = 1) -> Array:
         """R (3, 3), the rotation by `steps` of `sectors` equal sectors: R = d dᵀ + cos φ (1 − d dᵀ) + sin φ [d]ₓ."""
         angle = 2.0 * pi * steps / sectors
