@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.analyses.performance.scaled_problem import centrifugal_pull
 from stickslip.model.problem import meshed
 from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.model.readers.model import Model
@@ -82,6 +83,7 @@ def test_a_flung_damper_presses_its_platforms_with_its_own_mass():
             contacts.append(ss.Contact(f"{side} {depth}", law, (at(along), at((0.0, 0.0, 1.0))), at(normal)))
     whole = ss.assemble({"damper": structure}).with_damping(ss.ModalDamping(0.01))
     problem = ss.Problem(whole, contacts, [ss.Force("damper/centre.x", 1.0), load], ["damper/centre.x"])
+    assert centrifugal_pull(problem) == pytest.approx(0.02 * OMEGA**2 * 0.4)
     carried = sum(normal_loads_at_rest(problem).values())
     assert carried * (np.cos(slope) + 0.5 * np.tan(slope) * np.sin(slope)) == pytest.approx(0.02 * OMEGA**2 * 0.4, rel=1e-9)
 

@@ -16,6 +16,7 @@ from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import Contact
 from stickslip.model.loads import BaseMotion
 from stickslip.model.problem import Problem
+from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.peaks.linear import linear_peak
 from stickslip.support.checks import InputError, fault, not_negative, positive
@@ -55,7 +56,12 @@ def with_factors(contact: Contact, factors: Mapping[str, float]) -> Contact:
 
 def centrifugal_pull(problem: Problem) -> float:
     """F_C, N: the largest static force, or without any the largest preload of a contact law."""
-    static = [abs(force.static) * _length(force.coefficients) for force in problem.forces]
+    static = [
+        float(np.linalg.norm(force.resultant))
+        if isinstance(force, CentrifugalLoad)
+        else abs(force.static) * _length(force.coefficients)
+        for force in problem.forces
+    ]
     if max(static, default=0.0) > 0.0:
         return max(static)
     loads = [
