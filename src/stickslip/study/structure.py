@@ -37,6 +37,7 @@ from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameter
 from stickslip.model.structure.damping import Damping
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rigid_body import RigidBody
+from stickslip.model.structure.rigid_motions import rigid_motions
 from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.results.shown_units import in_system
 from stickslip.study import build
@@ -128,14 +129,20 @@ def structure(
 
 
 def _softened(model: Model, speed: float, axis: RotationAxis) -> Model:
-    """The model with the spin softening −Ω² M (1 − d dᵀ) in K, and a note on what K held of the rotation."""
+    """The model with the spin softening −Ω² M (1 − d dᵀ) in K, and a note on what K held of the rotation.
+
+    The K of a body that contacts alone hold keeps its rigid motions free: by these such a body is recognised.
+    """
     centrifugal_loads(model)  # says what is missing for them, before a reduction that takes long
     note = prestress_note(model, axis, speed)
     if not spin_softening(model, axis):
         turning = [dof for dof in model.dofs if dof.rpartition(".")[2] not in ("x", "y", "z")]
-        square = (2.0 * np.pi * speed / 60.0) ** 2
-        model = model if turning else replace(model, K=model.K - square * softening(model.M, model.dofs, axis))
         done = f"none is added to a model with rows such as {turning[0]}" if turning else "it is added, −Ω² M (1 − d dᵀ)"
+        if rigid_motions(model.K, model.dofs, model.nodes).shape[1]:
+            done = "none is added to a model that contacts alone hold"
+        elif not turning:
+            square = (2.0 * np.pi * speed / 60.0) ** 2
+            model = replace(model, K=model.K - square * softening(model.M, model.dofs, axis))
         note = f"K contains no spin softening of {speed:g} rev/min: {done}. Its stress stiffening is that of the file"
     return replace(model, notes=(*model.notes, note))
 
