@@ -138,6 +138,9 @@ def test_a_damper_between_blades_is_pulled_by_its_own_mass(blades):  # noqa: F81
     assert left.resultant[1] == pytest.approx(OMEGA**2 * outward @ blade.M @ (outward * radius), rel=1e-9)
     (pull,) = (force for force in problem.forces if force.name.endswith("damper"))
     assert pull.resultant == pytest.approx((0.0, damper, 0.0), abs=1e-9 * damper)
+    (arrows,) = (drawn for drawn in problem._view().arrows if drawn.label == "static forces")
+    np.testing.assert_allclose(arrows.feet, [[0.02, 0.052, 0.001]], rtol=1e-12)  # those of the blades act everywhere
+    assert arrows.texts == [f"centrifugal load of damper: {damper:g} N"]
     normals = normal_loads_at_rest(problem)
     assert sum(normals.values()) > 0.5 * damper
     with pytest.raises(ss.InputError, match=r"\[\[body\]\] 1: pull must not stand beside \[rotation\]"):

@@ -345,11 +345,12 @@ def _forces(problem: Problem, system: UnitSystem | None) -> Iterator[Arrows]:
             size: complex = force.static if static else max(force.amplitudes.values(), key=abs, default=0.0)
             if not size or isinstance(force, BaseMotion):
                 continue
+            placed = _placed(problem.structure, force.coefficients)
+            if isinstance(force, CentrifugalLoad):
+                placed, size = placed * (len(placed) == 1), float(np.linalg.norm(force.resultant))  # of meshes it acts everywhere
             sign = -1.0 if (size.real or size.imag) < 0.0 else 1.0
             text = f"{force.name or force.direction}: {f'{abs(size):g}' if force.power else f'{factor * abs(size):g} {unit}'}"
-            placed = _placed(problem.structure, force.coefficients)
-            if not isinstance(force, CentrifugalLoad) or len(placed) == 1:  # those of meshes act everywhere
-                rows += [(foot, sign * along, text) for foot, along in placed]
+            rows += [(foot, sign * along, text) for foot, along in placed]
         if rows:
             yield Arrows(
                 label, role, np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), [row[2] for row in rows]
