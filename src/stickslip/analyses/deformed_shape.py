@@ -15,8 +15,7 @@ from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.problem import Problem
 from stickslip.model.structure.cyclic_reduction import rotation
-from stickslip.model.structure.mesh_surface import thinned, triangulated
-from stickslip.model.structure.sector_surface import SectorSurface
+from stickslip.model.structure.mesh_surface import SectorSurface, thinned, triangulated
 from stickslip.results.representative import spread
 from stickslip.results.shown_units import system_of
 from stickslip.results.view import highest_peak, level_text, periods_of

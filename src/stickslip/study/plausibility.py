@@ -19,8 +19,7 @@ from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Output, excited_harmonics
 from stickslip.model.problem import Problem
-from stickslip.model.problem.at_rest import normal_loads_at_rest
-from stickslip.model.problem.static_balance import dampers, unbearable_loads
+from stickslip.model.problem.at_rest import dampers, normal_loads_at_rest, unbearable_loads
 from stickslip.model.problem.warnings import LARGEST_FRICTION
 from stickslip.model.structure.cyclic import NEXT
 from stickslip.results.shown_units import in_system

@@ -36,8 +36,8 @@ from stickslip.model.problem.speed import SpeedDependence
 from stickslip.model.structure.aerodynamics import Aerodynamics, WaveStiffness
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, Waves, circulant, of_all_sectors, sector_name
 from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.mesh_surface import SectorSurface
 from stickslip.model.structure.modes import Modes
-from stickslip.model.structure.sector_surface import SectorSurface
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.support.checks import Array, InputError, between, fault, finite_complex, first_of, of_kind, several, unique, whole
 

@@ -23,10 +23,9 @@ from stickslip.model.readers.model import Model
 from stickslip.model.structure.cyclic import HeldDiameters
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian
 from stickslip.model.structure.factor import Factor, Singular
-from stickslip.model.structure.nodal_stress import KINDS, nodal_stress
 from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.model.structure.solid import Material
-from stickslip.model.structure.stress import COMPONENTS, StressRecovery, strain_along, von_mises
+from stickslip.model.structure.stress import COMPONENTS, KINDS, StressRecovery, nodal_stress, strain_along, von_mises
 from stickslip.support.checks import Array, Faults, InputError, counted, fault, nearest, several, vector
 
 Where = str | int | Sequence[float]

@@ -23,8 +23,7 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.model.structure.block_lanczos import eigenpairs_above
-from stickslip.model.structure.complete_modes import completed
+from stickslip.model.structure.complete_modes import completed, eigenpairs_above
 from stickslip.model.structure.craig_bampton import mode_names
 from stickslip.model.structure.factor import Pencil, Singular
 from stickslip.model.structure.matrices import Structure
