@@ -26,9 +26,8 @@ from stickslip.laboratory.measurement.reconstruction import (
 )
 from stickslip.laboratory.measurement.records import Record
 from stickslip.laboratory.measurement.stuck import stiffness_from_slopes
-from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion
 from stickslip.model.dampers.laboratory import ThreePoint
-from stickslip.model.dampers.platform_motion import PlatformMotion
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError
 from verify.row import CLOSED, Row, at_most

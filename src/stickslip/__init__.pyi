@@ -17,7 +17,7 @@ from .model.structure.cyclic import (
     sector_chain as sector_chain,
     with_bodies as with_bodies,
 )
-from .model.structure.damping import (
+from .model.structure.matrices import (
     AerodynamicDamping as AerodynamicDamping,
     Dashpot as Dashpot,
     ModalDamping as ModalDamping,

@@ -17,7 +17,7 @@ from stickslip.laboratory.measurement.reconstruction import (
 )
 from stickslip.laboratory.measurement.records import Record, read_record, write_record
 from stickslip.laboratory.measurement.stuck import friction_from_ratios, plateau
-from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
+from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError
 

@@ -10,7 +10,7 @@ import numpy as np
 from readers.nastran_files import dmig, op4_text
 from scipy import sparse
 
-from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.cyclic_reduction import craig_bampton
 from stickslip.model.structure.solid import solid
 from stickslip.study.templates import models
 

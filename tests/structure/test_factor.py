@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 
 import stickslip as ss
 from stickslip.model.structure import factor, pardiso
-from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.cyclic_reduction import craig_bampton
 from stickslip.model.structure.factor import Factor, Singular, nested_dissection
 from stickslip.model.structure.solid import box_mesh, solid
 from stickslip.support import machine
@@ -139,7 +139,7 @@ def test_the_environment_is_not_searched_for_the_library(monkeypatch):
 TWICE = """
 import hashlib
 import numpy as np
-from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.cyclic_reduction import craig_bampton
 from stickslip.model.structure.solid import box_mesh, solid
 body = solid(box_mesh(*(np.linspace(0.0, size, 1 + cells) for size, cells in ((0.02, 4), (0.05, 6), (0.15, 16)))))
 body = body.clamp(lambda points: points[:, 2] < 1e-9)

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 from stickslip.cli import app
 from stickslip.results.files import open_results, save
 from stickslip.results.schema import RENAMED_ANALYSES, RENAMED_VARIABLES, stamped
-from stickslip.show.report.presentation import presentation_of
+from stickslip.show.report.markup import presentation_of
 from stickslip.study.kinds import KINDS, owners
 from stickslip.study.reading import read
 from stickslip.study.renamed import ANALYSES, TABLES, TEMPLATES, with_new_names

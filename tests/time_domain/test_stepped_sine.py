@@ -5,7 +5,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.results.schema import stamped
-from stickslip.show.report.presentation import presentation_of
+from stickslip.show.report.markup import presentation_of
 from stickslip.show.report.stepped_sine import highest, sentences, tables, ways
 from stickslip.study.reading import job
 

@@ -13,11 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.analyses.deformed_shape import deformed_shape, with_shapes
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
-from stickslip.analyses.isolated import Isolated, take_from_modes
-from stickslip.analyses.level_curves import searched, unsought
+from stickslip.analyses.isolated import Isolated, searched, take_from_modes, unsought
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
@@ -39,9 +37,11 @@ from stickslip.analyses.solved_points import (
     SHAPE_FORCE,
     SHAPE_FORCE_ATTRIBUTES,
     SolvedPoints,
+    deformed_shape,
     peaks_of_another,
     refuse_unexcited,
     response_at,
+    with_shapes,
 )
 from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
@@ -72,16 +72,14 @@ from stickslip.model.problem.warnings import negative_damping
 from stickslip.model.rigs import single_mass
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity, has_stability, words_of_flags
-from stickslip.results.result import Result
-from stickslip.results.schema import CurveKind, kinds_in, with_kinds
+from stickslip.results.schema import CurveKind, Result, kinds_in, with_kinds
 from stickslip.results.view import measure_in, nearest_point, periods_of
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, CaseStopped, Progress, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
-from stickslip.solve.balance.fourier import fourier
+from stickslip.solve.balance.fourier import Harmonics, attribute, fourier, harmonics_for, highest, in_fractions, of_attribute
 from stickslip.solve.balance.measure import Measure, measure_of
-from stickslip.solve.balance.orders import Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
 from stickslip.solve.curves.curve import Curve, CurveStopped, solve_curve, stopped_curve
 from stickslip.solve.curves.refine import refined
 from stickslip.solve.peaks.search import TOLERANCE

@@ -24,9 +24,8 @@ from numpy.typing import ArrayLike
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Checkpoint, Progress, Workers, silent
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.fourier import fourier
+from stickslip.solve.balance.fourier import MOST_SAMPLES, Harmonics, checked_harmonics, fineness, fourier, highest
 from stickslip.solve.balance.measure import Measure, measure_of
-from stickslip.solve.balance.orders import MOST_SAMPLES, Harmonics, checked_harmonics, fineness, highest
 from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.solve.starts.states import Rules, Sharing, rules_of
 from stickslip.support.checks import (

@@ -17,8 +17,8 @@ from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.solve.balance.fourier import checked_harmonics, in_words
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.solve.balance.orders import checked_harmonics, in_words
 from stickslip.study.fields import Table, Units
 from stickslip.support.checks import counted
 from stickslip.support.late import xr

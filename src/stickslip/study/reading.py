@@ -21,10 +21,9 @@ from stickslip.model.problem.truncation import REACH
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
-from stickslip.model.structure.damping import Damping, Dashpot, ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import Damping, Dashpot, ModalDamping, Structure
 from stickslip.model.structure.sparse_structure import SparseStructure
-from stickslip.solve.balance.orders import harmonics_for, highest
+from stickslip.solve.balance.fourier import harmonics_for, highest
 from stickslip.study import build
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.build import Names, dofs_in

@@ -20,7 +20,7 @@ from stickslip.model.problem.loose_motions import soft_springs
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.results.shown_units import in_system
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.orders import orders
+from stickslip.solve.balance.fourier import orders
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.curves.curve import HELD_BY_FRICTION, held_by_friction_alone

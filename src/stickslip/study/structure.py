@@ -24,8 +24,7 @@ from stickslip.model.readers.stress_places import StrainGauge, StressRows, place
 from stickslip.model.structure.aerodynamics import Aerodynamics
 from stickslip.model.structure.assembly import assemble
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameters, with_bodies
-from stickslip.model.structure.damping import Damping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.results.shown_units import in_system

@@ -34,8 +34,8 @@ from stickslip.model.structure.stress import COMPONENTS
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import contact_cycle, cycle_work
+from stickslip.solve.balance.fourier import Harmonics, checked_harmonics, orders
 from stickslip.solve.balance.measure import Measure
-from stickslip.solve.balance.orders import Harmonics, checked_harmonics, orders
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.continuation.sweep import swept_curve
 from stickslip.solve.curves.curve import solve_curve

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from stickslip.model.contact.period import OFFSET, SLIPPING
+from stickslip.model.contact.protocol import OFFSET, SLIPPING
 from stickslip.solve.balance.balance import Evaluation, Point
 from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import Fourier, complex_harmonics, fourier

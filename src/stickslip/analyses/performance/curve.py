@@ -43,12 +43,12 @@ from stickslip.analyses.settings import (
 )
 from stickslip.analyses.variability.bounds import BoundsWork
 from stickslip.model.problem import Problem
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Progress
 from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.balance.measure import Measure, measure_of
-from stickslip.solve.balance.orders import attribute
 from stickslip.solve.peaks.continuation import ContinuedPeaks, Event, PeakContinuation
 from stickslip.support.checks import between, fault, positive, vector
 from stickslip.support.late import xr

@@ -34,10 +34,10 @@ from stickslip.analyses.settings import (
 )
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
-from stickslip.solve.balance.orders import MOST_SAMPLES, attribute
+from stickslip.solve.balance.fourier import MOST_SAMPLES, attribute
 from stickslip.support.checks import Array, InputError, fault, of_kind, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread

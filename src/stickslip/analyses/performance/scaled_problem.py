@@ -17,7 +17,7 @@ from stickslip.model.contact.point import Contact
 from stickslip.model.loads import BaseMotion
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.peaks.linear import linear_peak
+from stickslip.solve.balance.linear_response import linear_peak
 from stickslip.support.checks import InputError, fault, not_negative, positive
 from stickslip.support.units import Band
 

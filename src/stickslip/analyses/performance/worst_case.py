@@ -24,12 +24,11 @@ from stickslip.model.problem import Problem
 from stickslip.runs.work import Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import contact_cycle, friction_reach
+from stickslip.solve.balance.fourier import Harmonics
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.solve.balance.orders import Harmonics
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
-from stickslip.solve.peaks.continuation import PeakContinuation
-from stickslip.solve.peaks.sweep import swept_peaks
+from stickslip.solve.peaks.continuation import PeakContinuation, swept_peaks
 from stickslip.solve.starts.states import SHORTEST, UnsolvedError
 from stickslip.support.checks import Array, InputError, fault, finite, positive
 

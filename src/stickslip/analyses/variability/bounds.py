@@ -44,12 +44,12 @@ from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, Boun
 from stickslip.analyses.variability.samples import search_cloud
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.results.shown_units import ATTRIBUTE
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.energy import EnergyBalance
-from stickslip.solve.balance.orders import attribute
+from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.starts.extremes import AtFrequency, AtPeak, Effort, loss_factor, size_of
 from stickslip.solve.starts.states import StartSpace, explored_space, refuse_forgetful, rule_words
 from stickslip.support.checks import InputError, fault

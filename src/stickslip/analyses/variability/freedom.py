@@ -14,14 +14,13 @@ import numpy as np
 
 from stickslip.analyses.response_dataset import as_given
 from stickslip.analyses.settings import output_of
-from stickslip.model.contact.period import OFFSET
+from stickslip.model.contact.protocol import OFFSET
 from stickslip.model.problem import Problem
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.runs.work import Progress, checked_progress
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import contact_cycle
-from stickslip.solve.balance.fourier import complex_harmonics
-from stickslip.solve.balance.orders import attribute
+from stickslip.solve.balance.fourier import attribute, complex_harmonics
 from stickslip.solve.continuation.newton import Correction
 from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
 from stickslip.solve.curves.curve import solve_curve

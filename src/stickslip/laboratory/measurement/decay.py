@@ -34,8 +34,7 @@ from stickslip.laboratory.measurement.records import LONGEST_CLIP, longest_run
 from stickslip.laboratory.measurement.universal_file import is_universal
 from stickslip.laboratory.measurement.universal_response import time_history
 from stickslip.results.files import save
-from stickslip.results.result import Result
-from stickslip.results.schema import stamped
+from stickslip.results.schema import Result, stamped
 from stickslip.support.checks import Array, InputError, among, existing, fault, finite, of_kind, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.units import Band

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.readers.limits import CUT_SHORT, within_memory
+from stickslip.model.readers.numbers import CUT_SHORT, within_memory
 from stickslip.support.checks import Array, InputError, fault, first_of
 
 ENDINGS = (".uff", ".unv", ".uf", ".unf")

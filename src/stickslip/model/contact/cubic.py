@@ -12,8 +12,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.law import Elements, FrictionElements, Law, NormalElements
-from stickslip.model.contact.period import SLIPPING, STICK
 from stickslip.model.contact.protocol import (
+    SLIPPING,
+    STICK,
     ContactData,
     PeriodForces,
     PeriodMotion,

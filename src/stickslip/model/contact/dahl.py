@@ -13,8 +13,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.law import Elements, Friction, Yielding
-from stickslip.model.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.model.contact.protocol import (
+    OPEN,
+    SLIP,
+    SLIPPING,
     ContactData,
     PeriodForces,
     PeriodMotion,

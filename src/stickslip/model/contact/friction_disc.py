@@ -21,9 +21,15 @@ import numpy as np
 
 from stickslip.model.contact.law import Elements, Friction, Law
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.period import HELD, OPEN, RATIO, SLIP, SLIPPING, STATIC, STICK
 from stickslip.model.contact.protocol import (
+    HELD,
     NOT_PERIODIC,
+    OPEN,
+    RATIO,
+    SLIP,
+    SLIPPING,
+    STATIC,
+    STICK,
     ContactData,
     PeriodForces,
     PeriodMotion,

@@ -12,9 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.model.contact.law import Law
-from stickslip.model.contact.period import OPEN, SLIP, SLIPPING, STICK
 from stickslip.model.contact.protocol import (
     NOT_PERIODIC,
+    OPEN,
+    SLIP,
+    SLIPPING,
+    STICK,
     ContactData,
     PeriodForces,
     PeriodMotion,

@@ -9,8 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.law import Elements, Friction, SingleLoad, own
-from stickslip.model.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.model.contact.protocol import (
+    OPEN,
+    SLIP,
+    SLIPPING,
     ContactData,
     PeriodForces,
     PeriodMotion,

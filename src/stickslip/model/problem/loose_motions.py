@@ -13,7 +13,7 @@ import numpy as np
 from scipy import linalg
 
 from stickslip.model.structure.assembly import Spring
-from stickslip.model.structure.rigid_motions import unresisted
+from stickslip.model.structure.modes import unresisted
 from stickslip.support.checks import Array
 
 if TYPE_CHECKING:

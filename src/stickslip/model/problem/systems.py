@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.model.loads import excited_harmonics
-from stickslip.model.structure.modes import Modes, definite_modes, natural_modes
-from stickslip.model.structure.rigid_motions import unresisted
+from stickslip.model.structure.modes import Modes, definite_modes, natural_modes, unresisted
 from stickslip.support.checks import Array
 
 if TYPE_CHECKING:

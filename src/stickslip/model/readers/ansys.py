@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.limits import within_memory
 from stickslip.model.readers.model import Content, dof
+from stickslip.model.readers.numbers import within_memory
 from stickslip.model.readers.process import arrays_of
 from stickslip.support.checks import fault
 

@@ -13,9 +13,8 @@ import numpy as np
 
 from stickslip.model.readers.deck import Deck
 from stickslip.model.readers.input_deck import read_deck
-from stickslip.model.readers.limits import refuse_cut
 from stickslip.model.readers.model import Content, dof
-from stickslip.model.readers.numbers import table, triplets, whole
+from stickslip.model.readers.numbers import refuse_cut, table, triplets, whole
 from stickslip.model.structure.sparse import Sparse, both_triangles
 from stickslip.support.checks import Array, InputError, counted, fault
 

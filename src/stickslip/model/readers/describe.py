@@ -12,7 +12,7 @@ from stickslip.model.readers.deck import ALONG
 from stickslip.model.readers.model import Model
 from stickslip.model.structure.complete_modes import DENSE_SIZE, LowestModes, lowest_modes
 from stickslip.model.structure.factor import Factor, Singular
-from stickslip.model.structure.rigid_motions import rigid_motions
+from stickslip.model.structure.modes import rigid_motions
 from stickslip.model.structure.sparse import Sparse
 from stickslip.support.checks import SMALLEST, Array, counted
 

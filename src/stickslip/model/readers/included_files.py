@@ -11,7 +11,7 @@ from pathlib import Path
 from time import process_time
 from typing import NamedTuple
 
-from stickslip.model.readers.limits import refuse_utf_16, within_memory
+from stickslip.model.readers.numbers import refuse_utf_16, within_memory
 from stickslip.support.checks import fault, similar_file
 
 REPEATED_BYTES = 4 << 20

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.limits import rows_with_entries, within_memory
 from stickslip.model.readers.model import Content
-from stickslip.model.readers.numbers import number_lines, whole
+from stickslip.model.readers.numbers import number_lines, rows_with_entries, whole, within_memory
 from stickslip.support.checks import Array, counted, fault
 
 START = b"%%MatrixMarket"

@@ -14,10 +14,9 @@ from typing import Any
 from numpy.lib import format as npy
 from scipy import sparse
 
-from stickslip.model.readers.limits import MOST_DEFLATED, within_file, within_memory
 from stickslip.model.readers.model import Content
 from stickslip.model.readers.named_rows import from_tables
-from stickslip.model.readers.numbers import compressed_columns
+from stickslip.model.readers.numbers import MOST_DEFLATED, compressed_columns, within_file, within_memory
 from stickslip.support.checks import Array, fault
 
 PLAIN, MOST_UNPACKED = 1 << 28, 100

@@ -19,8 +19,7 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.model.readers import numpy_archive
-from stickslip.model.readers.limits import memory
-from stickslip.model.readers.numbers import compressed_columns
+from stickslip.model.readers.numbers import compressed_columns, memory
 from stickslip.support.checks import InputError, fault
 
 WRONG = 2

@@ -17,15 +17,14 @@ import numpy as np
 import stickslip
 from stickslip.model.readers import numpy_archive
 from stickslip.model.readers.describe import indefinite_mass
-from stickslip.model.readers.limits import within_memory
 from stickslip.model.readers.model import Model
+from stickslip.model.readers.numbers import within_memory
 from stickslip.model.readers.stress_places import Place, StressRows, prestress_note, rotation_note, rotation_stress_of_body
 from stickslip.model.structure.complete_modes import ModeCount
-from stickslip.model.structure.craig_bampton import craig_bampton, mode_names
-from stickslip.model.structure.damping import Damping
-from stickslip.model.structure.matrices import Point, Structure
+from stickslip.model.structure.cyclic_reduction import craig_bampton, mode_names
+from stickslip.model.structure.matrices import Damping, Point, Structure
 from stickslip.model.structure.mesh_surface import MeshSurface, recovery_rows, selection
-from stickslip.model.structure.rigid_motions import rigid_motions, without_resistance
+from stickslip.model.structure.modes import rigid_motions, without_resistance
 from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.model.structure.sparse_structure import SparseStructure
 from stickslip.model.structure.stress import StressRecovery

@@ -36,10 +36,9 @@ from stickslip.model.readers.stress_places import (
     stress_rows_of,
 )
 from stickslip.model.structure.complete_modes import ModeCount
-from stickslip.model.structure.craig_bampton import mode_names
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic
-from stickslip.model.structure.cyclic_reduction import Sector, hermitian, reduced_waves
-from stickslip.model.structure.damping import Damping
+from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names, reduced_waves
+from stickslip.model.structure.matrices import Damping
 from stickslip.model.structure.rotation_axis import Z_AXIS, AxisLike, RotationAxis
 from stickslip.model.structure.solid import Solid
 from stickslip.model.structure.sparse import Sparse

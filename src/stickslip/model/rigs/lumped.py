@@ -28,8 +28,7 @@ from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import CyclicStructure, sector_chain
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.support.checks import Array, fault, finite, positive
 
 

@@ -31,7 +31,7 @@ from stickslip.model.loads import Force
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import MOST_SECTORS, NEXT, with_bodies
 from stickslip.model.structure.cyclic_reduction import CyclicReduction, Sector, cyclic_craig_bampton, rotation, sector_of
-from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import ModalDamping
 from stickslip.model.structure.mesh_surface import SectorSurface, sector_surface
 from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.model.structure.solid import Material, Solid, box_mesh, located, solid

@@ -18,8 +18,7 @@ from stickslip.model.loads import Force
 from stickslip.model.problem import modal_damping_matrix
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import NEXT, sector_chain
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.model.structure.modes import natural_modes
 from stickslip.support.checks import between, not_negative, positive, whole
 

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
-from stickslip.model.structure.craig_bampton import Reduction
 from stickslip.model.structure.cyclic import ONE_SECTOR, HeldDiameters, of_all_sectors, sector_name
+from stickslip.model.structure.cyclic_reduction import Reduction
 from stickslip.model.structure.matrices import freedoms
 from stickslip.model.structure.solid import STEEL, Material, Solid
 from stickslip.support.checks import Array, InputError, counted, fault, vector

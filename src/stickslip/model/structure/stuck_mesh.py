@@ -24,11 +24,11 @@ from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
 from stickslip.model.structure.complete_modes import completed, eigenpairs_above
-from stickslip.model.structure.craig_bampton import mode_names
+from stickslip.model.structure.cyclic_reduction import mode_names
 from stickslip.model.structure.factor import Pencil, Singular
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.mesh_surface import MeshSurface
-from stickslip.model.structure.rigid_motions import rigid_motions, without_resistance
+from stickslip.model.structure.modes import rigid_motions, without_resistance
 from stickslip.model.structure.sparse import Report, Sparse
 from stickslip.model.structure.sparse_structure import SparseStructure
 from stickslip.model.structure.stress import StressRecovery

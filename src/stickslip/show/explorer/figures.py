@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.analyses.deformed_shape import has_surface
 from stickslip.analyses.performance.curve import PerformanceCurve
+from stickslip.analyses.solved_points import has_surface
 from stickslip.results.shown_units import system_of
 from stickslip.results.view import (
     Length,

@@ -29,7 +29,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.results.shown_units import attributes_of, in_system
 from stickslip.show.report.conclusions import failures_of, warnings_of
-from stickslip.solve.balance.orders import in_words
+from stickslip.solve.balance.fourier import in_words
 from stickslip.study.analyses.performance_curve import PerformanceTable
 from stickslip.study.faults import parsed
 from stickslip.study.fields import in_si

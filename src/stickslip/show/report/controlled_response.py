@@ -10,8 +10,7 @@ from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import size_text
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.response_curves import controlled_response, resonances
-from stickslip.show.report.markup import hertz
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, hertz, presents
 from stickslip.support.checks import counted
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome

@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.show.plots.damper_cycle import cycle_names, damper_cycle, damper_cycles
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, presents
 from stickslip.support.checks import Array, counted, rounded
 from stickslip.support.late import pd, xr
 

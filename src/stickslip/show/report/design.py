@@ -10,8 +10,7 @@ from stickslip.analyses.performance.design import no_optimum
 from stickslip.results.view import measure_in, size_text
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.performance_curve import design_space
-from stickslip.show.report.markup import percent
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, percent, presents
 from stickslip.support.late import pd, xr
 
 MORE = 0.1

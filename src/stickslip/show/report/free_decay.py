@@ -10,8 +10,7 @@ import numpy as np
 from stickslip.results.view import length_text
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.time_response import decay, measured
-from stickslip.show.report.markup import hertz, percent
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, hertz, percent, presents
 from stickslip.support.late import pd, xr
 
 ANSWER = "frequency and damping over the amplitude"

@@ -25,8 +25,7 @@ from stickslip.show.plots.identification import (
     residuals,
 )
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.markup import percent
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, percent, presents
 from stickslip.support.checks import counted
 from stickslip.support.late import pd, xr
 

@@ -19,8 +19,7 @@ from stickslip.show.plots.nonlinear_modes import (
     shape,
 )
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.markup import hertz, number, percent
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, hertz, number, percent, presents
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
 

@@ -10,8 +10,7 @@ from stickslip.results.view import measure_in, shown_unit, size_text
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.performance_curve import REGIONS, dissipation, performance_band, performance_curves
 from stickslip.show.plots.variability import tornado
-from stickslip.show.report.markup import percent
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, percent, presents
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome

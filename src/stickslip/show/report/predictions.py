@@ -26,7 +26,7 @@ from stickslip.laboratory.identification.response.prediction_result import (
 )
 from stickslip.show.plots.identification import predicted, predicted_decay, predicted_peaks
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, presents
 from stickslip.support.late import pd, xr
 
 

@@ -28,7 +28,7 @@ from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.plots.paper import Figures
 from stickslip.show.report.bounds import bounds_table, percentiles_table
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, presents
 from stickslip.show.report.stress import (
     fatigue_sentences,
     fatigue_table,
@@ -37,8 +37,8 @@ from stickslip.show.report.stress import (
     stress_sentences,
     stress_table,
 )
+from stickslip.solve.balance.fourier import of_attribute
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.solve.balance.orders import of_attribute
 from stickslip.support.checks import counted
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome

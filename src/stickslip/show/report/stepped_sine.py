@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from stickslip.results.view import length_text
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.time_response import stepped_sine
-from stickslip.show.report.markup import hertz
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, hertz, presents
 from stickslip.support.checks import Index, counted
 from stickslip.support.late import pd, xr
 

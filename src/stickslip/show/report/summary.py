@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from stickslip.show.report.markup import picture, text
-from stickslip.show.report.presentation import presentations
+from stickslip.show.report.markup import picture, presentations, text
 from stickslip.support.late import xr
 from stickslip.support.renderers import SENTENCES
 
 if TYPE_CHECKING:
-    from stickslip.results.result import Result
+    from stickslip.results.schema import Result
 
 MOST_FAILURES = 5
 """Failures listed in a summary."""

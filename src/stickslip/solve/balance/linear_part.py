@@ -28,7 +28,7 @@ from scipy import linalg
 from stickslip.model.problem import Problem
 from stickslip.model.problem.systems import HarmonicSystems, LinearSystem, Wave
 from stickslip.model.problem.truncation import uncoupled_beyond
-from stickslip.solve.balance.orders import Harmonics, highest, orders
+from stickslip.solve.balance.fourier import Harmonics, highest, orders
 from stickslip.solve.balance.receptance import (
     BLOCK_FIRST,
     BLOCK_SECOND,

@@ -18,7 +18,7 @@ from numba import types
 from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
 
-from stickslip.model.contact.period import HELD, SLIPPING
+from stickslip.model.contact.protocol import HELD, SLIPPING
 from stickslip.solve.balance.system import State, System
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import inlined, inner, kernel

@@ -16,11 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.contact.period import HELD, SLIPPING
+from stickslip.model.contact.protocol import HELD, SLIPPING
 from stickslip.model.problem import Problem
 from stickslip.model.problem.systems import BARELY, LinearSystem
 from stickslip.model.structure.modes import definite_modes, natural_modes
-from stickslip.solve.balance.orders import Harmonics, highest, orders
+from stickslip.solve.balance.fourier import Harmonics, highest, orders
 from stickslip.support.checks import Array, Index
 
 LARGEST = 400

@@ -18,8 +18,8 @@ import numpy as np
 from stickslip.model.problem import Problem
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.fourier import Harmonics, orders
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.solve.balance.orders import Harmonics, orders
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import CurvePoint, between
 from stickslip.solve.continuation.held_amplitude import at_right_angle, control_size, ramped, scaled, stuck_held

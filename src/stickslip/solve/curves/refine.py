@@ -19,8 +19,7 @@ from stickslip.solve.continuation.curve_points import CurvePoint, between
 from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.continuation.newton import correct
 from stickslip.solve.curves.curve import Curve
-from stickslip.solve.peaks.cubic import Cubic
-from stickslip.solve.peaks.intervals import PROMINENCE
+from stickslip.solve.peaks.intervals import PROMINENCE, Cubic
 from stickslip.solve.peaks.search import PeakSearch
 from stickslip.support.checks import Array
 

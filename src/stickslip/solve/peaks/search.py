@@ -21,9 +21,9 @@ from stickslip.solve.continuation.curve_points import ROUNDING, CurvePoint, Tang
 from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.continuation.newton import correct
 from stickslip.solve.continuation.segment import with_own_tangent
-from stickslip.solve.peaks.cubic import Cubic
 from stickslip.solve.peaks.intervals import (
     PROMINENCE,
+    Cubic,
     Interval,
     Sample,
     SegmentPoint,

@@ -19,9 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.period import OPEN, STICK
 from stickslip.model.contact.point import ContactTable, contact_data
-from stickslip.model.contact.protocol import StepMotion, no_step, take_step, traction, traction_by_state
+from stickslip.model.contact.protocol import OPEN, STICK, StepMotion, no_step, take_step, traction, traction_by_state
 from stickslip.solve.stability.modes import BlockModes
 from stickslip.solve.time.contact_law import slip_limit
 from stickslip.support.checks import Array, Index

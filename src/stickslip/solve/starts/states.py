@@ -24,8 +24,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from stickslip.model.contact.period import OFFSET, friction_period, stick_interval
 from stickslip.model.contact.point import STARTS
+from stickslip.model.contact.protocol import OFFSET, friction_period, stick_interval
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.energy import contact_cycle, friction_limits, friction_reach

@@ -12,7 +12,7 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.free_decay import free_decay
 from stickslip.laboratory.measurement.reconstruction import RigErrors, loop_of, synthetic_record, true_cycle
 from stickslip.laboratory.measurement.records import write_record
-from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
+from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
 from stickslip.model.rigs import blade_and_wedge, three_mass_wedge
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.files import write_arrays, write_text

@@ -36,7 +36,7 @@ from stickslip.model.problem import Problem
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.orders import attribute
+from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.starts.states import StartSpace, refuse_forgetful, rules_of, start_space
 from stickslip.support.checks import Array, InputError, fault, numbers, of_kind, positive, several, truth, unique
