@@ -73,7 +73,7 @@ IMPORTS_BY_NAME = {
     "show/plots/catalogue.py": "every module of its own folder",
     "support/renderers.py": "what the package, which stands above all, names",
     "show/report/markup.py": "every module of its own folder",
-    "study/kinds.py": "every module of its own folder",
+    "study/analysis.py": "every module of its own folder",
 }
 """Modules that import by a name that is computed, and which one that is."""
 

@@ -14,7 +14,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
-from stickslip.analyses.harmonic_choice import sufficient_harmonics
+from stickslip.analyses.harmonic_choice import (
+    broken_warning,
+    fold_warning,
+    samples_warning,
+    sampling_warning,
+    sufficient_harmonics,
+    without_ripples,
+)
 from stickslip.analyses.isolated import Isolated, searched, take_from_modes, unsought
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
@@ -30,7 +37,6 @@ from stickslip.analyses.response_dataset import (
     curve_arrays,
     response_dataset,
 )
-from stickslip.analyses.sampling import broken_warning, fold_warning, samples_warning, sampling_warning, without_ripples
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.settings import OR_AUTO, ForcedResponseSettings, OneBalance, takes
 from stickslip.analyses.solved_points import (
@@ -66,7 +72,7 @@ from stickslip.analyses.truncation import (
 )
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
-from stickslip.model.problem.many_periods import over_periods
+from stickslip.model.problem.speed import over_periods
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.model.problem.warnings import negative_damping
 from stickslip.model.rigs import single_mass

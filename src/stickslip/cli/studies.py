@@ -86,7 +86,7 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a commented study file to begin with, or list the kinds of studies."""
-    from stickslip.study.renamed import TEMPLATES
+    from stickslip.study.faults import TEMPLATES
     from stickslip.study.templates import kinds, write_new
 
     if kind is None:

@@ -18,7 +18,7 @@ from stickslip.analyses.modes.work import AMPLITUDES, NonlinearModesWork
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.analyses.stress import own_recovery, with_fatigue
 from stickslip.model import rigs
-from stickslip.model.problem.many_periods import MOST_PERIODS
+from stickslip.model.problem.speed import MOST_PERIODS
 from stickslip.model.structure.fatigue import FatigueLimit
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked

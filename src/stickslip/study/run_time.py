@@ -16,7 +16,7 @@ from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import normal_loads_at_rest
-from stickslip.model.problem.loose_motions import soft_springs
+from stickslip.model.problem.systems import soft_springs
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.results.shown_units import in_system
 from stickslip.solve.balance.balance import HarmonicBalance

@@ -12,7 +12,7 @@ from stickslip.analyses.performance.design import DesignSettings
 from stickslip.analyses.performance.design_search import AllStarts, Designs, design_ranges
 from stickslip.analyses.performance.worst_case import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
 from stickslip.show.plots.performance_curve import design_space
-from stickslip.show.report.design import failures, sentences, tables
+from stickslip.show.report.performance import failures, sentences, tables
 
 KD = 0.5
 

@@ -17,8 +17,7 @@ from typing import ClassVar
 import numpy as np
 
 from stickslip.analyses.performance.scaled_problem import resonance_band
-from stickslip.analyses.variability.bounds import BoundsWork
-from stickslip.analyses.variability.bounds_search import UPPER
+from stickslip.analyses.variability.bounds import UPPER, BoundsWork
 from stickslip.model.contact.point import remembering
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Report

@@ -14,9 +14,8 @@ from scipy import linalg
 
 from stickslip.model.contact.point import Contact, Start, contact_table, stuck_stiffness
 from stickslip.model.loads import BaseMotion, Force, Output
-from stickslip.model.problem.loose_motions import loose_motions
 from stickslip.model.problem.speed import SpeedDependence
-from stickslip.model.problem.systems import HarmonicSystems
+from stickslip.model.problem.systems import HarmonicSystems, loose_motions
 from stickslip.model.problem.truncation import truncated
 from stickslip.model.problem.warnings import warnings_of
 from stickslip.model.structure.assembly import Spring

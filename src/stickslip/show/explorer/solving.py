@@ -31,9 +31,9 @@ from stickslip.results.shown_units import attributes_of, in_system
 from stickslip.show.report.conclusions import failures_of, warnings_of
 from stickslip.solve.balance.fourier import in_words
 from stickslip.study.analyses.performance_curve import PerformanceTable
+from stickslip.study.analysis import COMMON_KEYS
 from stickslip.study.faults import parsed
 from stickslip.study.fields import in_si
-from stickslip.study.kinds import COMMON_KEYS
 from stickslip.study.reading import Job, job, text_of, toml, units_of
 from stickslip.study.toml_text import toml_text
 from stickslip.support.checks import InputError, fault

@@ -1,4 +1,7 @@
-"""Presentations of identifications: parameters with intervals, the fit of each loop, test or law, warnings."""
+"""Presentations of identifications and of what is predicted from them.
+
+Parameters with intervals, the fit of each loop, test or law, warnings; predicted responses and decays.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,12 @@ import numpy as np
 
 from stickslip.laboratory.identification.contact_law.result import sentences as law_sentences
 from stickslip.laboratory.identification.damper.result import CERTAINTY, chain_sentences
+from stickslip.laboratory.identification.response.decay_prediction import comparison_table as decay_comparison_table
+from stickslip.laboratory.identification.response.decay_prediction import decay_table, whole_tables
+from stickslip.laboratory.identification.response.decay_prediction import failures as decay_failures
+from stickslip.laboratory.identification.response.decay_prediction import summary as decay_summary
+from stickslip.laboratory.identification.response.prediction_result import comparison_table, curve_table, peak_table, summary
+from stickslip.laboratory.identification.response.prediction_result import failures as prediction_failures
 from stickslip.laboratory.identification.response.result import summary as response_summary
 from stickslip.laboratory.identification.response.result import times
 from stickslip.results.shown_units import in_system, system_of
@@ -22,6 +31,9 @@ from stickslip.show.plots.identification import (
     misfits,
     over_cycles,
     posterior,
+    predicted,
+    predicted_decay,
+    predicted_peaks,
     residuals,
 )
 from stickslip.show.plots.paper import Figures
@@ -220,5 +232,60 @@ RESPONSE_PRESENTATION = presents(
         response_figures,
         response_tables,
         answer="parameters",
+    ),
+)
+
+
+def prediction_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """The predicted peaks, and the measured curves against what is predicted of them."""
+    found = {"predicted peaks": peak_table(dataset)}
+    return found | ({"measured against predicted": comparison_table(dataset)} if "measured" in dataset.sizes else {})
+
+
+def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """The predicted curves with their bands."""
+    return {"predicted curves": curve_table(dataset)}
+
+
+def prediction_figures(dataset: xr.Dataset) -> Figures:
+    """Curves with their bands, and peaks over the levels."""
+    return {"predicted": predicted, "predicted_peaks": predicted_peaks}
+
+
+PREDICTION_PRESENTATION = presents(
+    "response_prediction",
+    Presentation(
+        "Predicted responses",
+        summary,
+        prediction_failures,
+        prediction_figures,
+        prediction_tables,
+        answer="predicted peaks",
+        histories=histories,
+    ),
+)
+
+
+def decay_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Predicted frequency and damping, and the measured decays against what is predicted of them."""
+    found = {"predicted decay": decay_table(dataset)}
+    return found | ({"measured against predicted": decay_comparison_table(dataset)} if "decay" in dataset.sizes else {})
+
+
+def decay_figures(dataset: xr.Dataset) -> Figures:
+    """Frequency and damping with their bands."""
+    return {"predicted_decay": predicted_decay}
+
+
+DECAY_PRESENTATION = presents(
+    "decay_prediction",
+    Presentation(
+        "Predicted decay",
+        decay_summary,
+        decay_failures,
+        decay_figures,
+        decay_tables,
+        answer="predicted decay",
+        histories=whole_tables,
     ),
 )

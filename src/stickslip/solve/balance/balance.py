@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from stickslip.model.contact.point import ContactTable, contact_table
 from stickslip.model.contact.protocol import HELD
 from stickslip.model.problem import Problem
-from stickslip.model.problem.many_periods import over_periods
+from stickslip.model.problem.speed import over_periods
 from stickslip.solve.balance import newton_parts
 from stickslip.solve.balance.fourier import (
     Fourier,

@@ -97,7 +97,7 @@ class Resonances:
 
     def where_stuck(self, unknown: Index) -> Resonances | None:
         """Those of the structure on the contacts that stick in a state, decomposed once; None where all or none do, or where the
-        structure is too large to be decomposed for each of its contact states. unknown (rows,): as `contact.period` counts."""
+        structure is too large to be decomposed for each of its contact states. unknown (rows,): as `contact.protocol` counts."""
         key = unknown.tobytes()
         if key not in self._stuck:
             held = unknown != SLIPPING

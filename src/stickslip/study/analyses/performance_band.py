@@ -10,8 +10,8 @@ from stickslip.analyses.performance.curve import BandSettings, band_dataset
 from stickslip.analyses.variability.bounds import refuse_discs
 from stickslip.study.analyses.performance_curve import Points, at_ratios, ordered, sweep_over_a_band
 from stickslip.study.analysis import Asked, Kind, OneWork, summary_of, taken_over
+from stickslip.study.contacts import RuleOrRules
 from stickslip.study.fields import FORCE, Positive, table_of
-from stickslip.study.starts import RuleOrRules
 from stickslip.study.tables import Ends
 
 BandTable = table_of(

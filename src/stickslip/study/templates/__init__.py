@@ -1,6 +1,6 @@
 """Commented study files to start from, KIND.toml in this folder; $words stand for inserted values.
 
-`beside.py` and `models.py` write the files that some of them need beside them.
+`beside.py` writes the files that some of them need beside them.
 """
 
 from __future__ import annotations
@@ -15,19 +15,17 @@ from string import Template
 
 from stickslip.model.dampers import SHAPES
 from stickslip.study.templates.beside import (
+    blade_model,
+    blade_with_a_platform,
+    bladed_disk_sector,
     synthetic_contact_record,
     synthetic_loops,
     synthetic_responses,
     synthetic_responses_and_a_decay,
     synthetic_responses_to_predict,
-    wedge_matrices,
-)
-from stickslip.study.templates.models import (
-    blade_model,
-    blade_with_a_platform,
-    bladed_disk_sector,
     two_beams_with_a_gap,
     two_jointed_beams,
+    wedge_matrices,
 )
 from stickslip.support.checks import fault, similar
 from stickslip.support.files import replacing, write_text

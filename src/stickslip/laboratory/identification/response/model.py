@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.variability.bounds_search import LOWER, SIGNS, UPPER, BoundsSearch
+from stickslip.analyses.variability.bounds import LOWER, SIGNS, UPPER, BoundsSearch
 from stickslip.analyses.variability.samples import search_cloud
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
 from stickslip.model.contact.protocol import SLIPPING
