@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.results.view import length_text
-from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.time_response import decay, measured, stepped_sine
-from stickslip.show.report.markup import Presentation, hertz, percent, presents
+from stickslip.show.report.markup import Presentation, always, hertz, percent, presents
 from stickslip.support.checks import Index, counted
 from stickslip.support.late import pd, xr
 
@@ -58,11 +57,6 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
-def failures(dataset: xr.Dataset) -> list[str]:
-    """None: a decay that fails is refused."""
-    return []
-
-
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The half cycles of all outputs."""
     columns: dict[str, Any] = {"output": np.repeat(dataset["output"].values, dataset.sizes["half_cycle"])}
@@ -77,11 +71,6 @@ def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     motion = dataset["displacement"]
     outputs = {f"{name} [m]": values for name, values in zip(dataset["output"].values, motion.values, strict=True)}
     return {"motion": pd.DataFrame({"time [s]": dataset["time"].values, **outputs})}
-
-
-def figures(dataset: xr.Dataset) -> Figures:
-    """Motion, frequency and damping."""
-    return {"decay": decay}
 
 
 def measured_sentences(dataset: xr.Dataset) -> list[str]:
@@ -136,15 +125,13 @@ def measured_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {ANSWER: answer.iloc[shown].reset_index(drop=True), "windows": windows}
 
 
-def measured_figures(dataset: xr.Dataset) -> Figures:
-    """Signal, frequency and damping."""
-    return {"measured_decay": measured}
-
-
 MEASURED = presents(
-    "measured_decay", Presentation("Measured decay", measured_sentences, failures, measured_figures, measured_tables, ANSWER)
+    "measured_decay",
+    Presentation("Measured decay", measured_sentences, always([]), always({"measured_decay": measured}), measured_tables, ANSWER),
 )
-PRESENTATION = presents("free_decay", Presentation("Free decay", sentences, failures, figures, tables, histories=histories))
+PRESENTATION = presents(
+    "free_decay", Presentation("Free decay", sentences, always([]), always({"decay": decay}), tables, histories=histories)
+)
 
 
 STEPPED_ANSWER = "highest amplitude at the end of a dwell"
@@ -252,12 +239,14 @@ def stepped_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     }
 
 
-def stepped_figures(dataset: xr.Dataset) -> Figures:
-    """Amplitudes, and distances from the steady motion."""
-    return {"stepped_sine": stepped_sine}
-
-
 STEPPED_PRESENTATION = presents(
     "stepped_sine",
-    Presentation("Stepped sine", stepped_sentences, stepped_failures, stepped_figures, stepped_tables, STEPPED_ANSWER),
+    Presentation(
+        "Stepped sine",
+        stepped_sentences,
+        stepped_failures,
+        always({"stepped_sine": stepped_sine}),
+        stepped_tables,
+        STEPPED_ANSWER,
+    ),
 )

@@ -37,7 +37,7 @@ from stickslip.show.plots.identification import (
     residuals,
 )
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.markup import Presentation, percent, presents
+from stickslip.show.report.markup import Presentation, always, percent, presents
 from stickslip.support.checks import counted
 from stickslip.support.late import pd, xr
 
@@ -67,11 +67,6 @@ def _shown(units: str, dataset: xr.Dataset) -> tuple[float, str]:
     """The factor from SI to the unit that a parameter is shown in, N/µm unless the study states others, and this unit."""
     factor, shown = in_system("N/µm", system_of(dataset))
     return (1.0, units) if units == "1" else (1e-6 * factor, shown)
-
-
-def failures(dataset: xr.Dataset) -> list[str]:
-    """A fit that explains its loops too badly is refused before there are results."""
-    return []
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
@@ -114,20 +109,17 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return frames
 
 
-def figures(dataset: xr.Dataset) -> Figures:
-    """Measured against fitted, residuals, posterior."""
-    return {"loops": loops_and_fit, "residuals": residuals, "posterior": posterior}
-
-
 PRESENTATION = presents(
     "identification",
-    Presentation("Identification of contact parameters", sentences, failures, figures, tables, answer="parameters"),
+    Presentation(
+        "Identification of contact parameters",
+        sentences,
+        always([]),
+        always({"loops": loops_and_fit, "residuals": residuals, "posterior": posterior}),
+        tables,
+        answer="parameters",
+    ),
 )
-
-
-def law_failures(dataset: xr.Dataset) -> list[str]:
-    """Loops that cannot be fitted are refused before there are results."""
-    return []
 
 
 def law_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
@@ -177,12 +169,7 @@ def law_figures(dataset: xr.Dataset) -> Figures:
     return {"loops": law_loops_and_fit, **cycles, **laws}
 
 
-LAW_PRESENTATION = presents("contact_law", Presentation("Law of a contact", law_sentences, law_failures, law_figures, law_tables))
-
-
-def response_sentences(dataset: xr.Dataset) -> list[str]:
-    """Parameters with intervals, misfit, and what the tests cannot say."""
-    return response_summary(dataset)
+LAW_PRESENTATION = presents("contact_law", Presentation("Law of a contact", law_sentences, always([]), law_figures, law_tables))
 
 
 def response_failures(dataset: xr.Dataset) -> list[str]:
@@ -218,18 +205,13 @@ def _in_the_problem(own: list[float], unit: str, value: float, least: float) -> 
     return f"≥ {times(own, least, unit)}" if np.isfinite(least) else times(own, value, unit)
 
 
-def response_figures(dataset: xr.Dataset) -> Figures:
-    """Curves, misfits, intervals."""
-    return {"measured_and_computed": measured_and_computed, "misfits": misfits, "intervals": intervals}
-
-
 RESPONSE_PRESENTATION = presents(
     "response_identification",
     Presentation(
         "Parameters from frequency responses",
-        response_sentences,
+        response_summary,
         response_failures,
-        response_figures,
+        always({"measured_and_computed": measured_and_computed, "misfits": misfits, "intervals": intervals}),
         response_tables,
         answer="parameters",
     ),
@@ -247,18 +229,13 @@ def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"predicted curves": curve_table(dataset)}
 
 
-def prediction_figures(dataset: xr.Dataset) -> Figures:
-    """Curves with their bands, and peaks over the levels."""
-    return {"predicted": predicted, "predicted_peaks": predicted_peaks}
-
-
 PREDICTION_PRESENTATION = presents(
     "response_prediction",
     Presentation(
         "Predicted responses",
         summary,
         prediction_failures,
-        prediction_figures,
+        always({"predicted": predicted, "predicted_peaks": predicted_peaks}),
         prediction_tables,
         answer="predicted peaks",
         histories=histories,
@@ -272,18 +249,13 @@ def decay_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return found | ({"measured against predicted": decay_comparison_table(dataset)} if "decay" in dataset.sizes else {})
 
 
-def decay_figures(dataset: xr.Dataset) -> Figures:
-    """Frequency and damping with their bands."""
-    return {"predicted_decay": predicted_decay}
-
-
 DECAY_PRESENTATION = presents(
     "decay_prediction",
     Presentation(
         "Predicted decay",
         decay_summary,
         decay_failures,
-        decay_figures,
+        always({"predicted_decay": predicted_decay}),
         decay_tables,
         answer="predicted decay",
         histories=whole_tables,

@@ -24,7 +24,7 @@ from functools import cache, partial
 from importlib import import_module
 from itertools import product
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
@@ -282,6 +282,14 @@ class Presentation:
     def exported(self, dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         """All tables, as `stickslip export` writes them."""
         return {**self.tables(dataset), **self.histories(dataset)}
+
+
+Shown = TypeVar("Shown")
+
+
+def always(shown: Shown) -> Callable[[xr.Dataset], Shown]:
+    """The function of a presentation that shows the same of all results, such as figures by name, or no failures."""
+    return lambda dataset: shown
 
 
 _PRESENTATIONS: dict[str, Presentation] = {}

@@ -11,7 +11,7 @@ from stickslip.results.view import measure_in, shown_unit, size_text
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.performance_curve import REGIONS, design_space, dissipation, performance_band, performance_curves
 from stickslip.show.plots.variability import tornado
-from stickslip.show.report.markup import Presentation, percent, presents
+from stickslip.show.report.markup import Presentation, always, percent, presents
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
@@ -165,13 +165,15 @@ def band_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"band of the performance curve": pd.DataFrame(columns)}
 
 
-def band_figures(dataset: xr.Dataset) -> Figures:
-    """The band of amplitude and frequency."""
-    return {"performance_band": performance_band}
-
-
 BAND_PRESENTATION = presents(
-    "performance_band", Presentation("Band of the performance curve", band_sentences, band_failures, band_figures, band_tables)
+    "performance_band",
+    Presentation(
+        "Band of the performance curve",
+        band_sentences,
+        band_failures,
+        always({"performance_band": performance_band}),
+        band_tables,
+    ),
 )
 
 
@@ -192,11 +194,6 @@ def index_sentences(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
-def index_failures(dataset: xr.Dataset) -> list[str]:
-    """None: a problem without a peak ends the run."""
-    return []
-
-
 def index_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Indices, ends and slopes of every parameter."""
     columns = {name: dataset[name].values for name in ("parameter", "low", "high")}
@@ -213,13 +210,9 @@ def index_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"parameters": pd.DataFrame(columns)}
 
 
-def index_figures(dataset: xr.Dataset) -> Figures:
-    """The tornado plot."""
-    return {"tornado": tornado}
-
-
 INDEX_PRESENTATION = presents(
-    "sensitivity_indices", Presentation("Which parameter matters", index_sentences, index_failures, index_figures, index_tables)
+    "sensitivity_indices",
+    Presentation("Which parameter matters", index_sentences, always([]), always({"tornado": tornado}), index_tables),
 )
 
 
@@ -368,12 +361,14 @@ def _best_design(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def design_figures(dataset: xr.Dataset) -> Figures:
-    """The design space."""
-    return {"design_space": design_space}
-
-
 DESIGN_PRESENTATION = presents(
     "damper_design",
-    Presentation("Design of a damper", design_sentences, design_failures, design_figures, design_tables, answer="best design"),
+    Presentation(
+        "Design of a damper",
+        design_sentences,
+        design_failures,
+        always({"design_space": design_space}),
+        design_tables,
+        answer="best design",
+    ),
 )

@@ -25,7 +25,6 @@ from stickslip.results.representative import levels_of, ranked, representative_s
 from stickslip.results.schema import kind_words
 from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in, peaks_outside, shown_unit
 from stickslip.show.plots.forced_response import figures_of
-from stickslip.show.plots.paper import Figures
 from stickslip.show.report.bounds import bounds_table, percentiles_table
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence
 from stickslip.show.report.markup import Presentation, presents
@@ -234,12 +233,7 @@ def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return frames | ({"fatigue": fatigue_table(dataset)} if has_fatigue(dataset) else {})
 
 
-def figures(dataset: xr.Dataset) -> Figures:
-    """Those of the curves, and of the bounds where there are any."""
-    return figures_of(dataset)
-
-
 PRESENTATION = presents(
     ("forced_response", "response_bounds", "response_samples"),
-    Presentation("Forced response", sentences, failures, figures, tables, responses=True),
+    Presentation("Forced response", sentences, failures, figures_of, tables, responses=True),
 )
