@@ -10,17 +10,7 @@ from stickslip.analyses.stress import has_fatigue, has_gauges, has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
-from stickslip.results.quantities import (
-    about_all,
-    has_stability,
-    none_is_judged,
-    outside_table,
-    peak_is_unstable,
-    peak_table,
-    peak_unjudged,
-    quantity_table,
-    stability_sentences,
-)
+from stickslip.results import quantities
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results.schema import kind_words
 from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in, peaks_outside, shown_unit
@@ -62,11 +52,11 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         lines += cloud_lines(dataset, cases) if len(cases) > 1 else [level_line(dataset, cases[0])]
     lines += [f"  {len(shown)} of {len(levels)} force levels; the report shows all"] if len(shown) < len(levels) else []
     lines += outside_lines(dataset)
-    lines += [f"  {sentence}"] if (sentence := about_all(dataset)) else []
+    lines += [f"  {sentence}"] if (sentence := quantities.about_all(dataset)) else []
     lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
     lines += isolated_sentences(dataset)
-    lines += stability_sentences(dataset) if has_stability(dataset) else []
+    lines += quantities.stability_sentences(dataset) if quantities.has_stability(dataset) else []
     lines += stress_sentences(dataset) if has_stress(dataset) else []
     lines += strain_sentences(dataset) if has_gauges(dataset) else []
     return [*lines, *(fatigue_sentences(dataset) if has_fatigue(dataset) else [])]
@@ -190,8 +180,8 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
         what = "largest of the listed frequencies, at" if is_listed(dataset) else "no peak; largest at"
         return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
     sentence = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
-    sentence += ", unstable" if peak_is_unstable(dataset, case, 0, highest.point) else ""
-    unjudged = "" if none_is_judged(dataset) else peak_unjudged(dataset, case, 0)
+    sentence += ", unstable" if quantities.peak_is_unstable(dataset, case, 0, highest.point) else ""
+    unjudged = "" if quantities.none_is_judged(dataset) else quantities.peak_unjudged(dataset, case, 0)
     sentence += f", stability {unjudged}" if unjudged else ""
     sentence += ", curve incomplete" if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED else ""
     end = higher_end(dataset, case)
@@ -219,13 +209,13 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Curves and peaks, as the quantity that peaks are of, and those of bounds, percentiles and stress where there are any."""
-    return {"curves": quantity_table(dataset), "peaks": peak_table(dataset), **further_tables(dataset)}
+    return {"curves": quantities.quantity_table(dataset), "peaks": quantities.peak_table(dataset), **further_tables(dataset)}
 
 
 def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """What only some results hold."""
     frames = {"bounds": bounds_table(detached(dataset))} if has_bounds(dataset) else {}
-    outside = outside_table(dataset)
+    outside = quantities.outside_table(dataset)
     frames |= {} if outside.empty else {"peaks outside the band": outside}
     frames |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
     frames |= {"stress": stress_table(dataset)} if has_stress(dataset) else {}
