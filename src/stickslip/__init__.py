@@ -8,8 +8,6 @@ package costs next to nothing:
 Band(start=480.0, stop=600.0)
 """
 
-from __future__ import annotations
-
 import sys
 import warnings
 from typing import Any

@@ -3,8 +3,6 @@
 Whether the samples of a period resolve contacts whose force changes within a small share of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar

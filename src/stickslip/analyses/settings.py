@@ -10,8 +10,6 @@ Checks of arguments that several analyses share.
 Settings of a forced response, which speed sweeps, other analyses and the table [sweep] of studies share.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, fields

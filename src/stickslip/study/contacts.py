@@ -5,8 +5,6 @@ Their start rules: one per contact or per direction; values for all, per directi
 The coefficient of friction in a study file: a number, or a table of how it depends on the normal load.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from typing import Annotated, Any, ClassVar, Literal
 

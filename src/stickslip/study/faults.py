@@ -3,8 +3,6 @@
 Old names in study files and of their templates: still read for one release, with a note that gives the new name.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, get_args

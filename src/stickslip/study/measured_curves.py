@@ -3,8 +3,6 @@
 Measured loops from the command line, which replace those of a study.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

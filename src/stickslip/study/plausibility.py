@@ -3,8 +3,6 @@
 They look at what results, motions, forces and resonances in the band, whichever number was mistyped.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Entry point: `read` turns a study file into a `Job`, or raises all its faults at once."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

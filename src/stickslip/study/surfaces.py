@@ -1,7 +1,5 @@
 """[[contact]] and [[force]] tables with a `surface`: contacts at the nodes of a set, and forces spread over it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any

@@ -3,8 +3,6 @@
 A tuned disk after running in: its sliders start where slip has moved them.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace

@@ -16,8 +16,6 @@ balance says, and by dashpots exp(−πζ_v/√(1 − ζ_v²)), half of it befor
 cycles of a `FreeDecay`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple

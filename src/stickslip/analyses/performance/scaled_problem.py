@@ -3,8 +3,6 @@
 Search band for resonances, from the free to the stuck one, and the message if it holds none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any

@@ -5,8 +5,6 @@ Contact states over a steady period as performance curves name them: stick, micr
 Optimum of a performance curve (lowest peak per force) and its plateau, both solved between the given values.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass

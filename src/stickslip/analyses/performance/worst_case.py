@@ -7,8 +7,6 @@ Constraints of damper design: no jamming, no lift-off, bounded contact forces an
 A constraint is a function of a `Trial` that is positive where it is met, of order one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import pi, radians, sqrt, tan

@@ -3,8 +3,6 @@
 Formats by the documents of SDRC: lines with fields of fixed width; 58b holds its values as bytes, which its first line counts.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ value"; FORMAT=COORDINATE: lines "row, column, value". A symmetric matrix has on
 the other. (Abaqus Keywords Guide: *MATRIX INPUT, *USER ELEMENT, *MATRIX, *SUBSTRUCTURE MATRIX OUTPUT.)
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path

@@ -4,8 +4,6 @@ The file holds one triangle, and rows and columns of zeros for constrained degre
 empty rows are dropped.
 """
 
-from __future__ import annotations
-
 from importlib import import_module, util
 from pathlib import Path
 from typing import Any

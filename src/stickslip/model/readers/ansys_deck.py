@@ -8,8 +8,6 @@ EBLOCK, , SOLID has 11 numbers, the second the type and the ninth the number of 
 (Mechanical APDL Programmer's Reference: Mapped files, coded database.)
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain

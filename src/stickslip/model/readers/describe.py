@@ -1,7 +1,5 @@
 """Description of a model for `stickslip info`: size, mass, extent, first modes, rigid motions and warnings."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ at the end, which are passed over. (Duff, Grimes and Lewis, Users' Guide for the
 HBMAT of Ansys writes NAME.mapping beside: number, node and direction of each row. (Ansys Command Reference, HBMAT.)
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 An included file must lie in the folder of the deck or below it: a deck of others would else read any file of the machine.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -4,8 +4,6 @@ HDF5 files of unknown origin: what would have other files of the machine read, o
 before it is read.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ The format is that of Boisvert, Pozo and Remington (NISTIR 5935, 1996). It says 
 as SciPy and others read and write them, and a note says so.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

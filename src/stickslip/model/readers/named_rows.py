@@ -5,8 +5,6 @@ A file of names is a deck of the program (coordinates and sets of nodes), or a t
 (x, y, z, rx, ry, rz or 1 to 6) one for each row of the matrices, in their order.
 """
 
-from __future__ import annotations
-
 import csv
 import warnings
 from collections.abc import Callable, Mapping

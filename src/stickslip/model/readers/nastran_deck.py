@@ -9,8 +9,6 @@ RID; CORD1x, CID, G1, G2, G3 has them at grid points. (MSC Nastran Quick Referen
 Replication; INCLUDE; ENDDATA; CORD1C to CORD2S; GRID.)
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field

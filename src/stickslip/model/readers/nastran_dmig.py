@@ -5,8 +5,6 @@ IFO 6 is symmetric, each pair of entries once; 1 is square; 2 and 9 are rectangu
 (MSC Nastran Quick Reference Guide, DMIG.)
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from dataclasses import dataclass, field

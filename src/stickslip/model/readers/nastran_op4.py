@@ -8,8 +8,6 @@ compared with what is there, and what a symmetric form says with the entries.
 (NX Nastran DMAP Programmer's Guide, OUTPUT4.)
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from collections import deque

@@ -3,8 +3,6 @@
 A header is accepted only if file size and memory support it, a last line only if it is whole.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from pathlib import Path

@@ -3,8 +3,6 @@
 A file that `scipy.sparse.save_npz` wrote holds one matrix; it is read together with the file of the other one.
 """
 
-from __future__ import annotations
-
 import zipfile
 from math import prod
 from os import SEEK_CUR

@@ -3,8 +3,6 @@
 Matrices, sparse and diagonal ones, scalars, text and cells of names are read. (GNU Octave manual, Simple File I/O.)
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

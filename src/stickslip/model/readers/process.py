@@ -4,8 +4,6 @@
 writes what it returns to the NumPy archive TARGET. Its folder may be that of the model: `-P` keeps it off the import path.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

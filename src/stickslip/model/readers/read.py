@@ -3,8 +3,6 @@
 Whatever a reader meets in a file, the answer is a model or an `InputError`. Nothing in a file is ever run.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import warnings

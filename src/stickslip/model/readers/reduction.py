@@ -3,8 +3,6 @@
 A reduction is kept on disk under a name that identifies its content, so that the same model is reduced once.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -7,8 +7,6 @@ Stress due to rotation at places of a sector or of a body, from its centrifugal 
 The rotor speed that a stiffness matrix belongs to, from its spin softening.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral

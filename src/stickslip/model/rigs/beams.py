@@ -10,8 +10,6 @@ Blades with interlocking shrouds: oblique faces between neighbours, pressed toge
 The straight Euler-Bernoulli beam element of rigs that are made of beams, and closed rings of such elements.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import asin, cos, hypot, pi, radians, sin, sqrt
 from typing import Literal

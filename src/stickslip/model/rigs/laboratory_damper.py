@@ -6,8 +6,6 @@ contacts and the mass; those here are this project's, with 45 degrees (G45) and 
 A damper between prescribed platforms as a `Problem`, for harmonic balance and every other analysis.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -11,8 +11,6 @@ One mode of a jointed structure, such as a bolted beam, with a joint by Segalman
 One blade mode with a wedge damper between its platform and a fixed one: the smallest rig for damper design.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import cos, radians, sin
 from typing import Literal

@@ -11,8 +11,6 @@ Stagger shears the sections of shank and blade: they are shifted tangentially by
 parallel to the axis; the disk, a body of revolution, takes part in its mesh only.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import cos, pi, radians, sin, tan

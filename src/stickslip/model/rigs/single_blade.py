@@ -13,8 +13,6 @@ side on the blade, round side on a fixed platform, pulled (by wires, as there) m
 carry the same load; contact stiffness after the published values of the same laboratory.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import hypot, pi

@@ -4,8 +4,6 @@ Each sector is a blade with the strip that lies under its platform and the next 
 continuous strip.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 import numpy as np

@@ -8,8 +8,6 @@ nodes, matching or not. The right face is the left face of the following sector:
 rotation by 2π/N about the axis. Degrees of freedom of all sectors stand in the sector's own axes, which turn with it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import pi

@@ -4,8 +4,6 @@ Source: R. C. Juvinall and K. M. Marshek, Fundamentals of Machine Component Desi
 G. Sines, Behavior of metals under complex static and alternating stresses (1959), for several components.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal

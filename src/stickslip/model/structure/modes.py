@@ -6,8 +6,6 @@ as an element does, however fine the mesh and however low the first frequency. W
 energy against the rounding of the product that computes it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -13,8 +13,6 @@ Sources: R. H. MacNeal, Comput. Struct. 1 (1971) 581-601, for residual flexibili
 proper orthogonal decomposition, L. Sirovich, Q. Appl. Math. 45 (1987) 561-571.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple

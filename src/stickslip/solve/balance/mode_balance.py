@@ -7,8 +7,6 @@ whose coordinate at harmonic 1 is real.
 Energies of a nonlinear mode over one period, and what a synthesis of forced responses needs of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

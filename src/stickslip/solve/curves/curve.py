@@ -5,8 +5,6 @@ A controlled response curve: the force level that holds the amplitude of an outp
 The unknown force level makes the balance one equation longer; the continuation of forced responses follows it as it is.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ Continuation takes steps as long as its predictor allows, tens of points a curve
 tangents is a start so good that Newton's method needs a step or two, on planes across the curve: folds are no obstacle.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import replace

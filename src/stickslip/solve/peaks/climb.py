@@ -10,8 +10,6 @@ peak is no measure of it: sampling divides a flat top into facets, and a peak is
 solved, beyond the facets.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import sqrt

@@ -8,8 +8,6 @@ Followed far enough a peak may come to lie on an isola, which no sweep meets. Wh
 then depends on where sweeps were made; where the highest branch was not on the curves of both sweeps beside it, there is another.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field

@@ -6,8 +6,6 @@ their neighbours predicted, bound the amplitude inside it; the interval of the h
 the best point by more than the tolerance. What one search has solved serves the searches of all other outputs and measures.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left, bisect_right, insort
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

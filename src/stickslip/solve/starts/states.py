@@ -15,8 +15,6 @@ them: ratios in the plane of a damper, and offsets along its axis, where nothing
 Solutions at one frequency and level as a function of the start state, each reached from a known neighbour.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace

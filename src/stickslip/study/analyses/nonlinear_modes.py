@@ -1,7 +1,5 @@
 """Nonlinear modes in a study: [nonlinear_modes]."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The band of a performance curve over the start states in a study: the table [performance_band]."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Annotated
 

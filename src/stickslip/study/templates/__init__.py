@@ -3,8 +3,6 @@
 `beside.py` writes the files that some of them need beside them.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import tempfile

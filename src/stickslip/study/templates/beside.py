@@ -3,8 +3,6 @@
 Models stand as another program would export them: matrices with names of rows, and a table of nodes with sets.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

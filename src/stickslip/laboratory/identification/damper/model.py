@@ -8,8 +8,6 @@ Initial values of contact parameters from the loops alone: the stiffness from sl
 coefficients from plateaus of T/N, where the ratio stays constant while the contact slides.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Contact parameters from measured frequency responses: several tests at once, by least squares with exact derivatives."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
