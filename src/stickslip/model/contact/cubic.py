@@ -3,8 +3,6 @@
 Gap: a unilateral spring without friction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar

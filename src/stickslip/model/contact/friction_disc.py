@@ -11,8 +11,6 @@ not in reverse: the derivative changes only at slipping samples, and no harmonic
 to repeat as well: along a line the state does so after a period, a small motion across the line after many.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar

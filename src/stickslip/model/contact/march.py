@@ -5,8 +5,6 @@ Its fixed point is x + (I − A)⁻¹ (Φ(x) − x), again and again; and as a c
 derivative at the last sample is (I − A)⁻¹ times that of a march from a fixed start.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -34,8 +34,6 @@ An element that is open at one sample and closed at the next lands between them.
 itself the force would be of first order in the samples.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Coulomb friction with the jump at zero velocity smoothed by a hyperbolic tangent, a common regularisation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar

@@ -28,23 +28,8 @@ from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.contact.point import Contact, ContactTable, Direction, contact_table
 from stickslip.model.dampers.damper import ContactSurface, Damper
-from stickslip.support.checks import (
-    Array,
-    Index,
-    between,
-    counted,
-    fault,
-    finite,
-    nearest,
-    not_negative,
-    numbers,
-    of_kind,
-    positive,
-    several,
-    symmetric,
-    vector,
-    whole,
-)
+from stickslip.support import checks
+from stickslip.support.checks import Array, Index, fault
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +59,7 @@ class PlatformMotion:
         """The motion at t_n = 2πn/(steps ω), (steps, 2) [m]."""
         values = np.asarray(self.harmonics)
         highest = (values.shape[1] - 1) // 2
-        if whole("steps", steps) < max(8, 4 * highest):
+        if checks.whole("steps", steps) < max(8, 4 * highest):
             raise fault("steps", f"must be at least {max(8, 4 * highest)} for this motion", steps)
         angles = 2.0 * np.pi * ((np.arange(steps)[:, None] * np.arange(1, highest + 1)) % steps) / steps
         return np.asarray(values[:, 0] + np.cos(angles) @ values[:, 1::2].T + np.sin(angles) @ values[:, 2::2].T)
@@ -82,25 +67,25 @@ class PlatformMotion:
 
 def out_of_phase(amplitude: float) -> PlatformMotion:
     """x = amplitude sin ωt: the gap between the platforms opens and closes. amplitude [m]."""
-    return elliptic(positive("amplitude", amplitude), 0.0)
+    return elliptic(checks.positive("amplitude", amplitude), 0.0)
 
 
 def in_phase(amplitude: float) -> PlatformMotion:
     """y = amplitude sin ωt: the platforms move past each other. amplitude [m]."""
-    return elliptic(0.0, positive("amplitude", amplitude))
+    return elliptic(0.0, checks.positive("amplitude", amplitude))
 
 
 def elliptic(horizontal: float, vertical: float, phase: float = 90.0) -> PlatformMotion:
     """x = horizontal sin ωt, y = vertical sin(ωt + phase); amplitudes in m, phase in degrees."""
-    angle = np.radians(finite("phase", phase)) if horizontal else 0.0
-    x, y = finite("horizontal", horizontal), finite("vertical", vertical)
+    angle = np.radians(checks.finite("phase", phase)) if horizontal else 0.0
+    x, y = checks.finite("horizontal", horizontal), checks.finite("vertical", vertical)
     return PlatformMotion([[0.0, 0.0, x], [0.0, y * np.sin(angle), y * np.cos(angle)]])
 
 
 def measured(x: ArrayLike, y: ArrayLike, harmonics: int = 30) -> PlatformMotion:
     """The motion of one recorded cycle in equal time steps, x and y (n,) [m], smoothed to so many harmonics."""
-    between("harmonics", harmonics, 1)
-    across, up = numbers("x", x), numbers("y", y)
+    checks.between("harmonics", harmonics, 1)
+    across, up = checks.numbers("x", x), checks.numbers("y", y)
     if across.shape != up.shape:
         raise fault("x and y of a measured cycle", "must have equal length", f"of shapes {across.shape} and {up.shape}")
     signals = np.array([across, up])
@@ -134,12 +119,12 @@ class ElasticPlatform:
     damping: ArrayLike = ((0.0, 0.0), (0.0, 0.0))
 
     def __post_init__(self) -> None:
-        stiffness = symmetric("Stiffness of the right platform", self.stiffness, 2)
+        stiffness = checks.symmetric("Stiffness of the right platform", self.stiffness, 2)
         if np.linalg.eigvalsh(stiffness)[0] <= 0.0:
             raise fault("Stiffness of the right platform", "must be positive definite", stiffness.tolist())
-        not_negative("Mass of the right platform", self.mass)
+        checks.not_negative("Mass of the right platform", self.mass)
         object.__setattr__(self, "stiffness", stiffness)
-        object.__setattr__(self, "damping", symmetric("Damping of the right platform", self.damping, 2))
+        object.__setattr__(self, "damping", checks.symmetric("Damping of the right platform", self.damping, 2))
 
 
 @dataclass(frozen=True)
@@ -201,14 +186,14 @@ class BetweenPlatforms:
 
     def __post_init__(self) -> None:
         _damper(self.damper)
-        object.__setattr__(self, "laws", several("laws", self.laws))
+        object.__setattr__(self, "laws", checks.several("laws", self.laws))
         if len(self.laws) != len(self.points):
             names = ", ".join(point.name for point in self.points)
             raise fault("laws", f"must be {len(self.points)}, one for each of {names}", len(self.laws))
         if not any(np.asarray(self.damper.pull)[:2]):
             raise fault("pull", "must press the damper against the platforms", np.asarray(self.damper.pull).tolist())
         for law, point in zip(self.laws, self.points, strict=True):
-            of_kind(f"The law of {point.name}", law, Law)  # type: ignore[type-abstract]
+            checks.of_kind(f"The law of {point.name}", law, Law)  # type: ignore[type-abstract]
             if not law.has_normal:
                 raise fault(f"The law of {point.name}", "must have a normal stiffness", repr(law), "Give it kn.")
 
@@ -225,7 +210,7 @@ class BetweenPlatforms:
         """One macroslip law a line of contact: kt, kn [N/m], mu, each a number or one entry per line; mu may be a
         `LoadDependentFriction`, over the load of one line."""
         count = len(plane_points(_damper(damper)))
-        stiffnesses = [vector(name, value, count) for name, value in (("kt", kt), ("kn", kn))]
+        stiffnesses = [checks.vector(name, value, count) for name, value in (("kt", kt), ("kn", kn))]
         laws = tuple(Macroslip(float(t), m, float(n)) for t, n, m in zip(*stiffnesses, _frictions(mu, count), strict=True))
         return cls(damper, laws, right, title)
 
@@ -247,7 +232,7 @@ class BetweenPlatforms:
         kt, kn [N/m], mu: each a number or one entry per line; mu may be a `LoadDependentFriction`, over the load of one line.
         """
         if law not in LAWS:
-            raise fault("law", "must be a known one", law, nearest(law, LAWS))
+            raise fault("law", "must be a known one", law, checks.nearest(law, LAWS))
         suitable_gaps(law, gaps)
         frame = cls.macroslip(damper, kt, kn, mu, right, title)
         if law == "macroslip":
@@ -316,7 +301,7 @@ class BetweenPlatforms:
 
     def with_friction(self, mu: ArrayLike) -> BetweenPlatforms:
         """A copy of macroslip laws with other friction coefficients, a number or one a line."""
-        values = vector("mu", mu, len(self.laws))
+        values = checks.vector("mu", mu, len(self.laws))
         for law in self.laws:
             if not hasattr(law, "mu"):
                 raise fault("The law", "must have a friction coefficient mu", type(law).__name__)
@@ -334,9 +319,9 @@ def _frictions(mu: Frictions, count: int) -> list[Friction]:
         return [mu] * count
     if isinstance(mu, Sequence) and any(isinstance(each, LoadDependentFriction) for each in mu):
         if len(mu) != count:
-            raise fault("mu", f"must have {counted(count, 'entry', 'entries')}", len(mu))
+            raise fault("mu", f"must have {checks.counted(count, 'entry', 'entries')}", len(mu))
         return list(mu)
-    return list(map(float, vector("mu", cast(ArrayLike, mu), count)))
+    return list(map(float, checks.vector("mu", cast(ArrayLike, mu), count)))
 
 
 def _damper(damper: Damper) -> Damper:
@@ -348,7 +333,7 @@ def _damper(damper: Damper) -> Damper:
 
 def suitable_gaps(law: str, gaps: float) -> None:
     """Refuse gaps that a law does not have, and a law without the gaps that it needs."""
-    if (law == "microslip") != (not_negative("gaps", gaps) > 0.0):
+    if (law == "microslip") != (checks.not_negative("gaps", gaps) > 0.0):
         raise fault("gaps", "must be above 0 with the law microslip, and 0 with others", gaps)
 
 

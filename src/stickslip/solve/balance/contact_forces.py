@@ -4,8 +4,6 @@ Only what slips, opens, or is tied to the normal load at one sample differs from
 constant, and the derivative E = dλ̂/dw is zero there. Sums over samples of element laws go through running sums.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

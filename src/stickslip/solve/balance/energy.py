@@ -5,8 +5,6 @@ The work of a force F along a displacement X per period is π Σ h Im(F_h conj X
 One steady period of every contact, sample by sample: motion, force, state and slip work, for results only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

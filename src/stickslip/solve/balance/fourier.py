@@ -17,8 +17,6 @@ Sampled, a force that bends between two samples is wrong by their distance squar
 either sign, outweighs light damping.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence, Set
 from functools import lru_cache
 from typing import Any, NamedTuple

@@ -14,8 +14,6 @@ G'(s) = B (K + BᵀK_cB + s C + s² M)⁻¹ Bᵀ, s = iΩ, on the modes φ of th
 Harmonics may see structures of their own, complex Hermitian ones: `wave_states`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple

@@ -8,8 +8,6 @@ LU factorisation and added products by SciPy's LAPACK and BLAS, called from comp
 Matrices lie by rows, LAPACK reads them by columns: it factorises the transpose, and solves with the transpose of that.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ The samples say in which order; the instants follow from the motion between two 
 velocities, so that their error is of fourth order and not of first, as that of the samples themselves.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stickslip.model.contact.law import SLIDERS

@@ -12,8 +12,6 @@ States x = f(x before, travel, limits, time) and tractions by what is there afte
 that the step of the law gives. What is remembered is the intercept of each state, x − kt u.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -11,8 +11,6 @@ have constant λ̂, so the dense system is as small as the number of rows that d
 Contact forces along a motion that is given, instant by instant, as a time march would find them.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
