@@ -40,13 +40,7 @@ from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.fourier import attribute, checked_harmonics, highest
 from stickslip.solve.balance.measure import QUANTITIES, Quantity, quantity_named
 from stickslip.solve.balance.system import Control
-from stickslip.solve.curves.curve import (
-    controlled_curve,
-    followed_resonances,
-    force_phase,
-    phase_resonances,
-    turned_motion,
-)
+from stickslip.solve.curves.curve import controlled_curve, followed_resonances, force_phase, phase_resonances, turned_motion
 from stickslip.support.checks import Array, fault, of_kind, positive, unique, vector
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread

@@ -337,7 +337,7 @@ def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int,
     disk each sector has its own motion.
     """
     if not has_surface(problem):
-        raise InputError(f"A deformed shape needs a problem with the surface of a mesh, but this one has none. {REMEDY}")
+        raise InputError(f"A deformed shape needs a problem with the surface of a mesh, but this one has none. {NO_SURFACE}")
     points, periods = SolvedPoints(dataset, problem), periods_of(dataset)
     harmonics = complex_harmonics(points.whole_motion(case, point))
     if harmonic is None:

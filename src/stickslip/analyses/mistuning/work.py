@@ -14,16 +14,7 @@ from numpy.linalg import LinAlgError
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
-from stickslip.analyses.settings import (
-    Execution,
-    ForcedResponseSettings,
-    MeasuredOutput,
-    OfKind,
-    Samples,
-    Seed,
-    Setting,
-    Whole,
-)
+from stickslip.analyses.settings import Execution, ForcedResponseSettings, MeasuredOutput, OfKind, Samples, Seed, Setting, Whole
 from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
 from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.disks.tuned import LARGE, REACH, FullDisk, TunedDisk, few_waves, most_coordinates

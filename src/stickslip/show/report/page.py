@@ -32,8 +32,8 @@ from stickslip.show.plots.deformed_shape import DeformedShape
 from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, wave_damping
 from stickslip.show.plots.moving_picture import MovingPicture, step_script
 from stickslip.show.report import plain, sections
-from stickslip.show.report.bounds import bounds, percentiles
 from stickslip.show.report.markup import Charts, Choice, packed, picture, presentation_of, section, text
+from stickslip.show.report.responses import bounds, percentiles
 from stickslip.show.report.stress import stress
 from stickslip.support.checks import fault
 from stickslip.support.files import write_text

@@ -315,7 +315,7 @@ def _known_peak(design: xr.Dataset) -> float:
 def design_failures(dataset: xr.Dataset) -> list[str]:
     """That no design is allowed; each design with conditions that gave no peak, and which they are."""
     message = no_optimum(dataset)
-    design_sentences = [message] if message else []
+    sentences = [message] if message else []
     for k in np.flatnonzero(dataset["failed"].values).tolist():
         cases = np.stack([dataset[f"failed_{key}"].values[k] for key in ("force", "friction", "start")], axis=-1)
         conditions = [
@@ -323,8 +323,8 @@ def design_failures(dataset: xr.Dataset) -> list[str]:
             for force, mu, start in cases[np.isfinite(cases[:, 0])]
         ]
         design = ", ".join(_variables(dataset, k))
-        design_sentences.append(f"design {design}: no peak solved at {', '.join(conditions)}; its worst case may be higher")
-    return design_sentences
+        sentences.append(f"design {design}: no peak solved at {', '.join(conditions)}; its worst case may be higher")
+    return sentences
 
 
 def _variables(dataset: xr.Dataset, design: int) -> list[str]:

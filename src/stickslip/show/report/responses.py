@@ -1,4 +1,8 @@
-"""Presentation of forced responses, with bounds or samples if present."""
+"""Presentations of forced responses, with bounds or samples if present, and of controlled responses.
+
+Report sections on response variability: bounds over the start states, and percentiles of sampled ones, each as a figure and a
+table.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +14,28 @@ from stickslip.analyses.stress import has_fatigue, has_gauges, has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
+from stickslip.analyses.variability.samples import percentiles as percentiles_of
 from stickslip.results import quantities
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results.schema import kind_words
-from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in, peaks_outside, shown_unit
+from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.view import (
+    force_text,
+    higher_end,
+    highest_peak,
+    is_listed,
+    measure_in,
+    peak_unit,
+    peaks_outside,
+    shown_unit,
+    size_text,
+)
 from stickslip.show.plots.forced_response import figures_of
-from stickslip.show.report.bounds import bounds_table, percentiles_table
+from stickslip.show.plots.paper import Figures
+from stickslip.show.plots.response_curves import controlled_response, resonances
+from stickslip.show.plots.variability import bound_unit, response_bounds, response_percentiles
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence
-from stickslip.show.report.markup import Presentation, presents
+from stickslip.show.report.markup import Charts, Presentation, cell, hertz, number, percent, presents, section, table
 from stickslip.show.report.stress import (
     fatigue_sentences,
     fatigue_table,
@@ -31,6 +49,98 @@ from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import counted
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
+
+NOTE = (
+    '<p class="note">Friction forces of sticking contacts are not unique, so neither is the response. The bounds are the highest '
+    "and the lowest response found over all start states of the contacts. The search finds local optima from many starts, so the "
+    "true bounds can lie further apart.</p>"
+)
+
+
+def bounds(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
+    """Figure and table of every result that has bounds."""
+    bounded = {label: detached(dataset) for label, dataset in datasets.items() if has_bounds(dataset)}
+    parts = [
+        charts.drawn(f"chart-bounds-{k}", response_bounds(dataset), "Bounds of the response")
+        + ("" if k else NOTE)
+        + _table(k, f"{label}: " if len(bounded) > 1 else "", dataset)
+        for k, (label, dataset) in enumerate(bounded.items())
+    ]
+    return section("bounds", "Bounds", *parts)
+
+
+def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
+    """Lower and upper bound of each force level and frequency; by peaks, each bound has a frequency of its own."""
+    levels, hertz_wanted = bounds["force_level"].values, bounds["frequency"].values
+    case, at = (index.ravel() for index in np.indices((levels.size, hertz_wanted.size)))
+    columns = {"force_level": levels[case]}
+    columns |= {"frequency [Hz]": hertz_wanted[at]} if np.all(np.isfinite(hertz_wanted)) else {}
+    for k, bound in enumerate(bounds["bound"].values):
+        columns[f"{bound} [Hz]"] = bounds["resonance"].values[case, k, at]
+        size = f"{bound} {measure_in(bounds).kind} [{bounds['amplitude'].attrs['units']}]"
+        columns[size] = bounds["amplitude"].values[case, k, at]
+        columns[f"{bound} loss_factor"] = bounds["loss_factor"].values[case, k, at]
+    columns["start states without solution"] = bounds["unsolved_share"].values[case, at]
+    return pd.DataFrame(columns)
+
+
+def _table(k: int, begin: str, dataset: xr.Dataset) -> str:
+    """Both bounds at each force level and frequency; of peaks, each bound has a frequency of its own."""
+    unit, measure = bound_unit(dataset), measure_in(dataset)
+    ends = (f"lower bound in {unit.name}", f"upper bound in {unit.name}")
+    heads = ["force", "frequency in Hz", *ends, "loss factor, lower", "loss factor, upper", "start states without solution"]
+    of = "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
+    caption, rows = f"{begin}bounds of the {of}, by {str(dataset.attrs['objective']).replace('_', ' ')}", []
+    for case, level in enumerate(dataset["force_level"].values):
+        unsolved = dataset["unsolved_share"].values[case]
+        for point, frequency in enumerate(dataset["frequency"].values):
+            low, high = dataset["amplitude"].values[case, :, point]
+            loss = dataset["loss_factor"].values[case, :, point]
+            at = dataset["resonance"].values[case, :, point]
+            shown = hertz(float(frequency)) if np.isfinite(frequency) else f"{hertz(float(at[0]))}, {hertz(float(at[1]))}"
+            cells = [cell(f"{level:g}", float(level)), cell(shown)]
+            cells += [cell(number(size / unit.metres), size) for size in (low, high)]
+            cells += [*(cell(number(value), value) for value in loss), cell(percent(unsolved[point]), unsolved[point])]
+            rows.append(f"<tr>{''.join(cells)}</tr>")
+    return table(f"bounds-{k}", caption, heads, rows)
+
+
+PERCENT = (5.0, 50.0, 95.0)
+OF_PERCENTILES = (
+    '<p class="note">Percentiles of the amplitude at each frequency, over the randomly drawn start states of the contacts that '
+    "were solved.</p>"
+)
+
+
+def percentiles(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
+    """Figure and table of every result whose samples share their frequencies."""
+    sampled = {label: dataset for label, dataset in datasets.items() if has_percentiles(dataset)}
+    parts = []
+    for place, (label, dataset) in enumerate(sampled.items()):
+        shares, unit, rows = percentiles_of(dataset, PERCENT), peak_unit(dataset), []
+        for i, level in enumerate(shares["force_level"].values):
+            for k, frequency in enumerate(shares["frequency"].values):
+                solved = int(shares["solved"].values[i, k])
+                cells = [cell(f"{level:g}", float(level)), cell(hertz(float(frequency)), float(frequency))]
+                cells += [cell(str(solved), solved)]
+                cells += [cell(number(value / unit.metres), value) for value in shares.values[i, :, k]]
+                rows.append(f"<tr>{''.join(cells)}</tr>")
+        heads = ["force", "frequency in Hz", "start states", *(f"{p:g} % in {unit.name}" for p in PERCENT)]
+        parts.append(charts.drawn(f"chart-percentiles-{place}", response_percentiles(dataset), "Percentiles of the response"))
+        parts.append("" if place else OF_PERCENTILES)
+        parts.append(table(f"percentiles-{place}", f"{label}: percentiles of the amplitude", heads, rows))
+    return section("percentiles", "Percentiles", *parts)
+
+
+def percentiles_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """The percentiles of `percentiles_of` at each force level and frequency, and how many start states they are of."""
+    shares = percentiles_of(dataset)
+    levels, frequencies = shares["force_level"].values, shares["frequency"].values
+    case, at = (index.ravel() for index in np.indices((levels.size, frequencies.size)))
+    columns = {"force_level": levels[case], "frequency [Hz]": frequencies[at], "solved": shares["solved"].values[case, at]}
+    columns |= {f"{p:g} % [{shares.attrs['units']}]": shares.values[case, k, at] for k, p in enumerate(shares["percent"].values)}
+    return pd.DataFrame(columns)
+
 
 MOST_LINES = 12
 """Force levels listed in a summary."""
@@ -226,4 +336,71 @@ def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 PRESENTATION = presents(
     ("forced_response", "response_bounds", "response_samples"),
     Presentation("Forced response", sentences, failures, figures_of, tables, responses=True),
+)
+
+
+MOST_HELD = 12
+"""Amplitudes with a sentence each."""
+
+
+def _held_name(dataset: xr.Dataset, case: int) -> str:
+    return size_text(float(dataset["held_amplitude"].values[case]), dataset["held_amplitude"].attrs["units"], dataset)
+
+
+def held_sentences(dataset: xr.Dataset) -> list[str]:
+    """Where force and displacement are at 90°, for each amplitude: the lowest force."""
+    lines, count, held = [], dataset.sizes["case"], f"{dataset.attrs['quantity']} of {dataset.attrs['output_held']} held"
+    factor, unit = in_system("N", system_of(dataset))
+    for case in range(min(count, MOST_HELD)):
+        resonances_of_case = dataset["resonance_frequency"].values[case]
+        if not (resonances_of_case.size and np.isfinite(resonances_of_case[0])):
+            lines.append(f"{held} at {_held_name(dataset, case)}: force and displacement are nowhere at 90° in the band")
+            continue
+        force, loss = (float(dataset[f"resonance_{name}"].values[case, 0]) for name in ("force_level", "loss_factor"))
+        size = f"{factor * force:.4g} {unit}" if dataset["force_level"].attrs["units"] == "N" else f"force level {force:.4g}"
+        at = f"{size} at {hertz(float(resonances_of_case[0]))} Hz"
+        lines.append(f"{held} at {_held_name(dataset, case)}: phase resonance with {at}, loss factor {loss:.4g}")
+    if count > MOST_HELD:
+        lines.append(f"{MOST_HELD} of {count} amplitudes; all stand in the report")
+    return lines
+
+
+def held_failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each amplitude whose curve did not arrive or misses frequencies."""
+    sentences = []
+    for case in range(dataset.sizes["case"]):
+        missing = int(np.count_nonzero(dataset["outcome"].values[case] > Outcome.CONVERGED))
+        if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED:
+            sentences.append(f"{_held_name(dataset, case)}: {dataset['case_message'].values[case]}")
+        elif missing:
+            sentences.append(f"{_held_name(dataset, case)}: {counted(missing, 'frequency', 'frequencies')} could not be solved")
+    return sentences
+
+
+def held_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Phase resonances, and every point of every curve."""
+    units, level = dataset["held_amplitude"].attrs["units"], dataset["force_level"].attrs["units"]
+    force, held = f"force level [{level}]", f"{dataset.attrs['quantity']} [{units}]"
+    rows, points = [], []
+    for case, amplitude in enumerate(dataset["held_amplitude"].values.tolist()):
+        for k in np.flatnonzero(np.isfinite(dataset["resonance_frequency"].values[case])):
+            values = [float(dataset[f"resonance_{name}"].values[case, k]) for name in ("frequency", "force_level", "loss_factor")]
+            rows.append((amplitude, *values))
+        for k in np.flatnonzero(dataset["outcome"].values[case] == Outcome.CONVERGED):
+            columns = ("frequency", "force_level", "phase", "loss_factor")
+            points.append((amplitude, *(float(dataset[name].values[case, k]) for name in columns)))
+    at_90 = pd.DataFrame(rows, columns=[held, "frequency [Hz]", force, "loss factor"])
+    curves = pd.DataFrame(points, columns=[held, "frequency [Hz]", force, "phase [degree]", "loss factor"])
+    return {"force and displacement at 90 degrees": at_90, "controlled response": curves}
+
+
+def held_figures(dataset: xr.Dataset) -> Figures:
+    """The curves, and the phase resonances of several amplitudes."""
+    found: Figures = {"controlled_response": controlled_response}
+    known = int(np.isfinite(dataset["resonance_frequency"].values).any(axis=1).sum())
+    return {**found, "phase_resonances": resonances} if known > 1 else found
+
+
+HELD_PRESENTATION = presents(
+    "controlled_response", Presentation("Controlled response", held_sentences, held_failures, held_figures, held_tables)
 )

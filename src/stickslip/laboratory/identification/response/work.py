@@ -10,19 +10,7 @@ from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 
-from stickslip.analyses.settings import (
-    OneOf,
-    Rule,
-    Sampled,
-    Seed,
-    Setting,
-    Share,
-    Whole,
-    fineness_of,
-    made,
-    maker,
-    takes,
-)
+from stickslip.analyses.settings import OneOf, Rule, Sampled, Seed, Setting, Share, Whole, fineness_of, made, maker, takes
 from stickslip.laboratory.identification.least_squares import FreeParameter
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import enclosed, friction_bounds, statistics
