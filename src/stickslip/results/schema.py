@@ -9,10 +9,12 @@ What kind of curve a case of a forced response is: of a sweep, a branch, or isol
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
+from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -91,89 +93,23 @@ class Variable:
     kind: str = "float"
 
 
-def _rows(dims: str, *rows: tuple[str, ...]) -> tuple[Variable, ...]:
-    return tuple(Variable(row[0], tuple(dims.split()), *row[1:]) for row in rows)
+@cache
+def _tables() -> dict[str, dict[str, tuple[str, ...]]]:
+    """The tables of `variables.toml`."""
+    return tomllib.loads(files("stickslip.results").joinpath("variables.toml").read_text(encoding="utf-8"))
 
 
-COORDINATES = (
-    *_rows("case", ("force_level", "1", "factor on every harmonic force")),
-    *_rows("output", ("output", "1", "output", "str")),
-    *_rows("contact", ("contact", "1", "contact", "str")),
-    *_rows("direction", ("direction", "1", "direction of the contact: t1, t2 tangential, n closing", "str")),
-    *_rows("part", ("part", "1", "real and imaginary part", "str")),
-    *_rows("harmonic", ("harmonic", "1", "harmonic of the excitation frequency")),
-)
+def variables_in(table: str) -> dict[str, tuple[tuple[str, ...], str, str]]:
+    """Dimensions, units and meaning of the variables that a table of `variables.toml` lists, by name."""
+    return {name: (tuple(dims.split()), units, words) for name, (dims, units, words) in _tables()[table].items()}
 
-SCHEMA = (
-    *_rows(
-        "case point",
-        ("frequency", "Hz", "excitation frequency"),
-        ("outcome", "1", "outcome of the solution", "int8"),
-        ("residual", "1", "residual of the harmonic balance"),
-        ("iterations", "1", "Newton iterations"),
-        ("active_rows", "1", "rows of the Newton system"),
-        ("loss_factor", "1", "loss factor"),
-        ("energy_residual", "1", "energy balance of the solution, relative to the input"),
-        ("slip_work_error", "1", "slip work against contact work, relative to the input"),
-    ),
-    *_rows("case point output harmonic part", ("response", "m", "response")),
-    *_rows(
-        "case point output",
-        ("amplitude", "m", "amplitude of the first harmonic"),
-        ("rms", "m", "root mean square over the period, with the mean"),
-        ("max_abs", "m", "largest displacement over the period, with the mean"),
-    ),
-    *_rows("case point contact", ("dissipated", "J", "energy dissipated per period of the excitation")),
-    *_rows(
-        "case point contact direction",
-        ("share_stick", "1", "share of the period in stick"),
-        ("share_slip", "1", "share of the period in slip"),
-        ("share_open", "1", "share of the period without contact"),
-    ),
-    *_rows(
-        "case point contact direction harmonic part",
-        ("contact_motion", "m", "relative displacement of the contact"),
-        ("contact_force", "N", "contact force"),
-    ),
-    *_rows(
-        "case peak output",
-        ("peak_frequency", "Hz", "frequency of the peak"),
-        ("peak_amplitude", "m", "amplitude of the first harmonic at the peak"),
-        ("peak_max_abs", "m", "largest displacement at the peak"),
-        ("peak_loss_factor", "1", "loss factor at the peak"),
-    ),
-    *_rows(
-        "case output",
-        ("highest_max_abs", "m", "largest displacement along the curve, at a peak of its own"),
-        ("highest_max_abs_frequency", "Hz", "frequency of the largest displacement"),
-    ),
-    *_rows("linear_point", ("linear_frequency", "Hz", "frequency of the linear curves")),
-    *_rows(
-        "case linear_point output",
-        ("free_amplitude", "m", "amplitude without contacts"),
-        ("stuck_amplitude", "m", "amplitude with all contacts stuck"),
-    ),
-    *_rows(
-        "mode",
-        ("natural_frequency_free", "Hz", "natural frequency without contacts"),
-        ("natural_frequency_stuck", "Hz", "natural frequency with all contacts stuck"),
-    ),
-    *_rows(
-        "case contact direction sample",
-        (
-            "loop_motion",
-            "m",
-            "relative displacement over one period at the highest peak of the first output, else its largest value",
-        ),
-        ("loop_force", "N", "contact force over one period at the highest peak of the first output, else its largest value"),
-    ),
-    *_rows(
-        "case",
-        ("loop_frequency", "Hz", "frequency of the loops"),
-        ("case_outcome", "1", "whether the curve reached the end of the band", "int8"),
-        ("case_message", "1", "how the curve ended", "str"),
-    ),
-)
+
+def _described(table: str) -> tuple[Variable, ...]:
+    """The variables that a table lists with their kinds."""
+    return tuple(Variable(name, tuple(dims.split()), *rest) for name, (dims, *rest) in _tables()[table].items())
+
+
+COORDINATES, SCHEMA = _described("coordinates"), _described("forced_response")
 
 
 def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any]) -> xr.Dataset:

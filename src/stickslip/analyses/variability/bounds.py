@@ -45,7 +45,7 @@ from stickslip.analyses.settings import (
 from stickslip.analyses.variability.samples import search_cloud
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, variables_in
 from stickslip.results.shown_units import ATTRIBUTE
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
@@ -203,23 +203,7 @@ def _best(toward: float, *found: Extreme | None) -> Extreme | None:
     return max((one for one in found if one is not None), key=lambda one: toward * one.value, default=None)
 
 
-_B = ("bound", "frequency")
-VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "amplitude": (_B, "m", "amplitude of the first harmonic"),
-    "loss_factor": (_B, "1", "loss factor"),
-    "resonance": (_B, "Hz", "frequency of the solution"),
-    "outcome": (_B, "1", "outcome of the search"),
-    "start_variable": ((*_B, "variable"), "1", "start variable in [-1, 1]"),
-    "start_value": ((*_B, "element"), "SI", "start value of each friction element"),
-    "contact_motion": ((*_B, "row", "sample"), "m", "relative displacement of the contact over the period"),
-    "contact_force": ((*_B, "row", "sample"), "N", "contact force over the period"),
-    "sampled_amplitude": (("start", "frequency"), "m", "amplitude of sampled start states"),
-    "sampled_loss_factor": (("start", "frequency"), "1", "loss factor of sampled start states"),
-    "solves": (("frequency",), "1", "solutions computed"),
-    "unsolved": (("frequency",), "1", "sampled start states without a solution"),
-    "unsolved_share": (("frequency",), "1", "share of the sampled start states without a solution"),
-    "unsolved_outcome": (("frequency",), "1", "why most of them have none"),
-}
+VARIABLES = variables_in("response_bounds")
 """What is found: dimensions, unit and meaning. The places of a search stand along frequency."""
 
 
