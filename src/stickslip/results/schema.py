@@ -104,12 +104,18 @@ def variables_in(table: str) -> dict[str, tuple[tuple[str, ...], str, str]]:
     return {name: (tuple(dims.split()), units, words) for name, (dims, units, words) in _tables()[table].items()}
 
 
-def _described(table: str) -> tuple[Variable, ...]:
+def described(table: str, values: Mapping[str, Any]) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
+    """Values by name as xarray takes them, with the dimensions, units and meaning that a table of `variables.toml` lists."""
+    known = {name: variables_in(table)[name] for name in values}
+    return {name: (dims, values[name], {"units": units, "long_name": words}) for name, (dims, units, words) in known.items()}
+
+
+def _with_kinds(table: str) -> tuple[Variable, ...]:
     """The variables that a table lists with their kinds."""
     return tuple(Variable(name, tuple(dims.split()), *rest) for name, (dims, *rest) in _tables()[table].items())
 
 
-COORDINATES, SCHEMA = _described("coordinates"), _described("forced_response")
+COORDINATES, SCHEMA = _with_kinds("coordinates"), _with_kinds("forced_response")
 
 
 def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any]) -> xr.Dataset:
