@@ -9,14 +9,12 @@ While the platforms close, the force at each side leans to its friction cone's e
 cot(α_R + φ_R) + cot(α_L + φ_L) > 0, that is α_L + φ_L + α_R + φ_R < 180°: H = F_C/(that sum). Beyond, it is locked.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from math import atan, degrees
-from typing import cast
+from typing import Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -206,7 +204,7 @@ class BetweenPlatforms:
         mu: Frictions,
         right: ElasticPlatform | None = None,
         title: str = "",
-    ) -> BetweenPlatforms:
+    ) -> Self:
         """One macroslip law a line of contact: kt, kn [N/m], mu, each a number or one entry per line; mu may be a
         `LoadDependentFriction`, over the load of one line."""
         count = len(plane_points(_damper(damper)))
@@ -225,7 +223,7 @@ class BetweenPlatforms:
         gaps: float = 0.0,
         right: ElasticPlatform | None = None,
         title: str = "",
-    ) -> BetweenPlatforms:
+    ) -> Self:
         """One law for every line of contact: "macroslip"; "iwan", the half ellipse of a cylinder on a flat; "microslip", five
         elements whose gaps reach 2 g N/kn, g = `gaps` and N the pull shared over the lines; "dahl".
 
@@ -299,7 +297,7 @@ class BetweenPlatforms:
         """The contact rows at the left or the right."""
         return np.array([2 * i + d for i, point in enumerate(self.points) if point.side == side for d in (0, 1)])
 
-    def with_friction(self, mu: ArrayLike) -> BetweenPlatforms:
+    def with_friction(self, mu: ArrayLike) -> Self:
         """A copy of macroslip laws with other friction coefficients, a number or one a line."""
         values = checks.vector("mu", mu, len(self.laws))
         for law in self.laws:
@@ -308,7 +306,7 @@ class BetweenPlatforms:
         laws = tuple(replace(law, mu=float(m)) for law, m in zip(self.laws, values, strict=True))  # type: ignore[type-var]
         return replace(self, laws=laws)
 
-    def with_pull(self, pull: float) -> BetweenPlatforms:
+    def with_pull(self, pull: float) -> Self:
         """A copy with another pull, N, along y."""
         return replace(self, damper=replace(self.damper, pull=(0.0, pull, 0.0)))
 

@@ -4,11 +4,9 @@ Corner nodes alone are drawn. Of a fine mesh, nodes that lie close together are 
 rows of the reduction that are kept stay small.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import scipy
@@ -59,11 +57,11 @@ class MeshSurface:
         """Displacements (p, 3) for the degrees of freedom q (m,), real or complex, in the unit of q."""
         return np.asarray(self.recovery @ q).reshape(-1, 3)
 
-    def prefixed(self, body: str) -> MeshSurface:
+    def prefixed(self, body: str) -> Self:
         """The same within an assembly, where its degrees of freedom are named "BODY/NODE.DIRECTION"."""
         return replace(self, dofs=tuple(f"{body}/{dof}" for dof in self.dofs)) if body else self
 
-    def shifted(self, step: Array) -> MeshSurface:
+    def shifted(self, step: Array) -> Self:
         """The same elsewhere, by `step` (3,) [m]."""
         return replace(self, points=self.points + step)
 

@@ -6,8 +6,6 @@ before they begin, or at the next progress report of their curve. So no answer c
 What of a study can vary: numbers of its document with the range of a slider each.
 """
 
-from __future__ import annotations
-
 import inspect
 import time
 from collections import OrderedDict
@@ -17,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -233,7 +231,7 @@ class Solver:
     noting: Lock = field(default_factory=Lock)
 
     @classmethod
-    def of(cls, path: Path) -> Solver:
+    def of(cls, path: Path) -> Self:
         """The study at a path, checked as a whole. Raises `InputError` where it has no band to show a response over."""
         solver = cls(text_of(path), path.parent, path.stem)
         checked = job(solver.text, solver.folder, solver.name)

@@ -3,10 +3,8 @@
 The structure without its contacts: the first harmonic of its motion, a limit of every response curve.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import scipy
@@ -50,7 +48,7 @@ class WithoutContacts:
     shapes: NDArray[Any] | None
 
     @classmethod
-    def of(cls, balance: HarmonicBalance) -> WithoutContacts:
+    def of(cls, balance: HarmonicBalance) -> Self:
         """That of a problem."""
         system = balance.problem.systems.at(1)
         M, C, K = system.M, system.C, system.without_contacts(balance.stiffness)
