@@ -1,5 +1,7 @@
 """Ctrl-C and SIGTERM: passed on where they can be, held back where they must not strike, never lost."""
 
+from __future__ import annotations
+
 import _thread
 import os
 import signal
