@@ -24,7 +24,7 @@ from .model.structure.matrices import (
     RayleighDamping as RayleighDamping,
 )
 from .model.readers.stress_places import StrainGauge as StrainGauge
-from .model.structure.fatigue import FatigueLimit as FatigueLimit
+from .model.structure.stress import FatigueLimit as FatigueLimit
 from .model.structure.matrices import Structure as Structure
 from .model.structure.rigid_body import PlanarBody as PlanarBody, RigidBody as RigidBody, box_inertia as box_inertia
 

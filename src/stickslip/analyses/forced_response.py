@@ -99,8 +99,7 @@ from stickslip.support.renderers import FIGURES
 from stickslip.support.units import Band
 
 if TYPE_CHECKING:
-    from stickslip.model.structure.fatigue import FatigueLimit
-    from stickslip.model.structure.stress import StressRecovery
+    from stickslip.model.structure.stress import FatigueLimit, StressRecovery
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -194,7 +194,8 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
     """
     own = view.measure_in(dataset)
     quantity, per_force = quantity_named(name or own.name, per_force)
-    table = dataset[["peak_frequency", "peak_amplitude", "peak_loss_factor", *_stability(dataset)]].to_dataframe().reset_index()
+    judged = ["peak_stability"] if has_stability(dataset) else []
+    table = dataset[["peak_frequency", "peak_amplitude", "peak_loss_factor", *judged]].to_dataframe().reset_index()
     table = table.dropna(subset=["peak_frequency"])
     if own.per_force:
         table["peak_amplitude"] = table["peak_amplitude"] * table["force_level"]
@@ -243,11 +244,6 @@ def outside_table(dataset: xr.Dataset) -> pd.DataFrame:
                     | {size: peak.amplitude / measure.per(level), "loss_factor": peak.loss_factor}
                 )
     return pd.DataFrame(rows)
-
-
-def _stability(dataset: xr.Dataset) -> list[str]:
-    """The variable of the peaks' stability, where a result has it."""
-    return ["peak_stability"] if has_stability(dataset) else []
 
 
 def other_peaks(dataset: xr.Dataset, name: str | None) -> str:
