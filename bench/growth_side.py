@@ -15,8 +15,7 @@ from stickslip import Problem
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact, between
 from stickslip.model.loads import Force
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError

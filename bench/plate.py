@@ -14,8 +14,7 @@ from stickslip.model.contact.friction_disc import FrictionDisc
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact
 from stickslip.model.loads import Force
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.support.checks import Array
 
 LAWS = {"friction disc": FrictionDisc, "macroslip": Macroslip}

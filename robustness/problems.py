@@ -18,8 +18,7 @@ from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.support.units import Band
 
 CLASSES = ("constant load", "varying load", "lift-off", "start state", "barely pressed", "barely pressed, start state")

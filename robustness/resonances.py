@@ -20,8 +20,7 @@ from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact, between
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.continuation.newton import correct, fixed

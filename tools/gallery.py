@@ -15,7 +15,7 @@ import tempfile
 import warnings
 from pathlib import Path
 
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "docs" / "gallery"

@@ -18,11 +18,10 @@ from typing import Any, Literal, get_args, get_origin
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic.fields import FieldInfo
 
-from stickslip.study.contacts import LAWS, LoadDependentFrictionTable
+from stickslip.study.analysis import KINDS, StudyTable
+from stickslip.study.contacts import LAWS, LoadDependentFrictionTable, StartTable
 from stickslip.study.faults import tables_in
 from stickslip.study.fields import SYSTEMS, Dimension, Table, Units, Words
-from stickslip.study.kinds import KINDS, StudyTable
-from stickslip.study.starts import StartTable
 from stickslip.study.structure import AerodynamicsTable
 from stickslip.study.tables import (
     AtSpeedTable,

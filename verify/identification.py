@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.analyses.damper_alone.cycle import CycleModel, DamperCycle, damper_cycle
 from stickslip.laboratory.identification.contact_law.fit import ContactLoop, force_lag
 from stickslip.laboratory.identification.contact_law.work import contact_law
-from stickslip.laboratory.identification.damper.model import LINE_LAWS
+from stickslip.laboratory.identification.damper.model import LINE_LAWS, stiffness_from_slopes
 from stickslip.laboratory.identification.damper.result import Identification
 from stickslip.laboratory.identification.damper.work import identify
 from stickslip.laboratory.measurement.contact_record import ContactRecord
@@ -25,10 +25,8 @@ from stickslip.laboratory.measurement.reconstruction import (
     with_microslip,
 )
 from stickslip.laboratory.measurement.records import Record
-from stickslip.laboratory.measurement.stuck import stiffness_from_slopes
-from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion
 from stickslip.model.dampers.laboratory import ThreePoint
-from stickslip.model.dampers.platform_motion import PlatformMotion
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError
 from verify.row import CLOSED, Row, at_most

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 import stickslip as ss
-from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.cyclic_reduction import craig_bampton
 from verify.row import CLOSED, INDEPENDENT, Row, absolute, at_most, relative
 
 TITLE = "Published cases"

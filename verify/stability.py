@@ -23,8 +23,7 @@ from stickslip.model.contact.point import Contact, between
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.solve.stability.multipliers import Multipliers, PeriodMap, Stability
 from stickslip.support.checks import InputError
 from stickslip.support.outcome import Outcome

@@ -17,7 +17,7 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.freedom import response_history
 from stickslip.analyses.variability.samples import response_samples, search_cloud
-from stickslip.model.contact.period import OFFSET
+from stickslip.model.contact.protocol import OFFSET
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_blade, three_mass_wedge
 from stickslip.solve.balance.balance import HarmonicBalance

@@ -8,8 +8,6 @@ package costs next to nothing:
 Band(start=480.0, stop=600.0)
 """
 
-from __future__ import annotations
-
 import sys
 import warnings
 from typing import Any
@@ -47,4 +45,4 @@ library_settings.ignore_working_folder()
 
 # The rooms that show things register there when they are imported, which is when the first thing is shown.
 renderers.FIGURES.registered_in = "stickslip.show.plots.catalogue"
-renderers.SENTENCES.registered_in = "stickslip.show.report.summary"
+renderers.SENTENCES.registered_in = "stickslip.show.report.answer"

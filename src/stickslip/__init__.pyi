@@ -17,14 +17,14 @@ from .model.structure.cyclic import (
     sector_chain as sector_chain,
     with_bodies as with_bodies,
 )
-from .model.structure.damping import (
+from .model.structure.matrices import (
     AerodynamicDamping as AerodynamicDamping,
     Dashpot as Dashpot,
     ModalDamping as ModalDamping,
     RayleighDamping as RayleighDamping,
 )
 from .model.readers.stress_places import StrainGauge as StrainGauge
-from .model.structure.fatigue import FatigueLimit as FatigueLimit
+from .model.structure.stress import FatigueLimit as FatigueLimit
 from .model.structure.matrices import Structure as Structure
 from .model.structure.rigid_body import PlanarBody as PlanarBody, RigidBody as RigidBody, box_inertia as box_inertia
 

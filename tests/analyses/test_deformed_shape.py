@@ -9,8 +9,8 @@ from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
 import stickslip as ss
-from stickslip.analyses.deformed_shape import MOST_KEPT, SurfaceMotion, deformed_shape, has_shapes, kept_shapes, with_shapes
 from stickslip.analyses.mistuning.disk import Mistuning, mistuned_disk
+from stickslip.analyses.solved_points import MOST_KEPT, SurfaceMotion, deformed_shape, has_shapes, kept_shapes, with_shapes
 from stickslip.model.rigs.octopus_blisk import BliskSector, octopus_blisk
 from stickslip.model.structure.cyclic_reduction import rotation
 from stickslip.results.files import open_results, save
@@ -229,7 +229,7 @@ def test_tips_of_mistuned_blades_move_as_their_response_says(disk, monkeypatch):
     response = ss.forced_response(full, [150.0], 1e-3, harmonics=1, samples=64)
     found = (response.dataset.response.values[0, 0, :, 1] @ [1.0, 1.0j]).reshape(6, 3)
     assert np.ptp(np.abs(found[:, 1])) > 0.01 * np.abs(found[:, 1]).max()
-    monkeypatch.setattr("stickslip.analyses.deformed_shape.MOST_OF_A_WHEEL", 6 * 40)
+    monkeypatch.setattr("stickslip.analyses.solved_points.MOST_OF_A_WHEEL", 6 * 40)
     few = deformed_shape(response.dataset, full, 0, 0)
     assert len(few.points) <= 6 * 40 < 6 * len(disk.surface.points)
     for motion in (response.deformed_shape(0, 0).motion, few):
@@ -244,7 +244,7 @@ def test_tips_of_mistuned_blades_move_as_their_response_says(disk, monkeypatch):
 
 
 def test_a_large_disk_is_shown_as_one_sector(disk, monkeypatch):
-    monkeypatch.setattr("stickslip.analyses.deformed_shape.MOST_OF_A_WHEEL", 100)
+    monkeypatch.setattr("stickslip.analyses.solved_points.MOST_OF_A_WHEEL", 100)
     response = ss.forced_response(disk, [150.0], 1e-3, harmonics=1, samples=64)
     motion = deformed_shape(response.dataset, disk, 0, 0)
     assert motion.note == "one of 6 sectors, nodal diameter 2"

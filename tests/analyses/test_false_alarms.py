@@ -11,7 +11,7 @@ import pytest
 
 import stickslip as ss
 from robustness.resonances import random_case
-from stickslip.analyses.sampling import _hills
+from stickslip.analyses.harmonic_choice import _hills
 from stickslip.analyses.truncation import AT_PEAKS
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.newton import correct

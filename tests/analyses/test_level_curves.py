@@ -5,8 +5,7 @@ import pytest
 from analyses.closed_form_isolas import BAND, is_found, isolas
 
 import stickslip as ss
-from stickslip.analyses.isolated import Isolated
-from stickslip.analyses.level_curves import LevelCurves, sustained
+from stickslip.analyses.isolated import Isolated, LevelCurves, sustained
 
 
 def found(cases):

@@ -5,7 +5,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.motion import LIFTED, PARTLY, SLIPPING, STUCK, kept_motion, point_states, response_motion
-from stickslip.model.contact.period import OPEN, SLIP_DOWN, SLIP_UP, STICK
+from stickslip.model.contact.protocol import OPEN, SLIP_DOWN, SLIP_UP, STICK
 
 PULL, MASS = 60.0, 0.02
 

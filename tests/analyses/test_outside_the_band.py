@@ -13,10 +13,9 @@ import pytest
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip.analyses.harmonic_choice import _worst_points
+from stickslip.analyses.harmonic_choice import _worst_points, sampling_warning
 from stickslip.analyses.mistuning.work import _blades, damper_work
 from stickslip.analyses.other_motion import other_motion_warning
-from stickslip.analyses.sampling import sampling_warning
 from stickslip.analyses.stress import margins
 from stickslip.cli import app
 from stickslip.laboratory.identification.response.prediction import ResponsePredictionWork

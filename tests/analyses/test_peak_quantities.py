@@ -8,8 +8,8 @@ import pytest
 import stickslip as ss
 from stickslip.results.view import highest_maximum, highest_peak, measure_in
 from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.linear_response import linear_peak
 from stickslip.solve.balance.measure import measure_of
-from stickslip.solve.peaks.linear import linear_peak
 
 ZETA, OMEGA0 = 0.2, 2.0
 LINEAR = ss.rigs.single_mass(mass=1.0, damping=2.0 * ZETA * OMEGA0, stiffness=OMEGA0**2 - 1.0, kt=1.0, limit=1e6, force=1.0)

@@ -7,7 +7,7 @@ import pytest
 from stability.test_multipliers import lifting
 
 import stickslip as ss
-from stickslip.analyses.sampling import fold_warning
+from stickslip.analyses.harmonic_choice import fold_warning
 from stickslip.solve.balance.balance import HarmonicBalance
 
 

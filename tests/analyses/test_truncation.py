@@ -8,7 +8,7 @@ import pytest
 import stickslip as ss
 from robustness.problems import random_case
 from stickslip.analyses import truncation
-from stickslip.analyses.sampling import broken_warning
+from stickslip.analyses.harmonic_choice import broken_warning
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.truncation import truncation_warning
 from stickslip.show.report.conclusions import warnings_of

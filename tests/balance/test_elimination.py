@@ -12,8 +12,8 @@ from balance.full_balance import (
 )
 from balance.problems import everything
 
-from stickslip.model.contact.period import HELD, SLIPPING, STATIC
 from stickslip.model.contact.point import MeanTraction, SliderOffset, TractionRatio
+from stickslip.model.contact.protocol import HELD, SLIPPING, STATIC
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import chain_varying_load, single_blade, three_mass_wedge
 from stickslip.solve.balance.balance import HarmonicBalance

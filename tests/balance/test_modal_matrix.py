@@ -10,7 +10,7 @@ from balance.test_linear_part import CASES as DAMPINGS
 from balance.test_linear_part import critically_damped
 
 from bench.plate import plate
-from stickslip.model.contact.period import HELD
+from stickslip.model.contact.protocol import HELD
 from stickslip.model.rigs import chain_varying_load, lumped_blisk, three_mass_wedge
 from stickslip.solve.balance.balance import HarmonicBalance, PathCondition
 from stickslip.solve.balance.newton_parts import compile_parts

@@ -11,8 +11,8 @@ from laws.samples import Element
 from stickslip.model.contact.cubic import Gap
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
-from stickslip.model.contact.period import HELD, SLIPPING
 from stickslip.model.contact.point import Contact, between
+from stickslip.model.contact.protocol import HELD, SLIPPING
 from stickslip.solve.balance.energy import cycle_work
 
 H = 5

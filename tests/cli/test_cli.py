@@ -16,7 +16,7 @@ from stickslip.cli import app, studies
 from stickslip.cli.app import claimed
 from stickslip.results.files import open_results
 from stickslip.runs.work import CheckpointFolder
-from stickslip.show.report import presentation
+from stickslip.show.report import markup
 from stickslip.show.report.responses import PRESENTATION
 from stickslip.support import console
 from stickslip.support.files import LIST
@@ -373,12 +373,12 @@ def test_a_curve_that_breaks_off_is_said(one_mass, tmp_path, monkeypatch):
     """Results are written all the same; scripts see the exit code."""
     one_mass.write_text(QUICK)
     broken = replace(PRESENTATION, failures=lambda dataset: ["force 0.5: the curve stopped at 0.2 Hz."])
-    monkeypatch.setitem(presentation._PRESENTATIONS, "forced_response", broken)
-    presentation.presentation_named.cache_clear()
+    monkeypatch.setitem(markup._PRESENTATIONS, "forced_response", broken)
+    markup.presentation_named.cache_clear()
     result = stickslip_command("run", one_mass, "--out", tmp_path / "out")
     assert_refused(result, "force 0.5: the curve stopped at 0.2 Hz.", code=console.INCOMPLETE)
     assert (tmp_path / "out" / "results.nc").is_file()
-    presentation.presentation_named.cache_clear()
+    markup.presentation_named.cache_clear()
 
 
 def test_the_version_and_no_command():

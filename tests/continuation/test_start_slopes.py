@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.model.contact.period import MEAN, OFFSET, RATIO, friction_period
+from stickslip.model.contact.protocol import MEAN, OFFSET, RATIO, friction_period
 from stickslip.solve.continuation.sensitivity import _start_slope
 
 KT = 2.0

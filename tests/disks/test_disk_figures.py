@@ -11,8 +11,7 @@ from stickslip.model.loads import Force
 from stickslip.model.rigs import lumped_blisk
 from stickslip.model.rigs.octopus_blisk import BliskSector, octopus_blisk
 from stickslip.model.structure.cyclic import sector_chain
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.results.files import open_results, save
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, placed_sectors

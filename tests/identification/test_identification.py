@@ -25,8 +25,7 @@ from stickslip.laboratory.measurement.reconstruction import NO_ERRORS, RigErrors
 from stickslip.laboratory.measurement.records import Record, write_record
 from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.dampers import Cylinder, Wedge
-from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.model.dampers.platform_motion import PlatformMotion, in_phase, out_of_phase
+from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion, in_phase, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.show.report.identification import PRESENTATION
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle

@@ -6,7 +6,7 @@ import pytest
 from stickslip.laboratory.identification.damper.work import identify
 from stickslip.laboratory.measurement.cycles import CycleSet, whole_cycles
 from stickslip.laboratory.measurement.reconstruction import RigErrors, synthetic_record, true_cycle
-from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
+from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError
 

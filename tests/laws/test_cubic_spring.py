@@ -7,7 +7,7 @@ from laws.marching import harmonics_of, sampled
 from laws.samples import SPRING_SAMPLES
 
 import stickslip as ss
-from stickslip.model.contact.period import SLIPPING
+from stickslip.model.contact.protocol import SLIPPING
 from stickslip.solve.balance.energy import cycle_work
 
 VIRGIN = ss.SliderOffset()

@@ -8,9 +8,8 @@ from each import each
 from laws.kernel import OMEGA, answer, forces, random_motion
 from laws.samples import every_law, samples_of
 
-from stickslip.model.contact.period import SLIPPING
 from stickslip.model.contact.point import Contact, SliderOffset, TractionRatio, between, contact_table
-from stickslip.model.contact.protocol import kind_of
+from stickslip.model.contact.protocol import SLIPPING, kind_of
 from stickslip.model.contact.valanis import Valanis
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import InputError

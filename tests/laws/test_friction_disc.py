@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 
 from stickslip.model.contact.friction_disc import FrictionDisc, disc_step
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.period import HELD, SLIPPING, STATIC
 from stickslip.model.contact.point import Contact, MeanTraction, SliderOffset, TractionRatio, between
+from stickslip.model.contact.protocol import HELD, SLIPPING, STATIC
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import InputError
 

@@ -18,8 +18,8 @@ from laws.samples import SAMPLES, Element, Sample
 
 from stickslip.model.contact.cubic import Gap
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.period import HELD, SLIPPING, STATIC
 from stickslip.model.contact.point import MeanTraction, SliderOffset, TractionRatio
+from stickslip.model.contact.protocol import HELD, SLIPPING, STATIC
 
 H, NT = 3, 64
 STEP = 3e-8

@@ -17,8 +17,8 @@ from stickslip.model.contact.cubic import Gap
 from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
-from stickslip.model.contact.period import HELD, SLIPPING
 from stickslip.model.contact.point import MeanTraction, SliderOffset, TractionRatio
+from stickslip.model.contact.protocol import HELD, SLIPPING
 from stickslip.solve.balance.energy import cycle_work
 
 H, NT = 4, 96

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from laws.marching import marched, reachable
 
-from stickslip.model.contact.period import MEAN, OFFSET, RATIO, SLIPPING, friction_period, start_intercept, stick_interval
+from stickslip.model.contact.protocol import MEAN, OFFSET, RATIO, SLIPPING, friction_period, start_intercept, stick_interval
 
 number = st.floats(-8.0, 8.0, width=32)
 not_negative = st.floats(0.0, 4.0, width=32)

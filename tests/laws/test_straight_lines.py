@@ -11,8 +11,8 @@ from laws.marching import harmonics_of
 from laws.samples import DISC_SAMPLES, SAMPLES, SPRING_SAMPLES, Sample
 from scipy.integrate import solve_ivp
 
-from stickslip.model.contact.period import SLIPPING
 from stickslip.model.contact.point import SliderOffset, TractionRatio
+from stickslip.model.contact.protocol import SLIPPING
 from stickslip.solve.balance.energy import cycle_work
 
 H, NT = 3, 64

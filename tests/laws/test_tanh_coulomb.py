@@ -6,8 +6,8 @@ from laws.kernel import OMEGA, answer, cycle, forces, random_motion
 from laws.marching import harmonics_of, sampled
 from laws.samples import TANH_SAMPLES
 
-from stickslip.model.contact.period import SLIPPING
 from stickslip.model.contact.point import Contact, SliderOffset, between
+from stickslip.model.contact.protocol import SLIPPING
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.support.checks import InputError

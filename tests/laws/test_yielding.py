@@ -6,8 +6,8 @@ from laws.conftest import STARTS
 from laws.kernel import OMEGA, answer, forces, random_motion
 from laws.samples import DAHL_SAMPLES, LUGRE_SAMPLES, VALANIS_SAMPLES
 
-from stickslip.model.contact.period import SLIPPING
 from stickslip.model.contact.point import SliderOffset
+from stickslip.model.contact.protocol import SLIPPING
 
 H, NT = 3, 64
 VIRGIN = SliderOffset()

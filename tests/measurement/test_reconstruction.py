@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
+from stickslip.laboratory.identification.damper.model import friction_from_ratios, plateau
 from stickslip.laboratory.measurement.cycles import whole_cycles
 from stickslip.laboratory.measurement.reconstruction import (
     blade_damper_forces,
@@ -16,8 +17,7 @@ from stickslip.laboratory.measurement.reconstruction import (
     true_cycle,
 )
 from stickslip.laboratory.measurement.records import Record, read_record, write_record
-from stickslip.laboratory.measurement.stuck import friction_from_ratios, plateau
-from stickslip.model.dampers.platform_motion import in_phase, out_of_phase
+from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError
 

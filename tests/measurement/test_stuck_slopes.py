@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.damper_alone.cycle import CycleModel
-from stickslip.laboratory.measurement.stuck import stiffness_from_slopes, stuck_slopes, stuck_stretch
+from stickslip.laboratory.identification.damper.model import stiffness_from_slopes, stuck_slopes, stuck_stretch
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.laboratory import ThreePoint
 from stickslip.model.rigs.laboratory_damper import laboratory_damper

@@ -12,7 +12,7 @@ from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.analyses.forced_response import forced_response
 from stickslip.model.contact.point import SliderOffset
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.model.problem.static_balance import unbearable_loads
+from stickslip.model.problem.at_rest import unbearable_loads
 from stickslip.solve.balance.energy import cycle_work
 
 TABLE = ss.LoadDependentFriction((0.5, 1.0, 2.5), (0.8, 0.5, 0.3))

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.colors import to_hex
 from plotly.graph_objects import Figure
 
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.show.plots.chart import Area, Axis, Bars, Cells, Chart, Key, Line, Panel, Rule, Shades, band, closed, edges_between
 from stickslip.show.plots.interactive import description, plotly_figure
 from stickslip.show.plots.look import FREE, Style, colour, contact, level

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 import stickslip as ss
-from stickslip.analyses.deformed_shape import MOST_OF_A_WHEEL, SurfaceMotion
+from stickslip.analyses.solved_points import MOST_OF_A_WHEEL, SurfaceMotion
 from stickslip.show.plots.deformed_shape import FRAMES, DeformedShape, save_vtu
 from stickslip.show.report import write
 from stickslip.show.report.markup import Charts

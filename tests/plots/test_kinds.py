@@ -13,7 +13,7 @@ from report.pages import Page
 
 from stickslip.results.files import open_results
 from stickslip.show.plots.chart import Chart
-from stickslip.show.report.presentation import presentation_of
+from stickslip.show.report.markup import presentation_of
 from stickslip.study.templates import KINDS
 
 """Keys of each template that are changed so that it runs in seconds; None: left out."""

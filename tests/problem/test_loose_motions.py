@@ -8,7 +8,7 @@ from problem.loose_wedge import KT, wedge_between
 
 import stickslip as ss
 from stickslip.analyses.truncation import coordinates_note, held_mean_warning
-from stickslip.model.problem.loose_motions import SOFT, loose_motions, soft_springs
+from stickslip.model.problem.systems import SOFT, loose_motions, soft_springs
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.solve.curves.curve import solve_curve

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.model.problem.static_balance import unbearable_loads
+from stickslip.model.problem.at_rest import unbearable_loads
 from stickslip.study.reading import job
 from stickslip.study.templates import write_new
 

@@ -16,8 +16,7 @@ from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.point import Contact
 from stickslip.model.problem import Problem
 from stickslip.model.problem.truncation import LEAST_SHARE, on_few_coordinates
-from stickslip.model.structure.damping import Dashpot, ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import Dashpot, ModalDamping, Structure
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.linear_response import WithoutContacts, linear_amplitudes
 from stickslip.solve.balance.receptance import REAL_MODE

@@ -72,8 +72,8 @@ IMPORTS_BY_NAME = {
     "model/readers/process.py": "the reader that another process is told to use",
     "show/plots/catalogue.py": "every module of its own folder",
     "support/renderers.py": "what the package, which stands above all, names",
-    "show/report/presentation.py": "every module of its own folder",
-    "study/kinds.py": "every module of its own folder",
+    "show/report/markup.py": "every module of its own folder",
+    "study/analysis.py": "every module of its own folder",
 }
 """Modules that import by a name that is computed, and which one that is."""
 

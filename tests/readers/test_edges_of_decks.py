@@ -12,7 +12,7 @@ from stickslip.laboratory.measurement.records import read_record
 from stickslip.model.readers import octave_text
 from stickslip.model.readers.ansys_deck import read_archive
 from stickslip.model.readers.input_deck import read_deck
-from stickslip.model.readers.nastran_grid import read_grid
+from stickslip.model.readers.nastran_deck import read_grid
 from stickslip.model.readers.numbers import number_of
 from stickslip.support.checks import InputError
 

@@ -6,7 +6,7 @@ import pytest
 import stickslip as ss
 from stickslip.model.readers.ansys_deck import read_archive
 from stickslip.model.readers.input_deck import read_deck
-from stickslip.model.readers.nastran_grid import read_grid
+from stickslip.model.readers.nastran_deck import read_grid
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*implausible")
 

@@ -142,7 +142,7 @@ def test_a_header_that_claims_too_much(tmp_path, case):
 
 def test_an_archive_that_unpacks_to_far_more(tmp_path, monkeypatch):
     bomb(tmp_path / "a.npz")
-    monkeypatch.setattr("stickslip.model.readers.limits.memory", lambda: 2**24)
+    monkeypatch.setattr("stickslip.model.readers.numbers.memory", lambda: 2**24)
     before = peak_memory()
     with time_limit(), pytest.raises(InputError, match="half of the memory"):
         read_model(tmp_path / "a.npz")

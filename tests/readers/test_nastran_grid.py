@@ -6,8 +6,7 @@ from each import each
 from readers import nastran_files
 
 import stickslip as ss
-from stickslip.model.readers.nastran_cards import BULK_CARDS
-from stickslip.model.readers.nastran_grid import ELEMENTS, read_grid
+from stickslip.model.readers.nastran_deck import BULK_CARDS, ELEMENTS, read_grid
 
 
 def deck(folder, text, **files):

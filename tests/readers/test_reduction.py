@@ -6,7 +6,7 @@ from scipy import linalg
 
 import stickslip as ss
 from stickslip.model.readers.describe import describe
-from stickslip.model.structure.lowest_modes import lowest_modes
+from stickslip.model.structure.complete_modes import lowest_modes
 from stickslip.model.structure.solid import box_mesh, solid
 from stickslip.support.checks import Faults, InputError
 

@@ -307,7 +307,7 @@ def test_a_case_that_unpacks_to_far_more_is_computed_again(tmp_path, monkeypatch
     np.testing.assert_array_equal(kept.load("a")["values"], np.ones(3))
     (file,) = tmp_path.glob("*.npz")
     bomb(file)
-    monkeypatch.setattr("stickslip.model.readers.limits.memory", lambda: 2**24)
+    monkeypatch.setattr("stickslip.model.readers.numbers.memory", lambda: 2**24)
     before = peak_memory()
     assert kept.load("a") is None
     archive(file, (10**9, 10))

@@ -7,7 +7,7 @@ from scipy.io.matlab import MatlabObject
 
 import stickslip as ss
 from stickslip.model.readers.ansys_deck import read_archive
-from stickslip.model.readers.nastran_grid import read_grid
+from stickslip.model.readers.nastran_deck import read_grid
 from stickslip.support.checks import InputError
 
 GRIDS = "".join(f"GRID,{k},,{k - 1}.,0.,0.\n" for k in range(1, 5))

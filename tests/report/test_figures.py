@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from report.synthetic import KINDS, poor
 
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.show.plots.forced_response import FIGURES, hysteresis_loops, response_curves, save_figures
 from stickslip.support.checks import InputError
 from stickslip.support.renderers import FIGURES as REGISTERED

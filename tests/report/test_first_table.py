@@ -11,9 +11,8 @@ from stickslip.model.dampers import in_phase, out_of_phase
 from stickslip.model.rigs import laboratory_damper
 from stickslip.show.plots.damper_cycle import damper_cycles
 from stickslip.show.report import plain
-from stickslip.show.report.markup import Charts
+from stickslip.show.report.markup import Charts, Presentation
 from stickslip.show.report.plain import overview
-from stickslip.show.report.presentation import Presentation
 
 
 def shown(analysis, dataset):

@@ -13,13 +13,12 @@ from matplotlib import use
 import stickslip as ss
 from stickslip import analyses, laboratory
 from stickslip.results.quantities import NOT_JUDGED
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.show.report.conclusions import headline, level_sentence, warnings_of
-from stickslip.show.report.markup import number
+from stickslip.show.report.markup import number, presentation_of
 from stickslip.show.report.nonlinear_modes import PRESENTATION
 from stickslip.show.report.page import common_title
 from stickslip.show.report.plain import _sentence
-from stickslip.show.report.presentation import presentation_of
 from stickslip.support.checks import rounded
 
 

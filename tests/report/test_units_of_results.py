@@ -22,8 +22,8 @@ from stickslip.results.shown_units import attributes_of, in_system, shown_datase
 from stickslip.runs.work import CheckpointFolder
 from stickslip.show.plots.chart import Axis, Bars, Chart, Line, Panel, Rule, shown_chart
 from stickslip.show.plots.look import Style
+from stickslip.show.report.markup import presentation_of
 from stickslip.show.report.page import page
-from stickslip.show.report.presentation import presentation_of
 from stickslip.study.reading import job
 from stickslip.study.run import Run
 from stickslip.support.units import UNIT_SYSTEMS, UnitSystem

@@ -10,7 +10,7 @@ from stability.hybrid import of_problem
 
 import stickslip as ss
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.model.contact.period import STICK
+from stickslip.model.contact.protocol import STICK
 from stickslip.solve.stability.event_march import EventMarch
 from stickslip.solve.stability.judge import MOST_COORDINATES, Judge, OrbitSearch
 from stickslip.solve.stability.multipliers import Stability

@@ -13,7 +13,7 @@ from stickslip.analyses import stability
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.cli import app
 from stickslip.model import rigs
-from stickslip.model.problem.loose_motions import soft_springs
+from stickslip.model.problem.systems import soft_springs
 from stickslip.results.quantities import stability_sentences
 from stickslip.show.plots.response_curves import response_curves
 from stickslip.show.report.conclusions import headline, warnings_of

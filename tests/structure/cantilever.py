@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 import stickslip as ss
-from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.cyclic_reduction import craig_bampton
 from stickslip.model.structure.solid import STEEL, box_mesh, solid
 from stickslip.model.structure.stress import stress_recovery
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.model.structure.assembly import Spring, assemble
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.support.checks import InputError
 
 

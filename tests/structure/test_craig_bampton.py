@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import linalg, sparse
 
-from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.cyclic_reduction import craig_bampton
 from stickslip.model.structure.solid import box_mesh, solid
 from stickslip.support.checks import InputError
 

@@ -15,16 +15,15 @@ from scipy import linalg, sparse
 from threadpoolctl import threadpool_limits
 
 import stickslip as ss
-from stickslip.model.structure import factor, pardiso, superlu
-from stickslip.model.structure.craig_bampton import craig_bampton
-from stickslip.model.structure.factor import Factor, Singular
+from stickslip.model.structure import factor, pardiso
+from stickslip.model.structure.cyclic_reduction import craig_bampton
+from stickslip.model.structure.factor import Factor, Singular, nested_dissection
 from stickslip.model.structure.solid import box_mesh, solid
-from stickslip.model.structure.superlu import nested_dissection
 from stickslip.support import machine
 
 needs_metis = pytest.mark.skipif(util.find_spec("pymetis") is None, reason="no wheel of pymetis for this machine")
 needs_mkl = pytest.mark.skipif(not pardiso.usable(), reason="no wheel of MKL for this machine")
-LIMITS = {"SuperLU": 10**9, "SuperLU with METIS": 10**9, "MKL PARDISO": 1}
+LIMITS = {"SuperLU": 10**9, "SuperLU with METIS": 1, "MKL PARDISO": 1}
 
 
 @pytest.fixture(
@@ -33,7 +32,7 @@ LIMITS = {"SuperLU": 10**9, "SuperLU with METIS": 10**9, "MKL PARDISO": 1}
 def chosen(request, monkeypatch):
     """One of the solvers, for matrices of any size."""
     monkeypatch.setattr(factor, "LARGE", LIMITS[request.param])
-    monkeypatch.setattr(superlu, "LARGE", 1 if "METIS" in request.param else 10**9)
+    monkeypatch.setattr(pardiso, "usable", lambda: request.param == "MKL PARDISO")
     return request.param.partition(" with")[0]
 
 
@@ -100,10 +99,10 @@ def test_nested_dissection_orders_all_rows_and_saves_memory(monkeypatch):
     body = solid(box_mesh(grid, grid, grid)).clamp(lambda points: points[:, 1] < 1e-9)
     order = nested_dissection(body.K)
     assert sorted(order) == list(range(body.size))
-    ours = superlu.SuperLU(body.K)
-    monkeypatch.setattr("stickslip.model.structure.superlu.PACKAGE", "no_such_package")
+    ours = factor.SuperLU(body.K)
+    monkeypatch.setattr("stickslip.model.structure.factor.METIS", "no_such_package")
     assert nested_dissection(body.K) is None
-    others = superlu.SuperLU(body.K)
+    others = factor.SuperLU(body.K)
     assert ours.mebibytes < 0.8 * others.mebibytes
     loads = np.random.default_rng(0).standard_normal((body.size, 2))
     np.testing.assert_allclose(ours.solve(loads), others.solve(loads), rtol=1e-6, atol=1e-9 * np.abs(others.solve(loads)).max())
@@ -140,7 +139,7 @@ def test_the_environment_is_not_searched_for_the_library(monkeypatch):
 TWICE = """
 import hashlib
 import numpy as np
-from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.cyclic_reduction import craig_bampton
 from stickslip.model.structure.solid import box_mesh, solid
 body = solid(box_mesh(*(np.linspace(0.0, size, 1 + cells) for size, cells in ((0.02, 4), (0.05, 6), (0.15, 16)))))
 body = body.clamp(lambda points: points[:, 2] < 1e-9)
@@ -186,8 +185,8 @@ def test_a_large_matrix_without_mkl_names_the_extra(monkeypatch):
     monkeypatch.setattr(pardiso, "PACKAGE", "no_such_package")
     monkeypatch.setattr(pardiso.sys, "platform", "linux")
     monkeypatch.setattr(pardiso.platform, "machine", lambda: "x86_64")
-    superlu.SuperLU(sparse.csc_array(sparse.eye_array(superlu.LARGE)), said.append)
-    superlu.SuperLU(sparse.csc_array(np.eye(2)), said.append)
+    factor.SuperLU(sparse.csc_array(sparse.eye_array(factor.LARGE)), said.append)
+    factor.SuperLU(sparse.csc_array(np.eye(2)), said.append)
     assert ["stickslip[mkl]" in words for words in said] == [True, False]
     monkeypatch.setattr(pardiso.platform, "machine", lambda: "arm64")
     assert pardiso.advice() == ""

@@ -5,7 +5,7 @@ import pytest
 from scipy import linalg
 
 from stickslip.model.problem import modal_damping_matrix
-from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import ModalDamping
 from stickslip.model.structure.modes import definite_modes, natural_modes
 
 

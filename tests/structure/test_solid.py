@@ -5,7 +5,7 @@ import pytest
 import skfem
 from scipy import linalg
 
-from stickslip.model.structure.craig_bampton import craig_bampton
+from stickslip.model.structure.cyclic_reduction import craig_bampton
 from stickslip.model.structure.solid import STEEL, Material, Solid, box_mesh, solid
 from stickslip.support.checks import InputError
 

@@ -8,11 +8,10 @@ import pytest
 from scipy import linalg, sparse
 
 from stickslip.model.structure.assembly import Spring, assemble
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.model.structure.mesh_surface import MeshSurface
+from stickslip.model.structure.modes import unresisted
 from stickslip.model.structure.rigid_body import RigidBody
-from stickslip.model.structure.rigid_motions import unresisted
 from stickslip.model.structure.solid import box_mesh, solid
 from stickslip.model.structure.sparse_structure import SparseStructure
 from stickslip.model.structure.stress import StressRecovery

@@ -7,10 +7,10 @@ from typer.testing import CliRunner
 from stickslip.cli import app
 from stickslip.results.files import open_results, save
 from stickslip.results.schema import RENAMED_ANALYSES, RENAMED_VARIABLES, stamped
-from stickslip.show.report.presentation import presentation_of
-from stickslip.study.kinds import KINDS, owners
+from stickslip.show.report.markup import presentation_of
+from stickslip.study.analysis import KINDS, owners
+from stickslip.study.faults import ANALYSES, TABLES, TEMPLATES, with_new_names
 from stickslip.study.reading import read
-from stickslip.study.renamed import ANALYSES, TABLES, TEMPLATES, with_new_names
 from stickslip.study.templates import KINDS as FILES
 from stickslip.study.templates import write_new
 

@@ -14,7 +14,7 @@ import stickslip as ss
 from stickslip.analyses.settings import EXECUTION, Settings
 from stickslip.laboratory.identification.contact_law.work import ContactLawWork
 from stickslip.study import job
-from stickslip.study.kinds import KINDS
+from stickslip.study.analysis import KINDS
 from stickslip.study.tables import SweepTable
 from stickslip.study.templates import KINDS as TEMPLATES
 from stickslip.study.templates import write_new

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip import study
-from stickslip.study.kinds import KINDS
+from stickslip.study.analysis import KINDS
 
 SYSTEMS = {"m-kg-s": (1.0, 1.0, 1.0), "mm-t-s": (1e3, 1.0, 1e-3), "kN": (1.0, 1e-3, 1.0)}
 """How many units of length, force and mass one metre, newton and kilogram are."""

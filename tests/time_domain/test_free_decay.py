@@ -10,7 +10,7 @@ import stickslip as ss
 from stickslip.analyses.free_decay import half_cycles, turning_points
 from stickslip.cli import app
 from stickslip.model.rigs import three_mass_wedge
-from stickslip.show.report.presentation import presentation_named
+from stickslip.show.report.markup import presentation_named
 from stickslip.solve.time.march import TimeStart
 
 RELEASED, STIFFNESS, LIMIT = 0.85e-3, 1e4, 1.0

@@ -5,8 +5,10 @@ import pytest
 
 import stickslip as ss
 from stickslip.results.schema import stamped
-from stickslip.show.report.presentation import presentation_of
-from stickslip.show.report.stepped_sine import highest, sentences, tables, ways
+from stickslip.show.report.free_decay import highest, ways
+from stickslip.show.report.free_decay import stepped_sentences as sentences
+from stickslip.show.report.free_decay import stepped_tables as tables
+from stickslip.show.report.markup import presentation_of
 from stickslip.study.reading import job
 
 OMEGA, RATIO = 100.0, 0.02

@@ -32,22 +32,15 @@ from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.files import save
-from stickslip.results.result import Result
-from stickslip.results.schema import SCHEMA
+from stickslip.results.schema import SCHEMA, Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import EnergyBalance
+from stickslip.solve.balance.fourier import attribute, checked_harmonics, highest
 from stickslip.solve.balance.measure import QUANTITIES, Quantity, quantity_named
-from stickslip.solve.balance.orders import attribute, checked_harmonics, highest
 from stickslip.solve.balance.system import Control
-from stickslip.solve.curves.curve import (
-    controlled_curve,
-    followed_resonances,
-    force_phase,
-    phase_resonances,
-    turned_motion,
-)
+from stickslip.solve.curves.curve import controlled_curve, followed_resonances, force_phase, phase_resonances, turned_motion
 from stickslip.support.checks import Array, fault, of_kind, positive, unique, vector
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread

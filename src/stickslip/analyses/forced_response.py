@@ -13,11 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.analyses.deformed_shape import deformed_shape, with_shapes
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
-from stickslip.analyses.harmonic_choice import sufficient_harmonics
-from stickslip.analyses.isolated import Isolated, take_from_modes
-from stickslip.analyses.level_curves import searched, sought_unasked, unsought
+from stickslip.analyses.harmonic_choice import (
+    broken_warning,
+    fold_warning,
+    samples_warning,
+    sampling_warning,
+    sufficient_harmonics,
+    without_ripples,
+)
+from stickslip.analyses.isolated import Isolated, searched, sought_unasked, take_from_modes, unsought
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
@@ -33,16 +38,17 @@ from stickslip.analyses.response_dataset import (
     curve_arrays,
     response_dataset,
 )
-from stickslip.analyses.sampling import broken_warning, fold_warning, samples_warning, sampling_warning, without_ripples
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.settings import OR_AUTO, ForcedResponseSettings, OneBalance, takes
 from stickslip.analyses.solved_points import (
     SHAPE_FORCE,
     SHAPE_FORCE_ATTRIBUTES,
     SolvedPoints,
+    deformed_shape,
     peaks_of_another,
     refuse_unexcited,
     response_at,
+    with_shapes,
 )
 from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
@@ -67,22 +73,20 @@ from stickslip.analyses.truncation import (
 )
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
-from stickslip.model.problem.many_periods import over_periods
+from stickslip.model.problem.speed import over_periods
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.model.problem.warnings import negative_damping
 from stickslip.model.rigs import single_mass
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity, has_stability, words_of_flags
-from stickslip.results.result import Result
-from stickslip.results.schema import CurveKind, kinds_in, with_kinds
+from stickslip.results.schema import CurveKind, Result, kinds_in, with_kinds
 from stickslip.results.view import measure_in, nearest_point, periods_of
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, CaseStopped, Progress, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
-from stickslip.solve.balance.fourier import fourier
+from stickslip.solve.balance.fourier import Harmonics, attribute, fourier, harmonics_for, highest, in_fractions, of_attribute
 from stickslip.solve.balance.measure import Measure, measure_of
-from stickslip.solve.balance.orders import Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
 from stickslip.solve.curves.curve import Curve, CurveStopped, solve_curve, stopped_curve
 from stickslip.solve.curves.refine import refined
 from stickslip.solve.peaks.search import TOLERANCE
@@ -96,8 +100,7 @@ from stickslip.support.renderers import FIGURES
 from stickslip.support.units import Band
 
 if TYPE_CHECKING:
-    from stickslip.model.structure.fatigue import FatigueLimit
-    from stickslip.model.structure.stress import StressRecovery
+    from stickslip.model.structure.stress import FatigueLimit, StressRecovery
 
 
 @dataclass(frozen=True, eq=False, repr=False)

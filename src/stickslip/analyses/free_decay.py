@@ -18,8 +18,7 @@ from stickslip.analyses.time_response import time_response
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.results.files import save
-from stickslip.results.result import Result
-from stickslip.results.schema import stamped
+from stickslip.results.schema import Result, stamped
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance

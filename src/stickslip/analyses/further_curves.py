@@ -14,9 +14,8 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
 from stickslip.results.view import measure_in, periods_of
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
-from stickslip.solve.balance.fourier import complex_harmonics
+from stickslip.solve.balance.fourier import complex_harmonics, of_attribute
 from stickslip.solve.balance.measure import Measure
-from stickslip.solve.balance.orders import of_attribute
 from stickslip.solve.continuation.branch_points import BranchPoint, branch_points, determinant_jumps, starts
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.continuation.interpolation import Interpolation

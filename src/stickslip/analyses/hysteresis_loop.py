@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import Contact, SliderOffset, Start, contact_table
 from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.solve.balance.energy import forces_of_motion
 from stickslip.support.checks import Array, fault, numbers, of_kind, positive, vector
 from stickslip.support.late import xr

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.model.contact.period import OPEN, STICK
 from stickslip.model.contact.point import Contact
+from stickslip.model.contact.protocol import OPEN, STICK
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.structure.rigid_body import arm_of

@@ -14,7 +14,7 @@ from scipy import linalg
 
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.support.checks import between, fault, of_kind
 from stickslip.support.late import pd, xr
 

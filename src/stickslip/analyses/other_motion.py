@@ -4,8 +4,6 @@ Where a resonance leans over the band, a curve that begins inside stays below it
 method from other starts at the same frequencies finds neither more often than the curve itself; a curve from beyond an end does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import chain, pairwise

@@ -5,8 +5,6 @@ deformations, then with the shapes of their own contact forces, until no output 
 the square of what it changes, where contacts are not far stiffer than what they join.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 

@@ -10,8 +10,6 @@ Checks of arguments that several analyses share.
 Settings of a forced response, which speed sweeps, other analyses and the table [sweep] of studies share.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, fields
@@ -24,26 +22,12 @@ from numpy.typing import ArrayLike
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Checkpoint, Progress, Workers, silent
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.fourier import fourier
+from stickslip.solve.balance.fourier import MOST_SAMPLES, Harmonics, checked_harmonics, fineness, fourier, highest
 from stickslip.solve.balance.measure import Measure, measure_of
-from stickslip.solve.balance.orders import MOST_SAMPLES, Harmonics, checked_harmonics, fineness, highest
 from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.solve.starts.states import Rules, Sharing, rules_of
-from stickslip.support.checks import (
-    LARGEST_SEED,
-    MOST,
-    InputError,
-    among,
-    between,
-    fault,
-    finite,
-    numbers,
-    of_kind,
-    positive,
-    unique,
-    vector,
-    whole,
-)
+from stickslip.support import checks
+from stickslip.support.checks import InputError, fault
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.units import Band, followed
 
@@ -103,10 +87,10 @@ class Whole:
     """The check of a whole number, whose bounds the table of a study takes over."""
 
     least: int
-    most: int = MOST
+    most: int = checks.MOST
 
     def __call__(self, name: str, value: Any) -> int:
-        return between(name, value, self.least, self.most)
+        return checks.between(name, value, self.least, self.most)
 
 
 @dataclass(frozen=True)
@@ -117,7 +101,7 @@ class Within:
     high: float
 
     def __call__(self, name: str, value: Any) -> float:
-        number = finite(name, value)
+        number = checks.finite(name, value)
         if not self.low < number < self.high:
             raise fault(name, f"must lie between {self.low:g} and {self.high:g}", number)
         return number
@@ -130,7 +114,7 @@ class OfKind:
     kind: type[Any]
 
     def __call__(self, name: str, value: Any) -> Any:
-        return of_kind(name, value, self.kind)
+        return checks.of_kind(name, value, self.kind)
 
 
 @dataclass(frozen=True)
@@ -140,7 +124,7 @@ class OneOf:
     words: tuple[str, ...]
 
     def __call__(self, name: str, value: Any) -> str:
-        return among(name, value, self.words)
+        return checks.among(name, value, self.words)
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,7 +225,7 @@ def _rule(name: str, value: Any) -> Rules:
 
 def _problem(name: str, value: Any) -> Problem:
     """A problem with all its rows: how contacts deform a mesh, a forced response alone finds out."""
-    problem: Problem = of_kind(name, value, Problem)
+    problem: Problem = checks.of_kind(name, value, Problem)
     if problem.mesh is not None:
         rule = "must have a row for each direction of its contacts"
         raise fault(name, rule, "on a mesh", "Give `forced_response`, or keep the rows of its contacts (`read_structure`).")
@@ -252,7 +236,7 @@ OfProblem = Annotated[Problem, Setting(_problem)]
 Frequencies = Annotated[Band | Sequence[float], Setting(_somewhere)]
 HarmonicNumbers = Annotated[int | Sequence[int], Setting(harmonic_numbers)]
 Samples = Annotated[int, Setting(Whole(1, MOST_SAMPLES))]
-OutputNumber = Annotated[int, Setting(whole)]
+OutputNumber = Annotated[int, Setting(checks.whole)]
 QuantityName = Annotated[str, Setting(quantity_name)]
 MeasureName = Annotated[str, Setting(measure_name)]
 ForceLevels = Annotated[float | Sequence[float], Setting(lambda name, value: force_levels(value))]
@@ -261,7 +245,7 @@ Rule = Annotated[
     Setting(_rule, 'quantity that a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0'),
 ]
 Share = Annotated[Sharing, Setting(OneOf(get_args(Sharing)), "which friction elements share a start variable")]
-Seed = Annotated[int, Setting(Whole(0, LARGEST_SEED), "seed of the random draws")]
+Seed = Annotated[int, Setting(Whole(0, checks.LARGEST_SEED), "seed of the random draws")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,26 +280,26 @@ class Sampled(Settings):
 
 def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:
     """Force levels, checked: positive and different."""
-    levels = tuple(positive("A force level", level) for level in np.atleast_1d(numbers("force", force)))
+    levels = tuple(checks.positive("A force level", level) for level in np.atleast_1d(checks.numbers("force", force)))
     if not levels:
         raise InputError("force must hold at least one level, but is empty.")
-    unique("Force levels", levels)
+    checks.unique("Force levels", levels)
     return levels
 
 
 def ratios_of(name: str, force_ratio: ArrayLike) -> tuple[float, ...]:
     """Values of F_C/F_E, ascending: at least one, positive, each once."""
-    values = np.atleast_1d(numbers(name, force_ratio))
+    values = np.atleast_1d(checks.numbers(name, force_ratio))
     if values.ndim != 1 or values.size == 0:
         raise fault(name, "must be a list of at least one number", values.tolist())
-    ratios = sorted(positive(name, value) for value in values.tolist())
-    unique(name, ratios)
+    ratios = sorted(checks.positive(name, value) for value in values.tolist())
+    checks.unique(name, ratios)
     return tuple(ratios)
 
 
 def frictions_of(name: str, friction: ArrayLike) -> tuple[float, ...]:
     """Friction coefficients of a performance curve."""
-    values: list[float] = vector(name, friction).tolist()
+    values: list[float] = checks.vector(name, friction).tolist()
     if not values:
         raise fault(name, "must hold at least one coefficient", values, "Leave it out for those of the problem.")
     if min(values) < 0.0:
@@ -323,7 +307,7 @@ def frictions_of(name: str, friction: ArrayLike) -> tuple[float, ...]:
     if min(values) == 0.0:
         remedy = "Contacts without friction damp nothing: the resonance does not depend on F_C/F_E."
         raise fault(name, "must be positive for a performance curve", 0.0, remedy)
-    unique(name, values)
+    checks.unique(name, values)
     return tuple(values)
 
 
@@ -347,10 +331,10 @@ def ranges_of(what: str, ranges: Any) -> dict[str, Ends]:
     found = {}
     for name, pair in ranges.items():
         own = f"{what}, {name}"
-        ends = vector(own, pair).tolist()
+        ends = checks.vector(own, pair).tolist()
         if len(ends) != 2 or not ends[0] < ends[1]:
             raise fault(own, "must be (low, high) with low below high", pair)
-        found[name] = finite(own, ends[0]), finite(own, ends[1])
+        found[name] = checks.finite(own, ends[0]), checks.finite(own, ends[1])
     return found
 
 
@@ -358,7 +342,7 @@ def point_of(what: str, given: Any, ranges: Mapping[str, Ends]) -> tuple[float, 
     """A value within its range for every name, in the order of the ranges."""
     if not isinstance(given, Mapping) or set(given) != set(ranges):
         raise fault(what, f"must give {', '.join(ranges)}, and nothing else", given)
-    point = {name: finite(f"{what}, {name}", given[name]) for name in ranges}
+    point = {name: checks.finite(f"{what}, {name}", given[name]) for name in ranges}
     for name, (low, high) in ranges.items():
         if not low <= point[name] <= high:
             raise fault(f"{what}, {name}", f"must be {low:g} to {high:g}", point[name])
@@ -367,8 +351,8 @@ def point_of(what: str, given: Any, ranges: Mapping[str, Ends]) -> tuple[float, 
 
 def output_of(problem: Problem, output: Any, what: str = "output") -> int:
     """The number of an output of a problem; what: the argument that names it."""
-    of_kind("problem", problem, Problem)
-    number = whole(what, output)
+    checks.of_kind("problem", problem, Problem)
+    number = checks.whole(what, output)
     if not 0 <= number < len(problem.outputs):
         raise fault(what, f"must be 0 to {len(problem.outputs) - 1}", number)
     return number
@@ -397,7 +381,7 @@ def made(problem_of: Callable[..., Problem], *places: float, **values: float) ->
         raise
     except (TypeError, ArithmeticError, ValueError, KeyError, AttributeError) as error:
         raise InputError(f"problem_of({given}) must return a Problem, but raises {type(error).__name__}: {error}.") from error
-    return of_kind(f"problem_of({given})", problem, Problem)
+    return checks.of_kind(f"problem_of({given})", problem, Problem)
 
 
 OR_AUTO = 'Or write "auto".'
@@ -469,7 +453,7 @@ class ForcedResponseSettings(Measured, Fineness, OverBand, Execution):
             "of it: amplitude of the first harmonic, root mean square, or largest value over the period",
         ),
     ] = "amplitude"
-    periods: Annotated[int, Setting(whole)] = 1
+    periods: Annotated[int, Setting(checks.whole)] = 1
     isolated: Annotated[bool | None, Setting(_searched)] = None
 
     @property

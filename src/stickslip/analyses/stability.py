@@ -21,6 +21,7 @@ from stickslip.analyses.truncation import finer_balance, highest_points, same_mo
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
+from stickslip.results.schema import described
 from stickslip.results.view import measure_in, nearest_point
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
@@ -259,30 +260,14 @@ def _variables(dataset: xr.Dataset, values: dict[str, Any], changes: list[list[C
         kind[case, : len(found)] = [change.kind for change in found]
     return {
         "stability": (("case", "point"), values["stability"], flags_of("stability of the periodic motion", Stability)),
-        "multiplier": (
-            ("case", "point", "part"),
-            np.stack([multiplier.real, multiplier.imag], axis=-1),
-            {"units": "1", "long_name": "largest Floquet multiplier"},
-        ),
-        "multiplier_error": (
-            ("case", "point"),
-            values["multiplier_error"],
-            {"units": "1", "long_name": "estimated error of the size of the largest Floquet multiplier"},
-        ),
-        "multiplier_resolved": (
-            ("case", "point"),
-            values["multiplier_resolved"],
-            {"units": "1", "long_name": "0 where too few harmonics leave the stability undecided"},
-        ),
-        "stuck_sliders": (
-            ("case", "point"),
-            values["stuck_sliders"],
-            {"units": "1", "long_name": "sliders that never slip, each with a multiplier of exactly 1"},
-        ),
-        "motion_distance": (
-            ("case", "point"),
-            values["motion_distance"],
-            {"units": "1", "long_name": "rms distance of the true periodic motion from the solution, relative to the vibration"},
+        **described(
+            "stability",
+            {
+                "multiplier": np.stack([multiplier.real, multiplier.imag], axis=-1),
+                **{
+                    name: values[name] for name in ("multiplier_error", "multiplier_resolved", "stuck_sliders", "motion_distance")
+                },
+            },
         ),
         "stability_reason": (
             ("case", "point"),
@@ -294,11 +279,7 @@ def _variables(dataset: xr.Dataset, values: dict[str, Any], changes: list[list[C
             _of_peaks(dataset, values["stability"]),
             flags_of("stability at the peak", Stability),
         ),
-        "stability_change_frequency": (
-            ("case", "change"),
-            frequency,
-            {"units": "Hz", "long_name": "frequency at which the stability changes"},
-        ),
+        **described("stability", {"stability_change_frequency": frequency}),
         "stability_change": (("case", "change"), kind, flags_of("how the stability changes", Instability)),
     }
 

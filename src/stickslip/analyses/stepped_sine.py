@@ -18,8 +18,7 @@ from stickslip.analyses.settings import OfKind, OfProblem, Setting, Settings, Wh
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.problem import Problem
 from stickslip.results.files import save
-from stickslip.results.result import Result
-from stickslip.results.schema import stamped
+from stickslip.results.schema import Result, stamped
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, checked_start, from_rest, march

@@ -13,8 +13,15 @@ import numpy as np
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
-from stickslip.model.structure.fatigue import FatigueLimit
-from stickslip.model.structure.stress import COMPONENTS, StressRecovery, critical_plane, joined, principal_size, von_mises
+from stickslip.model.structure.stress import (
+    COMPONENTS,
+    FatigueLimit,
+    StressRecovery,
+    critical_plane,
+    joined,
+    principal_size,
+    von_mises,
+)
 from stickslip.results.view import inside_band
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics

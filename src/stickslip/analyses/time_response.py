@@ -14,8 +14,8 @@ from stickslip.analyses.response_dataset import ContactRows
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
-from stickslip.results.result import Result
-from stickslip.solve.balance.orders import Harmonics, in_words, of_attribute
+from stickslip.results.schema import Result
+from stickslip.solve.balance.fourier import Harmonics, in_words, of_attribute
 from stickslip.solve.time.march import (
     LOAD_STEPS,
     NEAR,

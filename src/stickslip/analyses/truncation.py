@@ -14,8 +14,8 @@ from stickslip.model.contact.point import Contact
 from stickslip.model.problem import Problem
 from stickslip.results.shown_units import shown_sentence
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
+from stickslip.solve.balance.fourier import Harmonics, in_words
 from stickslip.solve.balance.measure import Measure
-from stickslip.solve.balance.orders import Harmonics, in_words
 from stickslip.solve.continuation.all_modes import solved_on_all_modes
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.continuation.finer_peak import finer_peak, phase_condition

@@ -139,18 +139,14 @@ def contact_stiffness(
         say(f"  tangential, {name:<16} {float(value):.4g} N/m (initial, all of it stuck; measured ones are softer)")
     if out is not None:
         refuse_existing([out], overwrite)
-        say(f"Wrote {drawn_to(out, stiffness_over(contact, range_of_loads(at), at).plot())}")
+        loads = [at * step / 100.0 for step in range(2, 301, 2)]
+        say(f"Wrote {drawn_to(out, stiffness_over(contact, loads, at).plot())}")
 
 
 def refuse_metres(length: float) -> None:
     """Lengths of less than a tenth of a millimetre are metres, given by mistake."""
     if length < 0.1:
         raise fault("--length", "must be in mm, at least 0.1", length, f"Did you give metres? Then it is {1e3 * length:g} mm.")
-
-
-def range_of_loads(load: float) -> list[float]:
-    """Loads round one, for a figure, N."""
-    return [load * step / 100.0 for step in range(2, 301, 2)]
 
 
 def drawn_to(path: Path, figure: Figure) -> Path:

@@ -22,7 +22,7 @@ from stickslip.support.late import pd, xr
 
 if TYPE_CHECKING:
     from stickslip.model.readers.describe import Description
-    from stickslip.show.report.presentation import Presentation
+    from stickslip.show.report.markup import Presentation
     from stickslip.study import Job
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for scripts, instead of text.")]
@@ -151,7 +151,7 @@ def peaks(
     from stickslip.results.quantities import outside_table, peak_table
     from stickslip.results.shown_units import shown_table
     from stickslip.show.report.conclusions import OUTSIDE, failures_of, further_curves_sentence, warnings_of
-    from stickslip.show.report.presentation import presentation_of
+    from stickslip.show.report.markup import presentation_of
 
     datasets = {name: open_results(file) for name, file in results_in(results).items()}
     for dataset in datasets.values():
@@ -235,7 +235,7 @@ def export(
     from stickslip.results.files import open_results
     from stickslip.results.quantities import other_peaks, peak_table, quantity_table
     from stickslip.results.shown_units import shown_table
-    from stickslip.show.report.presentation import presentation_of
+    from stickslip.show.report.markup import presentation_of
     from stickslip.support.files import write_text
 
     if out.suffix not in (".csv", ".mat", ".vtu"):
@@ -274,7 +274,7 @@ def export(
 
 def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool) -> None:
     """Write the deformed shapes of each result; of several results NAME_RESULT.vtu."""
-    from stickslip.analyses.deformed_shape import has_shapes, kept_shapes
+    from stickslip.analyses.solved_points import has_shapes, kept_shapes
     from stickslip.show.plots.deformed_shape import save_vtu
 
     several = len(datasets) > 1
@@ -363,8 +363,8 @@ def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path, figures: boo
 def drawn(dataset: xr.Dataset, folder: Path, names: Sequence[str] = (), formats: Sequence[str] = ()) -> list[Path]:
     """Figures of a result as files, all without names, moving pictures where they or their formats are asked for; the paths."""
     from stickslip.show.plots.paper import write_figures
+    from stickslip.show.report.markup import presentation_of
     from stickslip.show.report.page import moving_pictures
-    from stickslip.show.report.presentation import presentation_of
 
     figures, moving = presentation_of(dataset).figures(dataset), moving_pictures(dataset)
     known = (*OF_FIGURES, *(OF_MOTION if moving else ()))

@@ -86,7 +86,7 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a commented study file to begin with, or list the kinds of studies."""
-    from stickslip.study.renamed import TEMPLATES
+    from stickslip.study.faults import TEMPLATES
     from stickslip.study.templates import kinds, write_new
 
     if kind is None:
@@ -262,7 +262,7 @@ def prepared(job: Job, say: Callable[[str], None] = say) -> Job:
     """A job whose work is made: it reads the files that the study names, and chooses harmonics where this is left to it."""
     from stickslip.analyses.forced_response import ForcedResponseWork
     from stickslip.analyses.harmonic_choice import watched
-    from stickslip.solve.balance.orders import in_words
+    from stickslip.solve.balance.fourier import in_words
 
     if job.sweep is not None and job.sweep.harmonics == "auto":
         say("Choosing the harmonics and samples that the highest peaks need; this computes curves with few harmonics.")
@@ -353,7 +353,7 @@ def hint_at_the_report(folder: Path) -> Iterator[None]:
 
 def finish(datasets: Mapping[str, xr.Dataset], folder: Path, figures: bool) -> list[str]:
     """What came out to the screen, the report to the folder; returns what failed."""
-    from stickslip.show.report.presentation import presentation_of
+    from stickslip.show.report.markup import presentation_of
 
     broken = []
     for name, dataset in datasets.items():

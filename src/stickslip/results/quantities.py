@@ -11,19 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.results import view
 from stickslip.results.schema import kinds_in
-from stickslip.results.view import (
-    band_of,
-    in_band,
-    level_text,
-    levels_in_newtons,
-    measure_in,
-    nearest_point,
-    peaks_outside,
-    periods_of,
-    points,
-    sizes,
-)
+from stickslip.results.view import sizes
 from stickslip.solve.balance.measure import Measure, Quantity, quantity_named
 from stickslip.support.checks import counted, first_of
 from stickslip.support.late import pd, xr
@@ -93,7 +83,7 @@ def words_of_flags(variable: xr.DataArray, flags: np.ndarray) -> list[str]:
 
 def unstable_steps(dataset: xr.Dataset, case: int) -> np.ndarray:
     """Which steps from one of `points` to the next have an unstable point at an end, (points − 1,)."""
-    unstable = dataset["stability"].values[case, points(dataset, case)] == UNSTABLE
+    unstable = dataset["stability"].values[case, view.points(dataset, case)] == UNSTABLE
     return np.asarray(unstable[1:] | unstable[:-1])
 
 
@@ -102,7 +92,7 @@ def stability_sentences(dataset: xr.Dataset) -> list[str]:
     lines, flags = ["stability"], dataset["stability"].values
     changes, frequencies = dataset["stability_change"], dataset["stability_change_frequency"].values
     for case in range(dataset.sizes["case"]):
-        inside, (low, high) = in_band(dataset, case, np.arange(flags.shape[1])), band_of(dataset)
+        inside, (low, high) = view.in_band(dataset, case, np.arange(flags.shape[1])), view.band_of(dataset)
         counts = [int(np.count_nonzero(flags[case, inside] == flag)) for flag in (1, UNSTABLE, 3)]
         found = (frequencies[case] >= low) & (frequencies[case] <= high)
         kinds = words_of_flags(changes, changes.values[case, found])
@@ -110,7 +100,7 @@ def stability_sentences(dataset: xr.Dataset) -> list[str]:
         places = first_of(each, LISTED)
         undecided = f", {counts[2]} undecided" if counts[2] else ""
         where = f"; {places}" if places else ""
-        lines.append(f"  {level_text(dataset, case)}: {counts[0]} points stable, {counts[1]} unstable{undecided}{where}")
+        lines.append(f"  {view.level_text(dataset, case)}: {counts[0]} points stable, {counts[1]} unstable{undecided}{where}")
     if unresolved := int(np.count_nonzero(dataset["multiplier_resolved"].values == 0)):
         lines.append(
             f"  {counted(unresolved, 'point')} undecided, because the true motion is far from the solution or was not found: "
@@ -150,7 +140,7 @@ def as_quantity(dataset: xr.Dataset, name: str, per_force: bool = False) -> xr.D
     mean = sizes.isel(harmonic=0, drop=True) ** 2
     parts: dict[str, Any] = {
         "response": xr.concat([values.real, values.imag], dim="part").transpose(*dataset["response"].dims),
-        "amplitude": sizes.isel(harmonic=periods_of(dataset), drop=True),
+        "amplitude": sizes.isel(harmonic=view.periods_of(dataset), drop=True),
         "rms": (mean + 0.5 * (sizes.isel(harmonic=slice(1, None)) ** 2).sum("harmonic")) ** 0.5,
     }
     words = quantity.name_per_force if per_force else quantity.name
@@ -167,9 +157,9 @@ def quantity_table(dataset: xr.Dataset, name: str | None = None, per_force: bool
     name: the quantity; that of the result's peaks unless given. Samples have a column `start` with their start states
     apart.
     """
-    converted = as_quantity(dataset, name or measure_in(dataset).name, per_force)
+    converted = as_quantity(dataset, name or view.measure_in(dataset).name, per_force)
     units = converted["amplitude"].attrs["units"]
-    first = converted["response"].isel(harmonic=periods_of(dataset))
+    first = converted["response"].isel(harmonic=view.periods_of(dataset))
     phase = np.degrees(np.arctan2(first.isel(part=1).values, first.isel(part=0).values))
     rows = []
     for case, level in enumerate(dataset["force_level"].values):
@@ -202,9 +192,10 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
     "acceleration at the displacement peak [m/s2]"; for the others ask the analysis for that quantity,
     or `ForcedResponse.peaks("acceleration")`, which has the problem to solve them.
     """
-    own = measure_in(dataset)
+    own = view.measure_in(dataset)
     quantity, per_force = quantity_named(name or own.name, per_force)
-    table = dataset[["peak_frequency", "peak_amplitude", "peak_loss_factor", *_stability(dataset)]].to_dataframe().reset_index()
+    judged = ["peak_stability"] if has_stability(dataset) else []
+    table = dataset[["peak_frequency", "peak_amplitude", "peak_loss_factor", *judged]].to_dataframe().reset_index()
     table = table.dropna(subset=["peak_frequency"])
     if own.per_force:
         table["peak_amplitude"] = table["peak_amplitude"] * table["force_level"]
@@ -215,7 +206,8 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
             (int(row.case), outputs.index(str(row.output)), row.peak_frequency, row.peak_amplitude) for row in table.itertuples()
         ]
         table["peak_amplitude"] = [
-            float(sizes(dataset, place[0], place[1], wanted, np.array([nearest_point(dataset, *place)]))[0]) for place in places
+            float(sizes(dataset, place[0], place[1], wanted, np.array([view.nearest_point(dataset, *place)]))[0])
+            for place in places
         ]
     if per_force:
         table["peak_amplitude"] = table["peak_amplitude"] / table["force_level"]
@@ -241,12 +233,12 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
 
 def outside_table(dataset: xr.Dataset) -> pd.DataFrame:
     """The peaks outside the band, which do not count, as rows: frequency, size and loss factor; highest first."""
-    measure, rows = measure_in(dataset), []
+    measure, rows = view.measure_in(dataset), []
     size = f"{measure.kind} [{_units(dataset, measure.quantity, measure.per_force)}]"
     for case, level in enumerate(dataset["force_level"].values.tolist()):
         kind = {"curve": kinds_in(dataset)[case].name.lower()} if "curve_kind" in dataset else {}
         for output, label in enumerate(dataset["output"].values):
-            for peak in peaks_outside(dataset, case, output):
+            for peak in view.peaks_outside(dataset, case, output):
                 rows.append(
                     {"force_level": level, **kind, "output": str(label), "frequency [Hz]": peak.frequency}
                     | {size: peak.amplitude / measure.per(level), "loss_factor": peak.loss_factor}
@@ -254,14 +246,9 @@ def outside_table(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _stability(dataset: xr.Dataset) -> list[str]:
-    """The variable of the peaks' stability, where a result has it."""
-    return ["peak_stability"] if has_stability(dataset) else []
-
-
 def other_peaks(dataset: xr.Dataset, name: str | None) -> str:
     """A sentence where the peaks of a result are not of the quantity that is asked for; else ""."""
-    own = measure_in(dataset)
+    own = view.measure_in(dataset)
     asked = name or own.name
     quantity = quantity_named(asked)[0]
     if quantity == own.quantity or not dataset["peak_frequency"].notnull().any():
@@ -273,4 +260,4 @@ def other_peaks(dataset: xr.Dataset, name: str | None) -> str:
 
 
 def _units(dataset: xr.Dataset, quantity: Quantity, per_force: bool) -> str:
-    return Measure(quantity, per_force=per_force).reported_units(levels_in_newtons(dataset))
+    return Measure(quantity, per_force=per_force).reported_units(view.levels_in_newtons(dataset))

@@ -1,4 +1,5 @@
-"""Schema of a forced response: names, dimensions, units and meaning of its variables.
+"""What the results of all analyses have in common: their sentences and figures, and the names, dimensions, units and meaning of
+the variables in their datasets.
 
 Complex amplitudes are stored with a last axis `part` (re, im), x(t) = Re Σ X_h exp(i h ω t). Cases with fewer points, and
 contacts without a direction, are padded with NaN; `outcome` 0 marks a point that is not there.
@@ -8,17 +9,66 @@ What kind of curve a case of a forced response is: of a sweep, a branch, or isol
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
-from typing import Any
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.support.checks import Faults, nearest
+from stickslip.support.checks import Faults, InputError, fault, nearest
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
+from stickslip.support.renderers import FIGURES, SENTENCES
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Result:
+    """A result with figures: those that `show/plots` registers for the name of its class, `@FIGURES.of("Curve", "loops")`.
+
+    That without a name is the figure of `plot()`. Functions get the `dataset` of a result, or a result without one, and return a
+    chart, or a matplotlib figure that is a drawing.
+    """
+
+    def __repr__(self) -> str:
+        return "\n".join(SENTENCES.known("Result")[""](self))
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: what came out in sentences, and the figure of `plot()`."""
+        page: str = SENTENCES.known("Result")["page"](self)
+        return page
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """The names that `plot` takes; "" is the usual figure."""
+        return tuple(FIGURES.known(type(self).__name__))
+
+    def plot(self, figure: str = "", **options: Any) -> Figure:
+        """The figure of the result, or another one by its name in `figures`; options are those of its function."""
+        found = self._figure(figure, options)
+        drawn: Figure = found.plot() if hasattr(found, "plot") else found
+        return drawn
+
+    def to_plotly(self, figure: str = "", *, dark: bool = False, **options: Any) -> Any:
+        """The same as an interactive plotly figure: `.show()` or `.write_html(path)`; dark: for a dark background."""
+        found = self._figure(figure, options)
+        if not hasattr(found, "to_plotly"):
+            raise InputError(f"The figure {figure or 'of this result'} is a drawing without curves: plot() draws it.")
+        return found.to_plotly(dark)
+
+    def _figure(self, figure: str, options: Mapping[str, Any]) -> Any:
+        """The chart of a figure, or the drawing."""
+        known = FIGURES.known(type(self).__name__)
+        if figure not in known:
+            raise fault("figure", "must be a known one", figure, nearest(str(figure), filter(None, known)))
+        drawn = known[figure](getattr(self, "dataset", self), **options)
+        return FIGURES.known("Result")["in the units of the study"](drawn, self)
+
 
 FILE_FORMAT = 1
 COMMON_ATTRIBUTES = ("title", "study", "stickslip_version", "file_format")
@@ -43,89 +93,29 @@ class Variable:
     kind: str = "float"
 
 
-def _rows(dims: str, *rows: tuple[str, ...]) -> tuple[Variable, ...]:
-    return tuple(Variable(row[0], tuple(dims.split()), *row[1:]) for row in rows)
+@cache
+def _tables() -> dict[str, dict[str, tuple[str, ...]]]:
+    """The tables of `variables.toml`."""
+    return tomllib.loads(files("stickslip.results").joinpath("variables.toml").read_text(encoding="utf-8"))
 
 
-COORDINATES = (
-    *_rows("case", ("force_level", "1", "factor on every harmonic force")),
-    *_rows("output", ("output", "1", "output", "str")),
-    *_rows("contact", ("contact", "1", "contact", "str")),
-    *_rows("direction", ("direction", "1", "direction of the contact: t1, t2 tangential, n closing", "str")),
-    *_rows("part", ("part", "1", "real and imaginary part", "str")),
-    *_rows("harmonic", ("harmonic", "1", "harmonic of the excitation frequency")),
-)
+def variables_in(table: str) -> dict[str, tuple[tuple[str, ...], str, str]]:
+    """Dimensions, units and meaning of the variables that a table of `variables.toml` lists, by name."""
+    return {name: (tuple(dims.split()), units, words) for name, (dims, units, words) in _tables()[table].items()}
 
-SCHEMA = (
-    *_rows(
-        "case point",
-        ("frequency", "Hz", "excitation frequency"),
-        ("outcome", "1", "outcome of the solution", "int8"),
-        ("residual", "1", "residual of the harmonic balance"),
-        ("iterations", "1", "Newton iterations"),
-        ("active_rows", "1", "rows of the Newton system"),
-        ("loss_factor", "1", "loss factor"),
-        ("energy_residual", "1", "energy balance of the solution, relative to the input"),
-        ("slip_work_error", "1", "slip work against contact work, relative to the input"),
-    ),
-    *_rows("case point output harmonic part", ("response", "m", "response")),
-    *_rows(
-        "case point output",
-        ("amplitude", "m", "amplitude of the first harmonic"),
-        ("rms", "m", "root mean square over the period, with the mean"),
-        ("max_abs", "m", "largest displacement over the period, with the mean"),
-    ),
-    *_rows("case point contact", ("dissipated", "J", "energy dissipated per period of the excitation")),
-    *_rows(
-        "case point contact direction",
-        ("share_stick", "1", "share of the period in stick"),
-        ("share_slip", "1", "share of the period in slip"),
-        ("share_open", "1", "share of the period without contact"),
-    ),
-    *_rows(
-        "case point contact direction harmonic part",
-        ("contact_motion", "m", "relative displacement of the contact"),
-        ("contact_force", "N", "contact force"),
-    ),
-    *_rows(
-        "case peak output",
-        ("peak_frequency", "Hz", "frequency of the peak"),
-        ("peak_amplitude", "m", "amplitude of the first harmonic at the peak"),
-        ("peak_max_abs", "m", "largest displacement at the peak"),
-        ("peak_loss_factor", "1", "loss factor at the peak"),
-    ),
-    *_rows(
-        "case output",
-        ("highest_max_abs", "m", "largest displacement along the curve, at a peak of its own"),
-        ("highest_max_abs_frequency", "Hz", "frequency of the largest displacement"),
-    ),
-    *_rows("linear_point", ("linear_frequency", "Hz", "frequency of the linear curves")),
-    *_rows(
-        "case linear_point output",
-        ("free_amplitude", "m", "amplitude without contacts"),
-        ("stuck_amplitude", "m", "amplitude with all contacts stuck"),
-    ),
-    *_rows(
-        "mode",
-        ("natural_frequency_free", "Hz", "natural frequency without contacts"),
-        ("natural_frequency_stuck", "Hz", "natural frequency with all contacts stuck"),
-    ),
-    *_rows(
-        "case contact direction sample",
-        (
-            "loop_motion",
-            "m",
-            "relative displacement over one period at the highest peak of the first output, else its largest value",
-        ),
-        ("loop_force", "N", "contact force over one period at the highest peak of the first output, else its largest value"),
-    ),
-    *_rows(
-        "case",
-        ("loop_frequency", "Hz", "frequency of the loops"),
-        ("case_outcome", "1", "whether the curve reached the end of the band", "int8"),
-        ("case_message", "1", "how the curve ended", "str"),
-    ),
-)
+
+def described(table: str, values: Mapping[str, Any]) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
+    """Values by name as xarray takes them, with the dimensions, units and meaning that a table of `variables.toml` lists."""
+    known = {name: variables_in(table)[name] for name in values}
+    return {name: (dims, values[name], {"units": units, "long_name": words}) for name, (dims, units, words) in known.items()}
+
+
+def _with_kinds(table: str) -> tuple[Variable, ...]:
+    """The variables that a table lists with their kinds."""
+    return tuple(Variable(name, tuple(dims.split()), *rest) for name, (dims, *rest) in _tables()[table].items())
+
+
+COORDINATES, SCHEMA = _with_kinds("coordinates"), _with_kinds("forced_response")
 
 
 def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any]) -> xr.Dataset:

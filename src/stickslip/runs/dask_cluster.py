@@ -4,8 +4,6 @@ The scheduler keeps how to make the work and each case, so a worker that is lost
 again. Results are fetched as they come; what is fetched is kept here and needs no worker any more.
 """
 
-from __future__ import annotations
-
 import logging
 import re
 from asyncio import CancelledError

@@ -1,24 +1,30 @@
 """Interface of analyses in study files: each states how its tables become a `Plan`, on which reading and running rely.
 
-The tables and the plan of an analysis stand together in `study/analyses/`, whose modules `kinds.py` lists.
+The tables and the plan of an analysis stand together in `study/analyses/`. An analysis has in `[study] analysis` the name of its
+module there, whose `KIND` describes it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from types import MappingProxyType
-from typing import Any, Protocol, runtime_checkable
+from typing import Annotated, Any, Literal, Protocol, runtime_checkable
+
+from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.solve.balance.fourier import checked_harmonics, in_words
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.solve.balance.orders import checked_harmonics, in_words
+from stickslip.study import analyses
 from stickslip.study.fields import Table, Units
 from stickslip.support.checks import counted
 from stickslip.support.late import xr
@@ -152,3 +158,65 @@ class Kind:
     check_of_sweep: Callable[[Any], object] | None = None
     whole_disk: bool = False
     from_mesh: bool = False
+
+
+NAMES = tuple(module.name for module in iter_modules(analyses.__path__))
+
+
+class _Kinds(Mapping[str, Kind]):
+    """The kinds by name. Each module is imported when its kind is first asked for: all take as long as a small study."""
+
+    def __getitem__(self, name: str) -> Kind:
+        if name not in NAMES:
+            raise KeyError(name)
+        kind: Kind = import_module(f"{analyses.__name__}.{name}").KIND
+        return kind
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(NAMES)
+
+    def __len__(self) -> int:
+        return len(NAMES)
+
+
+KINDS = _Kinds()
+
+
+class StudyTable(Table):
+    """What the study is."""
+
+    title: Annotated[str, Field(description="title of results and report")] = ""
+    analysis: Annotated[Literal[NAMES], Field(description="what to compute")]  # type: ignore[valid-type]
+
+
+PROBLEM_KEYS = (
+    "structure",
+    "body",
+    "rotation",
+    "damping",
+    "contact",
+    "force",
+    "excitation",
+    "mean_spring",
+    "dashpot",
+    "base",
+    "aerodynamics",
+    "sweep",
+)
+"""Tables that state a problem and where to compute it, for every analysis of one."""
+COMMON_KEYS = ("units", "study", *PROBLEM_KEYS)
+
+
+def keys_of(kind: Kind) -> tuple[str, ...]:
+    """The keys that a study file of a kind may have."""
+    return ("units", "study", *PROBLEM_KEYS * kind.on_problem, *kind.tables)
+
+
+def owners(key: str) -> list[str]:
+    """The analyses that a table belongs to."""
+    return [name for name, kind in KINDS.items() if key in keys_of(kind)]
+
+
+def all_keys() -> tuple[str, ...]:
+    """Every key of study files."""
+    return (*COMMON_KEYS, *dict.fromkeys(key for kind in KINDS.values() for key in kind.tables))

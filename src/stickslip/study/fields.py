@@ -10,8 +10,6 @@ Each field of a table carries its `Dimension`; one function scales them all. Ang
 Tables of studies from the settings of analyses: keys, ranges, defaults and meanings are those of Python.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import MISSING, asdict, dataclass, fields
 from math import pi

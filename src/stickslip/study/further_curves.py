@@ -18,9 +18,8 @@ from stickslip.analyses.modes.work import AMPLITUDES, NonlinearModesWork
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.analyses.stress import own_recovery, with_fatigue
 from stickslip.model import rigs
-from stickslip.model.problem.many_periods import MOST_PERIODS
-from stickslip.model.structure.fatigue import FatigueLimit
-from stickslip.model.structure.stress import StressRecovery
+from stickslip.model.problem.speed import MOST_PERIODS
+from stickslip.model.structure.stress import FatigueLimit, StressRecovery
 from stickslip.study.analysis import Asked
 from stickslip.study.fields import LENGTH, PRESSURE, Groups, Number, Positive, Table, Words, by_form, in_si, with_si
 from stickslip.study.tables import Ends

@@ -3,8 +3,6 @@
 Measured loops from the command line, which replace those of a study.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -24,8 +22,8 @@ from stickslip.study.analyses.response_identification import (
     measured_curves,
     start_between,
 )
+from stickslip.study.analysis import COMMON_KEYS
 from stickslip.study.faults import parsed
-from stickslip.study.kinds import COMMON_KEYS
 from stickslip.study.reading import Job, text_of, toml
 from stickslip.support.checks import existing, fault, nearest, similar_file
 

@@ -3,8 +3,6 @@
 They look at what results, motions, forces and resonances in the band, whichever number was mistyped.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,8 +17,7 @@ from stickslip.model.contact.point import Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Output, excited_harmonics
 from stickslip.model.problem import Problem
-from stickslip.model.problem.at_rest import normal_loads_at_rest
-from stickslip.model.problem.static_balance import dampers, unbearable_loads
+from stickslip.model.problem.at_rest import dampers, normal_loads_at_rest, unbearable_loads
 from stickslip.model.problem.warnings import LARGEST_FRICTION
 from stickslip.model.structure.cyclic import NEXT
 from stickslip.results.shown_units import in_system

@@ -23,8 +23,8 @@ from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
 from stickslip.study.analyses.response_identification import ResponseIdentificationPlan, free_parameters, known_settings
 from stickslip.study.analysis import Asked, Plan
+from stickslip.study.faults import with_new_names
 from stickslip.study.fields import Number, Seed, Table
-from stickslip.study.renamed import with_new_names
 from stickslip.support.checks import MOST, InputError, counted, fault, listed
 from stickslip.support.late import xr
 from stickslip.support.units import Band

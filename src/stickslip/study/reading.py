@@ -1,7 +1,5 @@
 """Entry point: `read` turns a study file into a `Job`, or raises all its faults at once."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -21,20 +19,17 @@ from stickslip.model.problem.truncation import REACH
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
-from stickslip.model.structure.damping import Damping, Dashpot, ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import Damping, Dashpot, ModalDamping, Structure
 from stickslip.model.structure.sparse_structure import SparseStructure
-from stickslip.solve.balance.orders import harmonics_for, highest
+from stickslip.solve.balance.fourier import harmonics_for, highest
 from stickslip.study import build
-from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.analysis import KINDS, Asked, Kind, Plan, StudyTable, all_keys, keys_of, owners
 from stickslip.study.build import Names, dofs_in
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
-from stickslip.study.faults import Found, Model, parsed
+from stickslip.study.faults import Found, Model, parsed, with_new_names
 from stickslip.study.fields import SYSTEMS, Table, Units, check_of, values_of
 from stickslip.study.further_curves import NO_STRESS
-from stickslip.study.kinds import KINDS, StudyTable, all_keys, keys_of, owners
 from stickslip.study.plausibility import check_static_loads, other_speed, plausibility_warnings
-from stickslip.study.renamed import with_new_names
 from stickslip.study.structure import (
     AerodynamicsTable,
     Messages,

@@ -16,11 +16,11 @@ from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import normal_loads_at_rest
-from stickslip.model.problem.loose_motions import soft_springs
+from stickslip.model.problem.systems import soft_springs
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.results.shown_units import in_system
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.orders import orders
+from stickslip.solve.balance.fourier import orders
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.curves.curve import HELD_BY_FRICTION, held_by_friction_alone

@@ -1,7 +1,5 @@
 """[[contact]] and [[force]] tables with a `surface`: contacts at the nodes of a set, and forces spread over it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -17,9 +15,8 @@ from stickslip.model.loads import Force
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
 from stickslip.results.shown_units import in_system
 from stickslip.study.build import force_along
-from stickslip.study.contacts import ContactTable, FrictionTable, SurfaceTable
+from stickslip.study.contacts import ContactTable, FrictionTable, SurfaceTable, start_rules
 from stickslip.study.fields import Units, in_si
-from stickslip.study.starts import start_rules
 from stickslip.study.structure import Parts
 from stickslip.study.tables import ForceTable
 from stickslip.support.checks import Array, InputError, counted, fault, first_of, nearest

@@ -1,8 +1,6 @@
 """Study files as text: a file from its document, as the commands that stand for a study keep it beside their results; and the
 line of the table, or of the key, that the message of a fault names."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping

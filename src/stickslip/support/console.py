@@ -1,7 +1,5 @@
 """Console output: progress with the remaining time, messages, and exit codes for errors."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from collections.abc import Callable, Iterator, Sequence

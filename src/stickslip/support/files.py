@@ -6,8 +6,6 @@ Commands whose names of files the user has not typed (results, report, figures, 
 this list that are still as they were written: `support.files` asks it and fills it within `only_own_files`.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

@@ -4,8 +4,6 @@ numba reads `.numba_config.yaml` there, whose entries replace files and switch o
 which names programs and modules to run. Neither has an option against it. The package imports this module before any of them.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """What the machine has, and what is used of it."""
 
-from __future__ import annotations
-
 import os
 import sys
 from contextlib import AbstractContextManager

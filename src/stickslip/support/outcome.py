@@ -1,7 +1,5 @@
 """Outcomes of a solution point, each with its message."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 

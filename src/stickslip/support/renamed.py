@@ -1,7 +1,5 @@
 """Old names of arguments and properties, accepted for one release with a DeprecationWarning."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 from functools import wraps

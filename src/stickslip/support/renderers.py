@@ -4,8 +4,6 @@ A room that shows something knows what it shows, not the other way round. The pa
 says which module to import before the first renderer is asked for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any, TypeVar

@@ -16,8 +16,7 @@ from stickslip.analyses.damper_alone.cycle_dataset import forces_on_platforms, h
 from stickslip.model.contact.iwan import Iwan, Parabolic
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.dampers import SHAPES, ThreePoint
-from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.model.dampers.platform_motion import elliptic, in_phase, measured, out_of_phase
+from stickslip.model.dampers.between_platforms import BetweenPlatforms, elliptic, in_phase, measured, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
 from stickslip.solve.time.period import GeneralisedAlpha, Newmark

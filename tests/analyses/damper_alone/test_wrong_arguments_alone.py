@@ -8,8 +8,7 @@ import pytest
 from stickslip.analyses.damper_alone.cycle import damper_cycle, damper_evolution, steady_cycles
 from stickslip.analyses.damper_alone.cycle_dataset import harmonic_cycle
 from stickslip.model.dampers import Cylinder, ThreePoint, Wedge
-from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.model.dampers.platform_motion import measured, out_of_phase
+from stickslip.model.dampers.between_platforms import BetweenPlatforms, measured, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError
 

@@ -9,9 +9,9 @@ import stickslip as ss
 from stickslip.analyses.mistuning.disk import blade_dofs
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.model.rigs import lumped_blisk
-from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import ModalDamping
 from stickslip.results.files import open_results, save, stamped
-from stickslip.show.report.presentation import presentation_of
+from stickslip.show.report.markup import presentation_of
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.receptance import REAL_MODE
 from stickslip.solve.continuation.sweep import swept_curve

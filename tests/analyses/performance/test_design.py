@@ -12,7 +12,9 @@ from stickslip.analyses.performance.design import DesignSettings
 from stickslip.analyses.performance.design_search import AllStarts, Designs, design_ranges
 from stickslip.analyses.performance.worst_case import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
 from stickslip.show.plots.performance_curve import design_space
-from stickslip.show.report.design import failures, sentences, tables
+from stickslip.show.report.performance import design_failures as failures
+from stickslip.show.report.performance import design_sentences as sentences
+from stickslip.show.report.performance import design_tables as tables
 
 KD = 0.5
 

@@ -20,10 +20,8 @@ from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import solve_at
 from stickslip.solve.continuation.newton import correct
-from stickslip.solve.peaks.climb import COARSEST, PeakSolver, plane_at
-from stickslip.solve.peaks.continuation import PeakContinuation
-from stickslip.solve.peaks.frequency_band import peak_band_of
-from stickslip.solve.peaks.sweep import swept_peaks
+from stickslip.solve.peaks.climb import COARSEST, PeakSolver, peak_band_of, plane_at
+from stickslip.solve.peaks.continuation import PeakContinuation, swept_peaks
 
 CUSPS = 60.0
 BAND = ss.radians_per_second(0.8, 1.4)

@@ -12,9 +12,8 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import stickslip as ss
-from stickslip.show.report.design import sentences as design_sentences
+from stickslip.show.report.performance import design_sentences, sentences, tables
 from stickslip.show.report.performance import index_sentences as matter_sentences
-from stickslip.show.report.performance import sentences, tables
 
 KD, C = 0.5, 0.1
 QUANTITIES = ("displacement", "velocity", "acceleration")

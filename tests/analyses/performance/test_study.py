@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 import stickslip as ss
 from stickslip.cli import app
 from stickslip.results.files import open_results, save, stamped
-from stickslip.show.report.presentation import presentation_of
+from stickslip.show.report.markup import presentation_of
 from stickslip.study import read
 from stickslip.study.analyses.damper_design import RigDesign
 from stickslip.study.templates import write_new

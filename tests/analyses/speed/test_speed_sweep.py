@@ -11,7 +11,7 @@ import stickslip as ss
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.speed.campbell import at_reference_speed, synchronous
 from stickslip.analyses.speed.speed_sweep import SpeedSweepSettings, SpeedSweepWork
-from stickslip.show.report.presentation import presentation_of
+from stickslip.show.report.markup import presentation_of
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 
 M = np.diag([1.0, 0.5, 0.2])

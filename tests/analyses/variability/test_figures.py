@@ -12,7 +12,7 @@ from stickslip.analyses.variability.samples import response_samples
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.show.plots.time_response import Cycles, contact_forces, force_ratios, loops, paths_in, sample_cycles
 from stickslip.show.plots.variability import loss_factors, response_cloud, response_percentiles, start_states
-from stickslip.show.report.bounds import bounds_table, percentiles_table
+from stickslip.show.report.responses import bounds_table, percentiles_table
 from stickslip.support.checks import InputError
 from stickslip.support.units import hertz
 

@@ -6,9 +6,7 @@ Values at m = −1, 0, 1 and 222 Hz: independent script of this project.
 import numpy as np
 import pytest
 
-from stickslip.analyses.variability import bounds_search
-from stickslip.analyses.variability.bounds import response_bounds
-from stickslip.analyses.variability.bounds_search import BoundsSearch
+from stickslip.analyses.variability.bounds import BoundsSearch, response_bounds
 from stickslip.analyses.variability.samples import response_samples
 from stickslip.model.rigs import three_mass_wedge
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -146,8 +144,10 @@ class TwoPeaks:
 def test_the_best_of_the_confirmed_peaks_is_the_bound(monkeypatch):
     """A start state whose side peak is followed to the lowest value does not hide one whose highest peak is lower."""
     place = TwoPeaks({0.5: (1.0, 9.0), -0.5: (4.0, 4.0)})
-    monkeypatch.setattr(bounds_search, "leapt", lambda place, toward, best, rng, effort: best)
-    monkeypatch.setattr(bounds_search, "extreme", lambda place, toward, begins, effort: place.followed(begins[0]))
+    monkeypatch.setattr("stickslip.analyses.variability.bounds.leapt", lambda place, toward, best, rng, effort: best)
+    monkeypatch.setattr(
+        "stickslip.analyses.variability.bounds.extreme", lambda place, toward, begins, effort: place.followed(begins[0])
+    )
     search = BoundsSearch([place], np.zeros((1, 1)), 1, None, 0)
     assert search._found(0, -1.0, [np.array([0.5]), np.array([-0.5])]).value == 4.0
     assert search._found(0, 1.0, [np.array([0.5]), np.array([-0.5])]).value == 9.0

@@ -29,10 +29,9 @@ from stickslip.analyses.motion import (
 )
 from stickslip.analyses.settings import OfKind, Seed, Setting, Settings, Whole, takes
 from stickslip.model.contact.law import LoadDependentFriction
-from stickslip.model.contact.period import STICK
-from stickslip.model.dampers.between_platforms import BetweenPlatforms, jamming
-from stickslip.model.dampers.platform_motion import PlatformMotion
-from stickslip.results.result import Result
+from stickslip.model.contact.protocol import STICK
+from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion, jamming
+from stickslip.results.schema import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Progress, Report, silent
 from stickslip.solve.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle

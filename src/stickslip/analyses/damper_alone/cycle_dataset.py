@@ -21,9 +21,8 @@ from scipy import optimize
 
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.contact.law import Friction, LoadDependentFriction
-from stickslip.model.contact.period import OPEN, SLIP_DOWN, SLIP_UP, STICK
-from stickslip.model.dampers.between_platforms import RIGHT, BetweenPlatforms
-from stickslip.model.dampers.platform_motion import PlatformMotion
+from stickslip.model.contact.protocol import OPEN, SLIP_DOWN, SLIP_UP, STICK
+from stickslip.model.dampers.between_platforms import RIGHT, BetweenPlatforms, PlatformMotion
 from stickslip.model.loads import Force
 from stickslip.model.rigs.laboratory_damper import platform_problem
 from stickslip.model.structure.matrices import Structure

@@ -5,8 +5,6 @@ A damper without mass, held by nothing but two contacts and its pull, is in bala
 from the tangential ones, and |T_i| = μ_i N_i are four straight lines. Between them both sides stick.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

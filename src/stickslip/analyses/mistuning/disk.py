@@ -14,8 +14,7 @@ from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
 from stickslip.model.disks.tuned import FullDisk, TunedDisk, blade_motion, loose_dofs, sectors_of
 from stickslip.model.loads import Output
 from stickslip.model.structure.cyclic import circulant, of_all_sectors, sector_name
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.support.checks import Array, InputError, fault, finite, nearest, several, vector
 
 RELATIVE = ("blade", "kt", "kn", "mu", "pull")

@@ -19,12 +19,11 @@ from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import takes
 from stickslip.analyses.stress import SIZES, Equivalent, has_fatigue, with_fatigue
 from stickslip.model.disks.tuned import TunedDisk
-from stickslip.model.structure.fatigue import FatigueLimit
-from stickslip.model.structure.stress import COMPONENTS
-from stickslip.results.result import Result
+from stickslip.model.structure.stress import COMPONENTS, FatigueLimit
+from stickslip.results.schema import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays
-from stickslip.solve.balance.orders import attribute
+from stickslip.solve.balance.fourier import attribute
 from stickslip.support.checks import Array, InputError
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome

@@ -3,8 +3,6 @@
 A tuned disk after running in: its sliders start where slip has moved them.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
@@ -16,16 +14,7 @@ from numpy.linalg import LinAlgError
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
-from stickslip.analyses.settings import (
-    Execution,
-    ForcedResponseSettings,
-    MeasuredOutput,
-    OfKind,
-    Samples,
-    Seed,
-    Setting,
-    Whole,
-)
+from stickslip.analyses.settings import Execution, ForcedResponseSettings, MeasuredOutput, OfKind, Samples, Seed, Setting, Whole
 from stickslip.analyses.stress import SIZES, own_recovery, sector_stresses
 from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.disks.tuned import LARGE, REACH, FullDisk, TunedDisk, few_waves, most_coordinates
@@ -34,8 +23,8 @@ from stickslip.model.structure.stress import COMPONENTS
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import contact_cycle, cycle_work
+from stickslip.solve.balance.fourier import Harmonics, checked_harmonics, orders
 from stickslip.solve.balance.measure import Measure
-from stickslip.solve.balance.orders import Harmonics, checked_harmonics, orders
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.continuation.sweep import swept_curve
 from stickslip.solve.curves.curve import solve_curve

@@ -16,6 +16,7 @@ from stickslip.analyses.performance.work import stacked
 from stickslip.analyses.response_dataset import ContactRows
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
+from stickslip.results.schema import variables_in
 from stickslip.results.view import length_text
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.balance import Evaluation
@@ -26,48 +27,9 @@ from stickslip.solve.curves.mode_curve import ROUNDING, DampingCurve, ModeCurve,
 from stickslip.support.checks import Array
 from stickslip.support.late import xr
 
-_POINT, _OUTPUT, _ROW = ("case", "point"), ("case", "point", "output"), ("case", "point", "contact", "direction")
-_ALONG = "by arc length in ln amplitude, ln frequency and damping ratio"
-VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "mode_number": (("case",), "1", "number of the followed mode of the stuck structure"),
-    "case_outcome": (("case",), "1", "outcome of the curve"),
-    "case_message": (("case",), "1", "how the curve ended and what it met"),
-    "stuck_frequency": (("case",), "Hz", "natural frequency of the stuck mode"),
-    "stuck_damping": (("case",), "1", "damping ratio of the stuck mode"),
-    "modal_amplitude": (_POINT, "m kg^0.5", "coordinate of the followed stuck mode at the first harmonic, per unit modal mass"),
-    "frequency": (_POINT, "Hz", "natural frequency"),
-    "damping_ratio": (_POINT, "1", "damping ratio, of contacts and viscous damping together"),
-    "energy": (_POINT, "J", "mechanical energy: twice the mean kinetic energy"),
-    "viscous_work": (_POINT, "J", "energy dissipated per cycle by viscous damping"),
-    "energy_residual": (_POINT, "1", "dissipated energy against that of the damping ratio"),
-    "other_modes": (_POINT, "1", "share of the first harmonic's energy in other stuck modes"),
-    "higher_harmonics": (_POINT, "1", "share of the energy in harmonics above the first"),
-    "modal_mass": (_POINT, "kg m2", "modal mass of the first harmonic's motion"),
-    "modal_damping": (_POINT, "kg m2/s", "modal viscous damping of the first harmonic's motion"),
-    "residual": (_POINT, "1", "residual of the balance"),
-    "iterations": (_POINT, "1", "iterations of Newton's method"),
-    "active_rows": (_POINT, "1", "unknowns of Newton's method"),
-    "amplitude": (_OUTPUT, "m", "amplitude of the first harmonic"),
-    "max_abs": (_OUTPUT, "m", "largest absolute value over the period"),
-    "response": ((*_OUTPUT, "harmonic", "part"), "m", "harmonics of the outputs"),
-    "dissipated": (("case", "point", "contact"), "J", "energy dissipated per cycle"),
-    "share_stick": (_ROW, "1", "share of the period in stick"),
-    "share_slip": (_ROW, "1", "share of the period in slip"),
-    "share_open": (_ROW, "1", "share of the period without contact"),
-    "contact_force": ((*_ROW, "harmonic", "part"), "N", "harmonics of contact forces"),
-    "contact_motion": ((*_ROW, "harmonic", "part"), "m", "harmonics of contact displacements"),
-    "mode_shape": (("case", "point", "dof", "part"), "m", "first harmonic of every degree of freedom"),
-    "amplitude_slope": (_POINT, "1", f"derivative of the logarithm of the modal amplitude, {_ALONG}"),
-    "frequency_slope": (_POINT, "1", f"derivative of the logarithm of the frequency, {_ALONG}"),
-    "damping_slope": (_POINT, "1", f"derivative of the damping ratio, {_ALONG}"),
-    "shape_slope": (("case", "point", "dof", "part"), "m", f"derivative of the mode shape, {_ALONG}"),
-}
+VARIABLES = variables_in("nonlinear_modes")
 
-OF_DECAYS: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "decay_message": (("case",), "1", "where a free decay is not one of this mode, and why"),
-    "swing": (_OUTPUT, "m", "half the distance between the turning points"),
-    "decay_damping_ratio": (_OUTPUT, "1", "damping ratio of a free decay along the mode; NaN where it has none"),
-}
+OF_DECAYS = variables_in("free_decay_of_a_mode")
 """The variables of decays, which take longer than a mode."""
 
 INTERNAL = 0.05
@@ -89,7 +51,7 @@ def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any
     sizes |= {"contact": len(balance.problem.contacts), "direction": 3, "dof": balance.problem.structure.size}
     arrays: dict[str, NDArray[Any]] = {}
     for name, (dims, _, _) in VARIABLES.items():
-        if dims[:2] == _POINT:
+        if dims[:2] == ("case", "point"):
             empty = np.empty((0, *(sizes[dim] for dim in dims[2:])))
             arrays[name] = np.array([values[name] for values in places], dtype=float) if places else empty
     return arrays | {
@@ -216,7 +178,7 @@ def with_phase_at(dataset: xr.Dataset, output: int) -> xr.Dataset:
     return dataset.assign(turned)
 
 
-_CASE, _CYCLE_POINT, _DAMPING = ("case",), ("case", "point"), ("case", "aerodynamic_damping")
+_DAMPING = ("case", "aerodynamic_damping")
 _ROOT = (*_DAMPING, "limit_cycle")
 OF_MODE = (
     "modal_amplitude", "frequency", "energy", "viscous_work", "other_modes", "higher_harmonics", "residual", "amplitude",
@@ -230,22 +192,7 @@ ROOTS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "damping_slope": (_ROOT, "1", "change of the damping ratio with the logarithm of the amplitude"),
     "stable": (_ROOT, "1", "1 where vibration of another amplitude nearby comes to the limit cycle, 0 where it leaves it"),
 }
-CURVE: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "curve_damping": (_CYCLE_POINT, "1", "damping ratio of the mode"),
-    "curve_slope": (_CYCLE_POINT, "1", "change of the damping ratio with the logarithm of the amplitude"),
-    "curve_stable": (
-        _CYCLE_POINT,
-        "1",
-        "1 where a limit cycle there is stable, 0 where it is unstable, NaN at an extreme or in full stick",
-    ),
-    "curve_frequency": (_CYCLE_POINT, "Hz", "natural frequency of the mode"),
-    "curve_energy": (_CYCLE_POINT, "J", "mechanical energy of the mode"),
-    "curve_amplitude": ((*_CYCLE_POINT, "output"), "m", "amplitude of the first harmonic"),
-    "held_damping": (_CASE, "1", "largest damping ratio over the amplitude: the largest negative damping that is held"),
-    "held_frequency": (_CASE, "Hz", "natural frequency where the damping ratio is largest"),
-    "held_amplitude": (("case", "output"), "m", "amplitude where the damping ratio is largest"),
-    "held_inside": (_CASE, "1", "1 where the damping ratio is largest between the ends of the curve, 0 at an end"),
-}
+CURVE = variables_in("limit_cycle_curve")
 OTHERS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "limit_cycle_message": (_DAMPING, "1", "what the vibration does"),
     **{name: VARIABLES[name] for name in ("mode_number", "case_outcome", "case_message", "stuck_frequency", "stuck_damping")},

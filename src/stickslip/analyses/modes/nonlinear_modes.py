@@ -24,13 +24,12 @@ from stickslip.analyses.settings import Execution, OfProblem, Setting, Settings,
 from stickslip.model.contact.point import TractionRatio
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Point
-from stickslip.solve.balance.fourier import real_harmonics
+from stickslip.solve.balance.fourier import of_attribute, real_harmonics
 from stickslip.solve.balance.mode_balance import ModeBalance
-from stickslip.solve.balance.orders import of_attribute
 from stickslip.solve.continuation.curve_points import CurvePoint, Tangent, moving_sizes, relative_metric
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.curves.mode_curve import DampingCurve, ModeCurve, directed, solve_mode

@@ -16,8 +16,6 @@ balance says, and by dashpots exp(−πζ_v/√(1 − ζ_v²)), half of it befor
 cycles of a `FreeDecay`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -26,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from stickslip.model.contact.period import OFFSET, SLIPPING
+from stickslip.model.contact.protocol import OFFSET, SLIPPING
 from stickslip.solve.balance.balance import Evaluation, Point
 from stickslip.solve.balance.energy import contact_cycle
 from stickslip.solve.balance.fourier import Fourier, complex_harmonics, fourier

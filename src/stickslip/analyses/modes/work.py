@@ -23,9 +23,8 @@ from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
-from stickslip.solve.balance.fourier import fourier
+from stickslip.solve.balance.fourier import Harmonics, attribute, checked_harmonics, fourier, harmonics_for, highest, of_attribute
 from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance
-from stickslip.solve.balance.orders import Harmonics, attribute, checked_harmonics, harmonics_for, highest, of_attribute
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, ModeCurve, slip_level, solve_mode
 from stickslip.support.checks import Array, InputError, among, between, fault, of_kind, positive, rounded, unique, vector, whole

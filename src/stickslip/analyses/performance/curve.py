@@ -43,12 +43,12 @@ from stickslip.analyses.settings import (
 )
 from stickslip.analyses.variability.bounds import BoundsWork
 from stickslip.model.problem import Problem
-from stickslip.results.result import Result
+from stickslip.results.schema import Result, variables_in
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Progress
 from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.balance.measure import Measure, measure_of
-from stickslip.solve.balance.orders import attribute
 from stickslip.solve.peaks.continuation import ContinuedPeaks, Event, PeakContinuation
 from stickslip.support.checks import between, fault, positive, vector
 from stickslip.support.late import xr
@@ -119,55 +119,7 @@ def performance_curve(work: PerformanceWork) -> PerformanceCurve:
     return gathered(work, all_cases(work, work.checkpoint, work.workers, work.progress))
 
 
-_POINT, _CONTACT, _BRANCH = ("case", "point"), ("case", "point", "contact"), ("case", "point", "branch")
-_EVENT = ("case", "event_number")
-VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "frequency": (_POINT, "Hz", "resonance frequency, the middle of the band within 0.1 % of the peak"),
-    "amplitude": (_POINT, "m", "amplitude of the first harmonic at the resonance"),
-    "amplitude_per_force": (_POINT, "m/N", "amplitude at the resonance per excitation force"),
-    "inertance": (_POINT, "m/(s2 N)", "inertance"),
-    "normalised_amplitude": (_POINT, "1", "peak relative to that without contacts"),
-    "normalised_inertance": (_POINT, "1", "inertance peak relative to that without contacts"),
-    "normalised_frequency": (_POINT, "1", "resonance frequency relative to that without contacts"),
-    "frequency_width": (_POINT, "Hz", "half the band in which the amplitude stays within 0.1 % of the peak"),
-    "on_kink": (_POINT, "1", "1 where the peak stands on a kink"),
-    "region": (_POINT, "1", "0 stick, 1 microslip, 2 slip, 3 lift-off"),
-    "loss_factor": (_POINT, "1", "loss factor"),
-    "residual": (_POINT, "1", "residual of the harmonic balance"),
-    "energy_residual": (_POINT, "1", "energy balance of the solution, relative to the input"),
-    "slip_work_error": (_POINT, "1", "slip work against contact work, relative to the input"),
-    "branch": (_POINT, "1", "which followed peak is the highest"),
-    "detached_frequency": (_POINT, "Hz", "frequency of a higher peak on an isola"),
-    "detached_amplitude_per_force": (_POINT, "m/N", "amplitude per force of a higher peak on an isola"),
-    "outcome": (_POINT, "1", "outcome of the solution"),
-    "dissipated": (_CONTACT, "J", "energy dissipated per cycle"),
-    "contact_region": (_CONTACT, "1", "region of each contact: 0 stick, 1 microslip, 2 slip, 3 lift-off"),
-    "branch_frequency": (_BRANCH, "Hz", "frequency of each followed peak"),
-    "branch_amplitude_per_force": (_BRANCH, "m/N", "amplitude per force of each followed peak"),
-    "optimum_ratio": (("case",), "1", "F_C/F_E of the lowest peak"),
-    "optimum_amplitude_per_force": (("case",), "m/N", "lowest peak per force"),
-    "optimum_frequency": (("case",), "Hz", "frequency of the lowest peak"),
-    "plateau_low": (("case",), "1", "F_C/F_E from which the peak is within 10 % of the lowest"),
-    "plateau_high": (("case",), "1", "F_C/F_E up to which the peak is within 10 % of the lowest"),
-    "optimum_warning": (("case",), "1", "why the optimum may not be the lowest peak"),
-    "free_frequency": (("case",), "Hz", "resonance without contacts"),
-    "free_amplitude_per_force": (("case",), "m/N", "peak without contacts"),
-    "stuck_frequency": (("case",), "Hz", "resonance with all contacts stuck"),
-    "stuck_amplitude_per_force": (("case",), "m/N", "peak with all contacts stuck"),
-    "pull": (("case",), "N", "F_C of the problem as it stands"),
-    "band": (("case", "end"), "Hz", "band in which resonances are sought"),
-    "event": (_EVENT, "1", "what happened to peaks"),
-    "event_kind": (_EVENT, "1", "born, ended, merged or swapped"),
-    "event_low": (_EVENT, "1", "F_C/F_E above which it happened"),
-    "event_high": (_EVENT, "1", "F_C/F_E below which it happened"),
-    "event_frequency": (_EVENT, "Hz", "frequency of the peak that it happened to"),
-    "check_ratio": (("case", "check"), "1", "F_C/F_E of a full sweep"),
-    "check_swept": (("case", "check"), "m", "highest peak of the sweep"),
-    "check_followed": (("case", "check"), "m", "highest peak followed there"),
-    "check_points": (("case", "check"), "1", "points of the sweep"),
-    "solves": (("case",), "1", "solutions that following took"),
-    "iterations": (("case",), "1", "their Newton iterations"),
-}
+VARIABLES = variables_in("performance_curve")
 
 
 def described(measure: Measure, name: str, units: str, words: str) -> dict[str, str]:

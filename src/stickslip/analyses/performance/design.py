@@ -34,10 +34,10 @@ from stickslip.analyses.settings import (
 )
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.result import Result
+from stickslip.results.schema import Result, variables_in
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
-from stickslip.solve.balance.orders import MOST_SAMPLES, attribute
+from stickslip.solve.balance.fourier import MOST_SAMPLES, attribute
 from stickslip.support.checks import Array, InputError, fault, of_kind, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
@@ -378,38 +378,7 @@ def _of_designs(designs: Designs, starts: AllStarts) -> dict[str, Any]:
     }
 
 
-VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "value": (("design", "variable"), "as given", "variables of the design"),
-    "worst_peak": (("design",), "", "worst-case resonance amplitude, as the search of designs counts it"),
-    "worst_frequency": (
-        ("design",),
-        "Hz",
-        "frequency of the worst-case resonance, from a sampled start state where the worst is a searched one",
-    ),
-    "worst_force": (("design",), "1", "force level of the worst-case resonance"),
-    "worst_friction": (("design",), "1", "friction coefficient of the worst-case resonance"),
-    "worst_start": (("design",), "1", "start state of the worst-case resonance, 0 virgin, -1 searched"),
-    "sampled_peak": (("design",), "", "the same from virgin contacts and sampled starts"),
-    "searched_peak": (("design",), "", "the same over all start states, where they were searched"),
-    "searches": (("design",), "1", "friction coefficients under which all start states were searched"),
-    "failed": (("design",), "1", "conditions without a solved peak"),
-    "failed_force": (("design", "failure"), "1", "force level of a condition without a solved peak"),
-    "failed_friction": (("design", "failure"), "1", "its friction coefficient"),
-    "failed_start": (("design", "failure"), "1", "its start state, 0 virgin"),
-    "allowed": (("design",), "1", "1 where all constraints are met"),
-    "margin": (("design", "constraint"), "1", "least margin of each constraint; positive where met"),
-    "optimum": (("variable",), "as given", "the best design"),
-    "optimum_design": ((), "1", "its number, -1 where there is none"),
-    "optimum_peak": ((), "", "worst-case resonance amplitude of the best design that is known"),
-    "sensitivity": (("variable", "side"), "1", "relative rise of worst_peak per relative change that way, from the best design"),
-    "near_low": (("variable",), "as given", "least value, alone, with worst_peak at most 5 % higher (to 2 % of the box)"),
-    "near_high": (("variable",), "as given", "largest value, alone, with worst_peak at most 5 % higher"),
-    "low": (("variable",), "as given", "lower end of the variable"),
-    "high": (("variable",), "as given", "upper end of the variable"),
-    "variable": (("variable",), "1", "variable of the design"),
-    "side": (("side",), "1", "the way in which the variable is changed"),
-    "constraint": (("constraint",), "1", "constraint"),
-}
+VARIABLES = variables_in("damper_design")
 """Dimensions, unit ("" for that of the objective) and meaning of the variables of a design."""
 
 

@@ -5,12 +5,10 @@ Sensitivity of the best design: slopes to both sides of every variable, and the 
 Selection of the best design over all start states with as few searches as possible.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,7 +38,7 @@ class DesignCases(Work, Protocol):
     def box(self) -> Sequence[tuple[float, float]]:
         """The ends of every variable."""
 
-    def at(self, points: Sequence[Array]) -> DesignCases:
+    def at(self, points: Sequence[Array]) -> Self:
         """The work of other designs."""
 
     def searched(self, case: int, level: float, friction: float) -> float:
@@ -61,7 +59,7 @@ class Record:
     seconds: float = np.inf
 
     @classmethod
-    def of(cls, arrays: Arrays) -> Record:
+    def of(cls, arrays: Arrays) -> Self:
         """From the arrays of a case."""
         found = {name: np.asarray(arrays[name]) for name in ("point", "place", "margins", "failed", "each")}
         return cls(**found, seconds=float(arrays["cpu_seconds"]))

@@ -3,8 +3,6 @@
 Search band for resonances, from the free to the stuck one, and the message if it holds none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
@@ -18,7 +16,7 @@ from stickslip.model.loads import BaseMotion
 from stickslip.model.problem import Problem
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.peaks.linear import linear_peak
+from stickslip.solve.balance.linear_response import linear_peak
 from stickslip.support.checks import InputError, fault, not_negative, positive
 from stickslip.support.units import Band
 

@@ -35,14 +35,14 @@ from stickslip.analyses.settings import (
 )
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.orders import attribute
+from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
-from stickslip.solve.peaks.sweep import swept_peaks
+from stickslip.solve.peaks.continuation import swept_peaks
 from stickslip.support.checks import Array, fault, positive, whole
 from stickslip.support.late import xr
 from stickslip.support.renamed import renamed_arguments

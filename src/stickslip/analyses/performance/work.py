@@ -5,8 +5,6 @@ Contact states over a steady period as performance curves name them: stick, micr
 Optimum of a performance curve (lowest peak per force) and its plateau, both solved between the given values.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass
@@ -41,16 +39,16 @@ from stickslip.analyses.settings import (
     ratios_of,
 )
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.period import OPEN, STICK, friction_period
+from stickslip.model.contact.protocol import OPEN, STICK, friction_period
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, EnergyBalance, contact_cycle, friction_limits
+from stickslip.solve.balance.linear_response import linear_peak
 from stickslip.solve.continuation.curve_points import LostCurveError
+from stickslip.solve.peaks.climb import PeakBand
 from stickslip.solve.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
-from stickslip.solve.peaks.frequency_band import PeakBand
-from stickslip.solve.peaks.linear import linear_peak
 from stickslip.support.checks import Array, Index, fault, positive
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome

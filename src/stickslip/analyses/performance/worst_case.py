@@ -7,8 +7,6 @@ Constraints of damper design: no jamming, no lift-off, bounded contact forces an
 A constraint is a function of a `Trial` that is positive where it is met, of order one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import pi, radians, sqrt, tan
@@ -17,19 +15,17 @@ from typing import ClassVar
 import numpy as np
 
 from stickslip.analyses.performance.scaled_problem import resonance_band
-from stickslip.analyses.variability.bounds import BoundsWork
-from stickslip.analyses.variability.bounds_search import UPPER
+from stickslip.analyses.variability.bounds import UPPER, BoundsWork
 from stickslip.model.contact.point import remembering
 from stickslip.model.problem import Problem
 from stickslip.runs.work import Report
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.energy import contact_cycle, friction_reach
+from stickslip.solve.balance.fourier import Harmonics
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.solve.balance.orders import Harmonics
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
-from stickslip.solve.peaks.continuation import PeakContinuation
-from stickslip.solve.peaks.sweep import swept_peaks
+from stickslip.solve.peaks.continuation import PeakContinuation, swept_peaks
 from stickslip.solve.starts.states import SHORTEST, UnsolvedError
 from stickslip.support.checks import Array, InputError, fault, finite, positive
 

@@ -23,7 +23,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import SpeedDependence
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Structure
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.runs.work import Progress, checked_progress
 from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, several, unique, vector
 from stickslip.support.late import pd, xr

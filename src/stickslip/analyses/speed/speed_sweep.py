@@ -19,10 +19,10 @@ from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.results.quantities import ERRORS
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
-from stickslip.solve.balance.orders import MOST_SAMPLES
+from stickslip.solve.balance.fourier import MOST_SAMPLES
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, from_rest, loads_of_steps, march, no_history, state_at
 from stickslip.solve.time.period import DEFAULT_METHOD, Method, march_period, settle, time_model
 from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, several, unique, vector

@@ -14,14 +14,13 @@ import numpy as np
 
 from stickslip.analyses.response_dataset import as_given
 from stickslip.analyses.settings import output_of
-from stickslip.model.contact.period import OFFSET
+from stickslip.model.contact.protocol import OFFSET
 from stickslip.model.problem import Problem
-from stickslip.results.result import Result
+from stickslip.results.schema import Result, described
 from stickslip.runs.work import Progress, checked_progress
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import contact_cycle
-from stickslip.solve.balance.fourier import complex_harmonics
-from stickslip.solve.balance.orders import attribute
+from stickslip.solve.balance.fourier import attribute, complex_harmonics
 from stickslip.solve.continuation.newton import Correction
 from stickslip.solve.continuation.sensitivity import respond, solved_factors, start_slopes
 from stickslip.solve.curves.curve import solve_curve
@@ -238,34 +237,23 @@ class _Table:
         names = [f"{contact.name} {d}" for contact in problem.contacts for d in contact.direction_names]
         where = np.nanargmax(np.where(np.isnan(self.amplitude), -1.0, self.amplitude), axis=1)
         top = np.take_along_axis(self.amplitude, where[:, None, :], axis=1)[:, 0]
-        hertz = {"units": "Hz", "long_name": "frequency"}
-        cycle = ("run", "row", "sample")
         return xr.Dataset(
-            {
-                "outcome": (("run", "frequency"), self.outcome, {"units": "1", "long_name": "outcome of the point"}),
-                "amplitude": (
-                    ("run", "frequency", "output"),
-                    self.amplitude,
-                    {"units": "m", "long_name": "amplitude of the first harmonic"},
-                ),
-                "response": (
-                    ("run", "frequency", "output", "harmonic", "part"),
-                    self.response,
-                    {"units": "m", "long_name": "response"},
-                ),
-                "largest_amplitude": (("run", "output"), top, {"units": "m", "long_name": "largest amplitude of the run"}),
-                "largest_frequency": (("run", "output"), self.frequencies[where], hertz),
-                "largest_contact_force": (cycle, self.force, {"units": "N", "long_name": "contact force at the largest point"}),
-                "largest_contact_motion": (
-                    cycle,
-                    self.motion,
-                    {"units": "m", "long_name": "contact motion at the largest point"},
-                ),
-                "slider": (("run", "element"), self.slider, {"units": "m", "long_name": "sliders at the end of the run"}),
-            },
+            described(
+                "load_history",
+                {
+                    "outcome": self.outcome,
+                    "amplitude": self.amplitude,
+                    "response": self.response,
+                    "largest_amplitude": top,
+                    "largest_frequency": self.frequencies[where],
+                    "largest_contact_force": self.force,
+                    "largest_contact_motion": self.motion,
+                    "slider": self.slider,
+                },
+            ),
             {
                 "force_level": ("run", list(self.levels)),
-                "frequency": ("frequency", self.frequencies, hertz),
+                "frequency": ("frequency", self.frequencies, {"units": "Hz", "long_name": "frequency"}),
                 "output": list(problem.output_names),
                 "row": names,
                 "part": ["re", "im"],

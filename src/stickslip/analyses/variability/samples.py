@@ -34,13 +34,13 @@ from stickslip.analyses.settings import (
 )
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.results.view import measure_in, sizes
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.solve.balance.orders import attribute
 from stickslip.solve.curves.curve import Curve, solve_curve
 from stickslip.solve.curves.refine import with_peaks
 from stickslip.solve.starts.states import (

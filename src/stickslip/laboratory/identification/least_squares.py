@@ -1,7 +1,5 @@
 """Least squares between bounds, the core of all identifications: parameters and their scale, derivatives, starts, solution."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

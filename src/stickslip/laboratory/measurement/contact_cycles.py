@@ -4,8 +4,6 @@ A cycle runs from one upward passage of the displacement through its middle to t
 noise of the displacement looks like motion: unsmoothed it makes kt too low and friction too high.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

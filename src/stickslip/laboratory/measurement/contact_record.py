@@ -4,8 +4,6 @@ Columns are known by the words in their titles, units by what follows the title.
 where the numbers leave no choice, and each assumption is a note of the record.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

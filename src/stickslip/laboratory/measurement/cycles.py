@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 from stickslip.laboratory.measurement.records import BLADE_CELLS, IDLE, Record, read_columns, read_record
-from stickslip.model.dampers.platform_motion import PlatformMotion
+from stickslip.model.dampers.between_platforms import PlatformMotion
 from stickslip.support.checks import Array, counted, fault, not_negative
 
 HARMONICS = 30

@@ -18,24 +18,14 @@ from stickslip.analyses.controlled_response import PhaseResonance
 from stickslip.analyses.free_decay import beside_modes, beside_phase_resonance
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModes
 from stickslip.analyses.settings import output_of
+from stickslip.laboratory.measurement import number_table
 from stickslip.laboratory.measurement.decay_windows import Record, Window, fitted_windows
 from stickslip.laboratory.measurement.matlab_columns import response_columns
-from stickslip.laboratory.measurement.number_table import (
-    MOTIONS,
-    UNITS,
-    NumberTable,
-    known_unit,
-    matlab_arrays,
-    named_column,
-    response_unit,
-    text_table,
-)
 from stickslip.laboratory.measurement.records import LONGEST_CLIP, longest_run
 from stickslip.laboratory.measurement.universal_file import is_universal
 from stickslip.laboratory.measurement.universal_response import time_history
 from stickslip.results.files import save
-from stickslip.results.result import Result
-from stickslip.results.schema import stamped
+from stickslip.results.schema import Result, stamped
 from stickslip.support.checks import Array, InputError, among, existing, fault, finite, of_kind, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.units import Band
@@ -113,7 +103,7 @@ def measured_decay(
     second mode in the band is fitted too. Amplitude and damping ratio are those of the displacement, whatever was measured: A/ω
     of a velocity, A/ω² of an acceleration, ζ = δ/√(δ² + ω²) with the decay δ of this amplitude.
     """
-    among("quantity", quantity, MOTIONS)
+    among("quantity", quantity, number_table.MOTIONS)
     t = vector("time", time)
     x, step = vector("signal", signal, t.size), _step(t)
     low, high = (0.0, 0.5 / step) if band is None else _ends(band)
@@ -134,7 +124,7 @@ def measured_decay(
         raise fault("The samples of a cycle", f"must be {FEWEST} at least", 2.0 * np.pi / (omega * step), "Sample faster.")
     _refuse_plateau(t[after:], x[after:], 2.0 * np.pi / (omega * step))
     ends = 2.0 * np.pi * low, 2.0 * np.pi * high
-    record = Record(t, x, MOTIONS.index(quantity), first, ends, _resolution(x))
+    record = Record(t, x, number_table.MOTIONS.index(quantity), first, ends, _resolution(x))
     windows = fitted_windows(record, omega, cycles)
     if len(windows) < 2:
         remedy = (
@@ -204,30 +194,30 @@ def read_decay(
         for key in given:
             among(what, key, WORDS)
     if quantity is not None:
-        among("quantity", quantity, MOTIONS)
+        among("quantity", quantity, number_table.MOTIONS)
     if is_universal(path):
         table, columns = time_history(path, columns.get("signal"), quantity, units.pop("signal", None)), {}
     elif path.suffix.lower() == ".mat":
-        table, columns = response_columns(path.name, matlab_arrays([path])[0], columns, "signal")
+        table, columns = response_columns(path.name, number_table.matlab_arrays([path])[0], columns, "signal")
     else:
-        table = text_table(path, lambda title: any(title.lower() in words for words in WORDS.values()))
+        table = number_table.text_table(path, lambda title: any(title.lower() in words for words in WORDS.values()))
     at = _columns(table, columns)
     title = (table.titles[at["signal"]] if table.titles else "").lower()
     stated = units.get("signal") or table.units[at["signal"]] or ""
-    unit = response_unit(stated) if stated else None
+    unit = number_table.response_unit(stated) if stated else None
     if quantity is None:
-        named = [motion for motion in MOTIONS if title and motion.startswith(title[:3]) and len(title) > 2]
-        quantity = unit.kind if unit is not None and unit.kind in MOTIONS else named[0] if named else None
+        named = [motion for motion in number_table.MOTIONS if title and motion.startswith(title[:3]) and len(title) > 2]
+        quantity = unit.kind if unit is not None and unit.kind in number_table.MOTIONS else named[0] if named else None
     if quantity is None:
         remedy = "Give it: quantity='acceleration' (--quantity acceleration)."
         raise fault(f"The quantity of {path.name}", "must be stated by title or unit", title or "none", remedy)
-    factor = known_unit(f"The unit of the signal in {path.name}", stated, (quantity,)).factor if stated else 1.0
+    factor = number_table.known_unit(f"The unit of the signal in {path.name}", stated, (quantity,)).factor if stated else 1.0
     if unit is not None and unit.per_force:
         raise fault(f"The unit of the signal in {path.name}", "must be that of a motion, not of a motion per force", stated)
     text = units.get("time") or table.units[at["time"]] or "s"
-    if text not in UNITS or UNITS[text][0] != "s":
+    if text not in number_table.UNITS or number_table.UNITS[text][0] != "s":
         raise fault(f"The unit of time in {path.name}", "must be one of s, ms, us, min", text)
-    t, x = UNITS[text][1] * table.numbers[:, at["time"]], factor * table.numbers[:, at["signal"]]
+    t, x = number_table.UNITS[text][1] * table.numbers[:, at["time"]], factor * table.numbers[:, at["signal"]]
     return measured_decay(t, x, quantity, **{"name": path.stem, **settings})
 
 
@@ -239,14 +229,14 @@ def _ends(band: tuple[float, float] | Band) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _columns(table: NumberTable, chosen: Mapping[str, str | int]) -> dict[str, int]:
+def _columns(table: number_table.NumberTable, chosen: Mapping[str, str | int]) -> dict[str, int]:
     """The numbers of the columns of time and signal: as chosen, by their titles, or the first and the second of two."""
     found: dict[str, int] = {}
     titles = [title.strip().lower() for title in table.titles or ()]
     for key, words in WORDS.items():
         fitting = [k for k, title in enumerate(titles) if title in words]
         if key in chosen:
-            found[key] = named_column(table, key, chosen[key])
+            found[key] = number_table.named_column(table, key, chosen[key])
         elif len(fitting) == 1:
             found[key] = fitting[0]
     if len(found) < 2 and table.numbers.shape[1] == 2:

@@ -14,8 +14,6 @@ G the transform of g: noise, hum, other modes and a suspension count with what t
 the fit leaves nothing, S is taken from beside it. The length of the windows is that with the smallest error.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple

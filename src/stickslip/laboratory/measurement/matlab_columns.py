@@ -1,7 +1,5 @@
 """Vectors of a MATLAB file as columns of a response, also those in structs, as Testlab and scripts write them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

@@ -5,8 +5,6 @@ What they say of their units by themselves: units that were assumed, tests a tho
 The peak of a response curve, computed or measured: frequency, size, and damping ratio from the width at half power.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 Units of measured responses: frequency, force, phase, and motions, by themselves or per force.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import tempfile

@@ -29,8 +29,7 @@ from numpy.typing import ArrayLike
 from stickslip.laboratory.measurement.cycles import HARMONICS, CycleSet, synthesis, whole_cycles
 from stickslip.laboratory.measurement.records import BLADE_CELLS, Record
 from stickslip.model.contact.microslip import MicroslipArray
-from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.model.dampers.platform_motion import PlatformMotion
+from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
 from stickslip.support.checks import Array, fault, finite, not_negative, positive, vector
 from stickslip.support.late import xr

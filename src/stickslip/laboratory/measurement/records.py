@@ -7,8 +7,6 @@ laser_1, laser_2         motion of two points of the damper along the pull, from
 left_outward, left_upward, right_outward, right_upward   force of each damper of the blade rig on its separator, from its cells, N
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Measured frequency responses from text, MATLAB and universal files: which column holds what, in which unit."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

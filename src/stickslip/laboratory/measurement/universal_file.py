@@ -3,8 +3,6 @@
 Formats by the documents of SDRC: lines with fields of fixed width; 58b holds its values as bytes, which its first line counts.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.readers.limits import CUT_SHORT, within_memory
+from stickslip.model.readers.numbers import CUT_SHORT, within_memory
 from stickslip.support.checks import Array, InputError, fault, first_of
 
 ENDINGS = (".uff", ".unv", ".uf", ".unf")

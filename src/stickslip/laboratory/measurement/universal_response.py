@@ -1,7 +1,5 @@
 """Frequency responses in universal files as tables of numbers: which function is meant, of what, in which units."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

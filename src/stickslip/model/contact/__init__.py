@@ -2,5 +2,5 @@
 
 A law is a frozen dataclass in a file of its own that becomes rows of a contact table; nothing here knows structures or
 frequencies. Imports only `support`. Begin with `law.py` (what a law is), then `macroslip.py` (the
-simplest law) and `period.py` (the kernel).
+simplest law) and `protocol.py` (the kernels).
 """

@@ -3,8 +3,6 @@
 Gap: a unilateral spring without friction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -12,8 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.law import Elements, FrictionElements, Law, NormalElements
-from stickslip.model.contact.period import SLIPPING, STICK
 from stickslip.model.contact.protocol import (
+    SLIPPING,
+    STICK,
     ContactData,
     PeriodForces,
     PeriodMotion,

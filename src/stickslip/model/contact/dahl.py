@@ -4,8 +4,6 @@ Along a straight step at one limit the law is linear, so that a step is closed f
 clamped affine maps of T, and these compose: the steady period is found without iteration. Derivatives are carried along.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -13,8 +11,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.law import Elements, Friction, Yielding
-from stickslip.model.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.model.contact.protocol import (
+    OPEN,
+    SLIP,
+    SLIPPING,
     ContactData,
     PeriodForces,
     PeriodMotion,

@@ -11,8 +11,6 @@ not in reverse: the derivative changes only at slipping samples, and no harmonic
 to repeat as well: along a line the state does so after a period, a small motion across the line after many.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -21,9 +19,15 @@ import numpy as np
 
 from stickslip.model.contact.law import Elements, Friction, Law
 from stickslip.model.contact.macroslip import Macroslip
-from stickslip.model.contact.period import HELD, OPEN, RATIO, SLIP, SLIPPING, STATIC, STICK
 from stickslip.model.contact.protocol import (
+    HELD,
     NOT_PERIODIC,
+    OPEN,
+    RATIO,
+    SLIP,
+    SLIPPING,
+    STATIC,
+    STICK,
     ContactData,
     PeriodForces,
     PeriodMotion,

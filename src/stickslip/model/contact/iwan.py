@@ -13,8 +13,6 @@ A law computes with a number of elements. Unless that is given, cells are as wid
 `ACCURACY` of those of the spread, at every amplitude from the share `SMALLEST_SLIP` of full slip on.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from functools import lru_cache

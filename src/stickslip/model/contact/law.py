@@ -3,8 +3,8 @@
 Normal elements:      N_e = max(k_e z + c_e, 0), summed to the normal force N of the contact.
 Friction elements:    Jenkins, a spring kt in series with a slider of limit L = μ (sum of some N_e) + L0, which may bend
                       with the load (below).
-One compiled kernel (`period.py`) carries every such law round a period, with its derivatives. A law that is no such table brings
-its own step (`protocol.py`) and says what it has not in common with sliders.
+One compiled kernel (`friction_period` of `protocol.py`) carries every such law round a period, with its derivatives. A law that
+is no such table brings its own step (also there) and says what it has not in common with sliders.
 
 A coefficient of friction that depends on the normal load: numbers that a law turns into bends of its slip limit.
 

@@ -4,8 +4,6 @@ The bristles are Dahl's law under a limit that depends on the speed of a step; t
 step is all there is to it, as of Valanis' law.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """Macroslip: one Jenkins element per tangential direction, with a constant or a varying normal load and lift-off."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -5,16 +5,17 @@ Its fixed point is x + (I − A)⁻¹ (Φ(x) − x), again and again; and as a c
 derivative at the last sample is (I − A)⁻¹ times that of a march from a fixed start.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
 from stickslip.model.contact.law import Law
-from stickslip.model.contact.period import OPEN, SLIP, SLIPPING, STICK
 from stickslip.model.contact.protocol import (
     NOT_PERIODIC,
+    OPEN,
+    SLIP,
+    SLIPPING,
+    STICK,
     ContactData,
     PeriodForces,
     PeriodMotion,

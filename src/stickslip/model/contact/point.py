@@ -9,7 +9,7 @@ structure's equation is M q̈ + C q̇ + K q + Bᵀ f(B q) = p. n is positive whe
 Start states of friction contacts, the explicit input behind non-unique friction forces.
 
 The traction at the last sample is `clip(tau, LO, HI)`, with [LO, HI] the interval of the period map (see
-`stickslip.model.contact.period`). The three rules say what tau is. A value is a number for all friction elements of a
+`stickslip.model.contact.protocol`). The three rules say what tau is. A value is a number for all friction elements of a
 direction, or a sequence with one number per element.
 
 All contacts of a problem as flat arrays for the compiled kernels.

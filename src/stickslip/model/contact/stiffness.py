@@ -5,8 +5,6 @@ load, L length, R radius, b half width of the contact, P = N/L. Both bodies are 
 throughout: the formulas of Harris and of Brändlein, stated in N and mm, are converted inside.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, pi, radians

@@ -1,7 +1,5 @@
 """Coulomb friction with the jump at zero velocity smoothed by a hyperbolic tangent, a common regularisation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -9,8 +7,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip.model.contact.law import Elements, Friction, SingleLoad, own
-from stickslip.model.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.model.contact.protocol import (
+    OPEN,
+    SLIP,
+    SLIPPING,
     ContactData,
     PeriodForces,
     PeriodMotion,

@@ -4,8 +4,6 @@ Along a straight step at one limit the law has a closed form, an equation in one
 steady period, its derivatives and the stability of a motion follow from it (`stickslip.model.contact.march`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar

@@ -6,6 +6,11 @@ A shape turns a few dimensions into contact points with frames and laws, mass an
 
 from stickslip.model.dampers.between_platforms import BetweenPlatforms as BetweenPlatforms
 from stickslip.model.dampers.between_platforms import ElasticPlatform as ElasticPlatform
+from stickslip.model.dampers.between_platforms import PlatformMotion as PlatformMotion
+from stickslip.model.dampers.between_platforms import elliptic as elliptic
+from stickslip.model.dampers.between_platforms import in_phase as in_phase
+from stickslip.model.dampers.between_platforms import measured as measured
+from stickslip.model.dampers.between_platforms import out_of_phase as out_of_phase
 from stickslip.model.dampers.cylinder import CurvedFlat as CurvedFlat
 from stickslip.model.dampers.cylinder import Cylinder as Cylinder
 from stickslip.model.dampers.cylinder import FlatCylinder as FlatCylinder
@@ -16,11 +21,6 @@ from stickslip.model.dampers.damper import Shape as Shape
 from stickslip.model.dampers.damper import key_of
 from stickslip.model.dampers.laboratory import CrossedCurvedFlat as CrossedCurvedFlat
 from stickslip.model.dampers.laboratory import ThreePoint as ThreePoint
-from stickslip.model.dampers.platform_motion import PlatformMotion as PlatformMotion
-from stickslip.model.dampers.platform_motion import elliptic as elliptic
-from stickslip.model.dampers.platform_motion import in_phase as in_phase
-from stickslip.model.dampers.platform_motion import measured as measured
-from stickslip.model.dampers.platform_motion import out_of_phase as out_of_phase
 from stickslip.model.dampers.wedge import Wedge as Wedge
 
 SHAPES: dict[str, type[Shape]] = {

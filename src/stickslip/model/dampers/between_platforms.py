@@ -1,4 +1,4 @@
-"""A damper between two platforms, in the plane: the model of a damper rig.
+"""A damper between two platforms, in the plane, and the periodic motion that drives it: the model of a damper rig.
 
 Unknowns are the damper's x, y and rotation, and those of the right platform where it is not rigid. The left platform moves as
 prescribed, relative to the foundation of the right one.
@@ -9,13 +9,12 @@ While the platforms close, the force at each side leans to its friction cone's e
 cot(α_R + φ_R) + cot(α_L + φ_L) > 0, that is α_L + φ_L + α_R + φ_R < 180°: H = F_C/(that sum). Beyond, it is locked.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from hashlib import sha256
 from math import atan, degrees
-from typing import cast
+from typing import Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,7 +26,75 @@ from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.contact.point import Contact, ContactTable, Direction, contact_table
 from stickslip.model.dampers.damper import ContactSurface, Damper
-from stickslip.support.checks import Array, Index, counted, fault, nearest, not_negative, of_kind, several, symmetric, vector
+from stickslip.support import checks
+from stickslip.support.checks import Array, Index, fault
+
+
+@dataclass(frozen=True, eq=False)
+class PlatformMotion:
+    """x and y of the left platform as real harmonics (2, 2H+1) [m]: rows a0, a1, b1, a2, b2, ...
+
+    Platforms of neighbouring blades that move against each other close and open horizontally: `out_of_phase`. Blades in phase
+    move the platforms past each other vertically: `in_phase`.
+    """
+
+    harmonics: ArrayLike
+
+    def __post_init__(self) -> None:
+        values = np.asarray(self.harmonics, dtype=float)
+        if values.ndim != 2 or values.shape[0] != 2 or values.shape[1] % 2 == 0 or not np.all(np.isfinite(values)):
+            raise fault("Harmonics of a platform motion", "must be finite, of shape (2, 2H+1)", np.shape(values))
+        if not np.any(values[:, 1:]):
+            raise fault("A platform motion", "must move", "all harmonics are zero", "Give a horizontal or a vertical amplitude.")
+        object.__setattr__(self, "harmonics", values)
+
+    @property
+    def digest(self) -> str:
+        """Identifies the motion."""
+        return sha256(np.asarray(self.harmonics).tobytes()).hexdigest()[:12]
+
+    def samples(self, steps: int) -> Array:
+        """The motion at t_n = 2πn/(steps ω), (steps, 2) [m]."""
+        values = np.asarray(self.harmonics)
+        highest = (values.shape[1] - 1) // 2
+        if checks.whole("steps", steps) < max(8, 4 * highest):
+            raise fault("steps", f"must be at least {max(8, 4 * highest)} for this motion", steps)
+        angles = 2.0 * np.pi * ((np.arange(steps)[:, None] * np.arange(1, highest + 1)) % steps) / steps
+        return np.asarray(values[:, 0] + np.cos(angles) @ values[:, 1::2].T + np.sin(angles) @ values[:, 2::2].T)
+
+
+def out_of_phase(amplitude: float) -> PlatformMotion:
+    """x = amplitude sin ωt: the gap between the platforms opens and closes. amplitude [m]."""
+    return elliptic(checks.positive("amplitude", amplitude), 0.0)
+
+
+def in_phase(amplitude: float) -> PlatformMotion:
+    """y = amplitude sin ωt: the platforms move past each other. amplitude [m]."""
+    return elliptic(0.0, checks.positive("amplitude", amplitude))
+
+
+def elliptic(horizontal: float, vertical: float, phase: float = 90.0) -> PlatformMotion:
+    """x = horizontal sin ωt, y = vertical sin(ωt + phase); amplitudes in m, phase in degrees."""
+    angle = np.radians(checks.finite("phase", phase)) if horizontal else 0.0
+    x, y = checks.finite("horizontal", horizontal), checks.finite("vertical", vertical)
+    return PlatformMotion([[0.0, 0.0, x], [0.0, y * np.sin(angle), y * np.cos(angle)]])
+
+
+def measured(x: ArrayLike, y: ArrayLike, harmonics: int = 30) -> PlatformMotion:
+    """The motion of one recorded cycle in equal time steps, x and y (n,) [m], smoothed to so many harmonics."""
+    checks.between("harmonics", harmonics, 1)
+    across, up = checks.numbers("x", x), checks.numbers("y", y)
+    if across.shape != up.shape:
+        raise fault("x and y of a measured cycle", "must have equal length", f"of shapes {across.shape} and {up.shape}")
+    signals = np.array([across, up])
+    if signals.ndim != 2 or signals.shape[1] <= 2 * harmonics or not np.all(np.isfinite(signals)):
+        raise fault("A measured cycle", f"must be finite and have more than {2 * harmonics} samples of x and y", signals.shape)
+    spectrum = np.fft.rfft(signals, axis=1)[:, : harmonics + 1] / signals.shape[1]
+    values = np.empty((2, 2 * harmonics + 1))
+    values[:, 0] = spectrum[:, 0].real
+    values[:, 1::2], values[:, 2::2] = 2.0 * spectrum[:, 1:].real, -2.0 * spectrum[:, 1:].imag
+    return PlatformMotion(values)
+
 
 LAWS = ("macroslip", "iwan", "microslip", "dahl")
 """The laws that lines of contact may follow in a study; those of an identification among them."""
@@ -50,12 +117,12 @@ class ElasticPlatform:
     damping: ArrayLike = ((0.0, 0.0), (0.0, 0.0))
 
     def __post_init__(self) -> None:
-        stiffness = symmetric("Stiffness of the right platform", self.stiffness, 2)
+        stiffness = checks.symmetric("Stiffness of the right platform", self.stiffness, 2)
         if np.linalg.eigvalsh(stiffness)[0] <= 0.0:
             raise fault("Stiffness of the right platform", "must be positive definite", stiffness.tolist())
-        not_negative("Mass of the right platform", self.mass)
+        checks.not_negative("Mass of the right platform", self.mass)
         object.__setattr__(self, "stiffness", stiffness)
-        object.__setattr__(self, "damping", symmetric("Damping of the right platform", self.damping, 2))
+        object.__setattr__(self, "damping", checks.symmetric("Damping of the right platform", self.damping, 2))
 
 
 @dataclass(frozen=True)
@@ -117,14 +184,14 @@ class BetweenPlatforms:
 
     def __post_init__(self) -> None:
         _damper(self.damper)
-        object.__setattr__(self, "laws", several("laws", self.laws))
+        object.__setattr__(self, "laws", checks.several("laws", self.laws))
         if len(self.laws) != len(self.points):
             names = ", ".join(point.name for point in self.points)
             raise fault("laws", f"must be {len(self.points)}, one for each of {names}", len(self.laws))
         if not any(np.asarray(self.damper.pull)[:2]):
             raise fault("pull", "must press the damper against the platforms", np.asarray(self.damper.pull).tolist())
         for law, point in zip(self.laws, self.points, strict=True):
-            of_kind(f"The law of {point.name}", law, Law)  # type: ignore[type-abstract]
+            checks.of_kind(f"The law of {point.name}", law, Law)  # type: ignore[type-abstract]
             if not law.has_normal:
                 raise fault(f"The law of {point.name}", "must have a normal stiffness", repr(law), "Give it kn.")
 
@@ -137,11 +204,11 @@ class BetweenPlatforms:
         mu: Frictions,
         right: ElasticPlatform | None = None,
         title: str = "",
-    ) -> BetweenPlatforms:
+    ) -> Self:
         """One macroslip law a line of contact: kt, kn [N/m], mu, each a number or one entry per line; mu may be a
         `LoadDependentFriction`, over the load of one line."""
         count = len(plane_points(_damper(damper)))
-        stiffnesses = [vector(name, value, count) for name, value in (("kt", kt), ("kn", kn))]
+        stiffnesses = [checks.vector(name, value, count) for name, value in (("kt", kt), ("kn", kn))]
         laws = tuple(Macroslip(float(t), m, float(n)) for t, n, m in zip(*stiffnesses, _frictions(mu, count), strict=True))
         return cls(damper, laws, right, title)
 
@@ -156,14 +223,14 @@ class BetweenPlatforms:
         gaps: float = 0.0,
         right: ElasticPlatform | None = None,
         title: str = "",
-    ) -> BetweenPlatforms:
+    ) -> Self:
         """One law for every line of contact: "macroslip"; "iwan", the half ellipse of a cylinder on a flat; "microslip", five
         elements whose gaps reach 2 g N/kn, g = `gaps` and N the pull shared over the lines; "dahl".
 
         kt, kn [N/m], mu: each a number or one entry per line; mu may be a `LoadDependentFriction`, over the load of one line.
         """
         if law not in LAWS:
-            raise fault("law", "must be a known one", law, nearest(law, LAWS))
+            raise fault("law", "must be a known one", law, checks.nearest(law, LAWS))
         suitable_gaps(law, gaps)
         frame = cls.macroslip(damper, kt, kn, mu, right, title)
         if law == "macroslip":
@@ -230,16 +297,16 @@ class BetweenPlatforms:
         """The contact rows at the left or the right."""
         return np.array([2 * i + d for i, point in enumerate(self.points) if point.side == side for d in (0, 1)])
 
-    def with_friction(self, mu: ArrayLike) -> BetweenPlatforms:
+    def with_friction(self, mu: ArrayLike) -> Self:
         """A copy of macroslip laws with other friction coefficients, a number or one a line."""
-        values = vector("mu", mu, len(self.laws))
+        values = checks.vector("mu", mu, len(self.laws))
         for law in self.laws:
             if not hasattr(law, "mu"):
                 raise fault("The law", "must have a friction coefficient mu", type(law).__name__)
         laws = tuple(replace(law, mu=float(m)) for law, m in zip(self.laws, values, strict=True))  # type: ignore[type-var]
         return replace(self, laws=laws)
 
-    def with_pull(self, pull: float) -> BetweenPlatforms:
+    def with_pull(self, pull: float) -> Self:
         """A copy with another pull, N, along y."""
         return replace(self, damper=replace(self.damper, pull=(0.0, pull, 0.0)))
 
@@ -250,9 +317,9 @@ def _frictions(mu: Frictions, count: int) -> list[Friction]:
         return [mu] * count
     if isinstance(mu, Sequence) and any(isinstance(each, LoadDependentFriction) for each in mu):
         if len(mu) != count:
-            raise fault("mu", f"must have {counted(count, 'entry', 'entries')}", len(mu))
+            raise fault("mu", f"must have {checks.counted(count, 'entry', 'entries')}", len(mu))
         return list(mu)
-    return list(map(float, vector("mu", cast(ArrayLike, mu), count)))
+    return list(map(float, checks.vector("mu", cast(ArrayLike, mu), count)))
 
 
 def _damper(damper: Damper) -> Damper:
@@ -264,7 +331,7 @@ def _damper(damper: Damper) -> Damper:
 
 def suitable_gaps(law: str, gaps: float) -> None:
     """Refuse gaps that a law does not have, and a law without the gaps that it needs."""
-    if (law == "microslip") != (not_negative("gaps", gaps) > 0.0):
+    if (law == "microslip") != (checks.not_negative("gaps", gaps) > 0.0):
         raise fault("gaps", "must be above 0 with the law microslip, and 0 with others", gaps)
 
 

@@ -9,8 +9,6 @@ Under-Platform Dampers". The flat touches at its four corners and its middle, th
 gives no dimensions: the default ones are this project's, calibrated with its rig (see `stickslip.model.rigs.single_blade`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import product
 from math import pi

@@ -4,8 +4,6 @@ Both are stated by where their contacts lie about the mass centre, as measured o
 the radii (5 mm) and the distance of the feet (14 mm); masses and the other distances are this project's.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

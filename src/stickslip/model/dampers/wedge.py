@@ -1,7 +1,5 @@
 """The wedge: flat towards both platforms; symmetric with equal angles, asymmetric with different ones."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import radians, tan
 

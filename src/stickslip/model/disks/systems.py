@@ -15,7 +15,7 @@ from stickslip.model.problem import modal_damping_matrix
 from stickslip.model.problem.systems import HarmonicSystems, LinearSystem, Wave
 from stickslip.model.problem.truncation import kept_shapes, load_and_output_rows
 from stickslip.model.structure.cyclic import WaveMatrices, sector_name
-from stickslip.model.structure.damping import ModalDamping, RayleighDamping
+from stickslip.model.structure.matrices import ModalDamping, RayleighDamping
 from stickslip.model.structure.modes import Modes, natural_modes
 from stickslip.support.checks import Array
 

@@ -15,14 +15,12 @@ its stuck modes up to a frequency, and what the modes above add to the deformati
 matrices Tᴴ A T are circulant until sectors deviate (Ritz). Dampers keep their own degrees of freedom, so that one may be missing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from math import gcd
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +34,8 @@ from stickslip.model.problem.speed import SpeedDependence
 from stickslip.model.structure.aerodynamics import Aerodynamics, WaveStiffness
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, Waves, circulant, of_all_sectors, sector_name
 from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.mesh_surface import SectorSurface
 from stickslip.model.structure.modes import Modes
-from stickslip.model.structure.sector_surface import SectorSurface
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.support.checks import Array, InputError, between, fault, finite_complex, first_of, of_kind, several, unique, whole
 
@@ -206,11 +204,11 @@ class TunedDisk(Problem):
             digest.update(repr(self.wave_stiffnesses).encode())
         return digest.hexdigest()[:16]
 
-    def with_engine_order(self, engine_order: int) -> TunedDisk:
+    def with_engine_order(self, engine_order: int) -> Self:
         """A copy under another engine order, and that alone."""
         return replace(self, forces=self._forces_of_one_order, engine_order=engine_order, several_orders=None)
 
-    def with_engine_orders(self, amplitudes: Mapping[int, complex]) -> TunedDisk:
+    def with_engine_orders(self, amplitudes: Mapping[int, complex]) -> Self:
         """A copy under several engine orders at once: p_j(t) = Re Σ_EO a_EO F exp(i EO (Ωt − 2πj/N)), Ω the rotor speed.
 
         amplitudes: {EO: a_EO}, complex factors on the first harmonic F of each force. All engine orders are harmonics EO/g of one
@@ -251,7 +249,7 @@ class TunedDisk(Problem):
             return given.orders
         return tuple(harmonic * self.engine_order for harmonic in sorted(excited_harmonics(self.forces)))
 
-    def with_blade_rows(self, pressures: Mapping[int, Sequence[complex]]) -> TunedDisk:
+    def with_blade_rows(self, pressures: Mapping[int, Sequence[complex]]) -> Self:
         """A copy under the wakes of neighbouring blade rows: a row of V blades excites the engine orders V, 2V, 3V, ...
 
         pressures: {V: (a_1, a_2, ...)}, the harmonics of the blade passing as complex factors on the first harmonic of a force;
@@ -267,7 +265,7 @@ class TunedDisk(Problem):
                 amplitudes[order] = amplitudes.get(order, 0.0) + factor
         return self.with_engine_orders(amplitudes)
 
-    def with_aerodynamics(self, *aerodynamics: Aerodynamics) -> TunedDisk:
+    def with_aerodynamics(self, *aerodynamics: Aerodynamics) -> Self:
         """A copy with other gas forces that go with the motion; none given: without them."""
         return replace(self, aerodynamics=aerodynamics)
 
@@ -402,7 +400,7 @@ class _StuckWave:
     rows: NDArray[Any]
 
     @classmethod
-    def of(cls, disk: TunedDisk, n: int, blade: Sequence[str], deviation: float) -> _StuckWave:
+    def of(cls, disk: TunedDisk, n: int, blade: Sequence[str], deviation: float) -> Self:
         M: NDArray[Any] = disk.disk.at(n).M
         stuck: NDArray[Any] = disk.systems.stuck_stiffness(n)
         B: NDArray[Any] = disk.systems.relative_rows(n)

@@ -1,7 +1,5 @@
 """Contacts at the nodes of a mesh surface, against a rigid body, another surface or the ground."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any

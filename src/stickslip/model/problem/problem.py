@@ -14,14 +14,12 @@ from scipy import linalg
 
 from stickslip.model.contact.point import Contact, Start, contact_table, stuck_stiffness
 from stickslip.model.loads import BaseMotion, Force, Output
-from stickslip.model.problem.loose_motions import loose_motions
 from stickslip.model.problem.speed import SpeedDependence
-from stickslip.model.problem.systems import HarmonicSystems
+from stickslip.model.problem.systems import HarmonicSystems, loose_motions
 from stickslip.model.problem.truncation import truncated
 from stickslip.model.problem.warnings import warnings_of
 from stickslip.model.structure.assembly import Spring
-from stickslip.model.structure.damping import AerodynamicDamping, Damping, Dashpot, ModalDamping, RayleighDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import AerodynamicDamping, Damping, Dashpot, ModalDamping, RayleighDamping, Structure
 from stickslip.model.structure.modes import Modes, natural_modes
 from stickslip.model.structure.stuck_mesh import Coordinates, StuckMesh
 from stickslip.support.checks import SMALLEST, Array, InputError, counted, fault, is_definite, of_kind, several, storable, unique

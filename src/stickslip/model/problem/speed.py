@@ -1,8 +1,8 @@
-"""How a problem goes with the rotor speed that its excitation follows."""
+"""How a problem goes with the time of its excitation: with the rotor speed that it follows, and over several of its periods."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,3 +64,26 @@ def refuse_speed(problem: Problem, what: str) -> None:
             f"{what} must be of a problem at one rotor speed, but stiffness and loads of this one go with it. "
             "Use problem.at_speed(speed), in rad/s."
         )
+
+
+MOST_PERIODS = 16
+
+
+def over_periods(problem: Problem, periods: int) -> Problem:
+    """The problem over p periods of its excitation as one period of its own, of angular frequency ω/p: harmonic h of a load
+    becomes harmonic p h. Refused for tuned disks, whose waves of a fraction of the engine order do not exist."""
+    if between("periods", periods, 1, MOST_PERIODS) == 1:
+        return problem
+    if problem.speed is not None:
+        raise fault("periods", "must be 1 where the frequency stands for the rotor speed", periods, "Use problem.at_speed(...).")
+    if not problem.systems.one_for_vibration:
+        raise InputError(
+            "A motion over several periods must be asked for a structure that all harmonics share, but this disk is one sector "
+            "that moves in waves of the engine order. Ask it of `disk.full()`."
+        )
+    forces = []
+    for force in problem.forces:
+        factor = float(periods) ** force.omega_power  # of a load that goes by ω^k, now counted in ω/p
+        amplitude = {periods * harmonic: factor * amplitude for harmonic, amplitude in force.amplitudes.items()}
+        forces.append(replace(force, amplitude=amplitude))
+    return problem.with_forces(forces)

@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.model.loads import BaseMotion
-from stickslip.model.problem.loose_motions import soft_springs
-from stickslip.model.problem.systems import HarmonicSystems
+from stickslip.model.problem.systems import HarmonicSystems, soft_springs
 from stickslip.support.checks import Array, InputError, positive
 
 if TYPE_CHECKING:

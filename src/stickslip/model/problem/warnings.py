@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stickslip.model.contact.law import LoadDependentFriction, largest_friction
 from stickslip.model.contact.point import Contact, Direction, SliderOffset
 from stickslip.model.problem.at_rest import normal_loads_at_rest
-from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import ModalDamping
 from stickslip.model.structure.modes import Modes, natural_modes
 from stickslip.support.checks import Array, first_of, is_definite
 

@@ -6,8 +6,6 @@ value"; FORMAT=COORDINATE: lines "row, column, value". A symmetric matrix has on
 the other. (Abaqus Keywords Guide: *MATRIX INPUT, *USER ELEMENT, *MATRIX, *SUBSTRUCTURE MATRIX OUTPUT.)
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,9 +18,8 @@ from stickslip.model.readers.deck import Deck
 from stickslip.model.readers.included_files import Line
 from stickslip.model.readers.input_cards import cards, fields
 from stickslip.model.readers.input_deck import read_deck
-from stickslip.model.readers.limits import refuse_cut, within_file, within_memory
 from stickslip.model.readers.model import Content, dof
-from stickslip.model.readers.numbers import numbers_in, table, triplets, whole
+from stickslip.model.readers.numbers import numbers_in, refuse_cut, table, triplets, whole, within_file, within_memory
 from stickslip.model.structure.sparse import Sparse, both_triangles
 from stickslip.support.checks import Array, Index, counted, fault
 

@@ -4,8 +4,6 @@ The file holds one triangle, and rows and columns of zeros for constrained degre
 empty rows are dropped.
 """
 
-from __future__ import annotations
-
 from importlib import import_module, util
 from pathlib import Path
 from typing import Any
@@ -13,8 +11,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.limits import within_memory
 from stickslip.model.readers.model import Content, dof
+from stickslip.model.readers.numbers import within_memory
 from stickslip.model.readers.process import arrays_of
 from stickslip.support.checks import fault
 

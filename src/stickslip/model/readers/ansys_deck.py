@@ -8,8 +8,6 @@ EBLOCK, , SOLID has 11 numbers, the second the type and the ninth the number of 
 (Mechanical APDL Programmer's Reference: Mapped files, coded database.)
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
@@ -18,9 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.model.readers.deck import MOST_GENERATED, CardList, CardsMet, Deck, FoundCells, NodeAxes
-from stickslip.model.readers.limits import refuse_utf_16, within_memory
 from stickslip.model.readers.model import given_twice, located_once
-from stickslip.model.readers.numbers import coordinate, integer
+from stickslip.model.readers.numbers import coordinate, integer, refuse_utf_16, within_memory
 from stickslip.model.structure.matrices import Point
 from stickslip.support.checks import Array, fault
 

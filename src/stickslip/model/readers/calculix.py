@@ -4,8 +4,6 @@
 with a line NODE.DIRECTION for each row; fixed degrees of freedom have none. (CalculiX CrunchiX User's Manual, *FREQUENCY.)
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -13,9 +11,8 @@ import numpy as np
 
 from stickslip.model.readers.deck import Deck
 from stickslip.model.readers.input_deck import read_deck
-from stickslip.model.readers.limits import refuse_cut
 from stickslip.model.readers.model import Content, dof
-from stickslip.model.readers.numbers import table, triplets, whole
+from stickslip.model.readers.numbers import refuse_cut, table, triplets, whole
 from stickslip.model.structure.sparse import Sparse, both_triangles
 from stickslip.support.checks import Array, InputError, counted, fault
 

@@ -1,7 +1,5 @@
 """Description of a model for `stickslip info`: size, mass, extent, first modes, rigid motions and warnings."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -10,10 +8,9 @@ from scipy import sparse
 
 from stickslip.model.readers.deck import ALONG
 from stickslip.model.readers.model import Model
-from stickslip.model.structure.complete_modes import DENSE_SIZE
+from stickslip.model.structure.complete_modes import DENSE_SIZE, LowestModes, lowest_modes
 from stickslip.model.structure.factor import Factor, Singular
-from stickslip.model.structure.lowest_modes import LowestModes, lowest_modes
-from stickslip.model.structure.rigid_motions import rigid_motions
+from stickslip.model.structure.modes import rigid_motions
 from stickslip.model.structure.sparse import Sparse
 from stickslip.support.checks import SMALLEST, Array, counted
 

@@ -6,16 +6,13 @@ at the end, which are passed over. (Duff, Grimes and Lewis, Users' Guide for the
 HBMAT of Ansys writes NAME.mapping beside: number, node and direction of each row. (Ansys Command Reference, HBMAT.)
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
 from scipy import sparse
 
-from stickslip.model.readers.limits import rows_with_entries, within_memory
 from stickslip.model.readers.model import Content, dof
-from stickslip.model.readers.numbers import compressed_columns, fixed_words, number_lines, whole
+from stickslip.model.readers.numbers import compressed_columns, fixed_words, number_lines, rows_with_entries, whole, within_memory
 from stickslip.model.structure.sparse import both_triangles
 from stickslip.support.checks import counted, fault
 

@@ -3,15 +3,13 @@
 An included file must lie in the folder of the deck or below it: a deck of others would else read any file of the machine.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import process_time
 from typing import NamedTuple
 
-from stickslip.model.readers.limits import refuse_utf_16, within_memory
+from stickslip.model.readers.numbers import refuse_utf_16, within_memory
 from stickslip.support.checks import fault, similar_file
 
 REPEATED_BYTES = 4 << 20

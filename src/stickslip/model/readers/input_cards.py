@@ -6,8 +6,6 @@ The lists hold model data alone: what stands between *STEP and *END STEP cannot 
 The solid elements of a deck with their materials, from which stress is recovered.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass

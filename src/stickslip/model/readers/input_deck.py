@@ -5,8 +5,6 @@ nodes of the only instance keep their numbers; those of several are INSTANCE.NUM
 (Abaqus Keywords Guide: *NODE, *NGEN, *NFILL, *SYSTEM, *NSET, *ELSET, *INSTANCE; Analysis Guide: Defining an assembly.)
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

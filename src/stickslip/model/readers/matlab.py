@@ -3,8 +3,6 @@
 M, K, C dense or sparse, `dofs`, `nodes`.
 """
 
-from __future__ import annotations
-
 import json
 from importlib import import_module
 from pathlib import Path

@@ -4,8 +4,6 @@ Numeric, logical and sparse arrays, text and a cell array `dofs` of names are re
 else is passed over.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

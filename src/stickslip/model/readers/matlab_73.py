@@ -4,17 +4,14 @@ HDF5 files of unknown origin: what would have other files of the machine read, o
 before it is read.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stickslip.model.readers.limits import MOST_DEFLATED, rows_with_entries, within_file, within_memory
 from stickslip.model.readers.matlab_5 import OBJECT_NAMES
-from stickslip.model.readers.numbers import compressed_columns
+from stickslip.model.readers.numbers import MOST_DEFLATED, compressed_columns, rows_with_entries, within_file, within_memory
 from stickslip.support.checks import InputError, fault
 from stickslip.support.late import h5py
 

@@ -4,8 +4,6 @@ The format is that of Boisvert, Pozo and Remington (NISTIR 5935, 1996). It says 
 as SciPy and others read and write them, and a note says so.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any
@@ -13,9 +11,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.limits import rows_with_entries, within_memory
 from stickslip.model.readers.model import Content
-from stickslip.model.readers.numbers import number_lines, whole
+from stickslip.model.readers.numbers import number_lines, rows_with_entries, whole, within_memory
 from stickslip.support.checks import Array, counted, fault
 
 START = b"%%MatrixMarket"

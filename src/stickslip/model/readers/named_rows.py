@@ -5,8 +5,6 @@ A file of names is a deck of the program (coordinates and sets of nodes), or a t
 (x, y, z, rx, ry, rz or 1 to 6) one for each row of the matrices, in their order.
 """
 
-from __future__ import annotations
-
 import csv
 import warnings
 from collections.abc import Callable, Mapping
@@ -19,10 +17,9 @@ import numpy as np
 from stickslip.model.readers.ansys_deck import read_archive
 from stickslip.model.readers.deck import Deck
 from stickslip.model.readers.input_deck import read_deck
-from stickslip.model.readers.limits import refuse_packed
 from stickslip.model.readers.model import DIRECTIONS, Content, located, located_once
-from stickslip.model.readers.nastran_grid import read_grid
-from stickslip.model.readers.numbers import number_of, whole
+from stickslip.model.readers.nastran_deck import read_grid
+from stickslip.model.readers.numbers import number_of, refuse_packed, whole
 from stickslip.model.structure.matrices import Point
 from stickslip.support.checks import InputError, counted, existing, fault, first_of, nearest
 

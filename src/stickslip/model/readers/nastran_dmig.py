@@ -5,8 +5,6 @@ IFO 6 is symmetric, each pair of entries once; 1 is square; 2 and 9 are rectangu
 (MSC Nastran Quick Reference Guide, DMIG.)
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from dataclasses import dataclass, field
@@ -16,10 +14,9 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.model.readers.included_files import Line
-from stickslip.model.readers.limits import CUT_SHORT, refuse_cut
 from stickslip.model.readers.model import Content, dof
-from stickslip.model.readers.nastran_cards import bulk_lines, entries, integer, number, positive_integer
-from stickslip.model.readers.nastran_grid import BulkData
+from stickslip.model.readers.nastran_deck import BulkData, bulk_lines, entries, integer, number, positive_integer
+from stickslip.model.readers.numbers import CUT_SHORT, refuse_cut
 from stickslip.model.structure.sparse import both_triangles
 from stickslip.support.checks import counted, fault
 

@@ -8,8 +8,6 @@ compared with what is there, and what a symmetric form says with the entries.
 (NX Nastran DMAP Programmer's Guide, OUTPUT4.)
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from collections import deque
@@ -21,9 +19,8 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.limits import within_memory
 from stickslip.model.readers.model import SYNONYMS, Content
-from stickslip.model.readers.numbers import fixed_words, number_lines
+from stickslip.model.readers.numbers import fixed_words, number_lines, within_memory
 from stickslip.model.structure.sparse import symmetric_sparse
 from stickslip.support.checks import Array, InputError, counted, fault
 

@@ -3,8 +3,6 @@
 A file that `scipy.sparse.save_npz` wrote holds one matrix; it is read together with the file of the other one.
 """
 
-from __future__ import annotations
-
 import zipfile
 from math import prod
 from os import SEEK_CUR
@@ -14,10 +12,9 @@ from typing import Any
 from numpy.lib import format as npy
 from scipy import sparse
 
-from stickslip.model.readers.limits import MOST_DEFLATED, within_file, within_memory
 from stickslip.model.readers.model import Content
 from stickslip.model.readers.named_rows import from_tables
-from stickslip.model.readers.numbers import compressed_columns
+from stickslip.model.readers.numbers import MOST_DEFLATED, compressed_columns, within_file, within_memory
 from stickslip.support.checks import Array, fault
 
 PLAIN, MOST_UNPACKED = 1 << 28, 100

@@ -3,8 +3,6 @@
 Matrices, sparse and diagonal ones, scalars, text and cells of names are read. (GNU Octave manual, Simple File I/O.)
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,8 +11,15 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.model.readers.limits import refuse_utf_16, rows_with_entries, within_file, within_memory
-from stickslip.model.readers.numbers import number_lines, triplets, whole
+from stickslip.model.readers.numbers import (
+    number_lines,
+    refuse_utf_16,
+    rows_with_entries,
+    triplets,
+    whole,
+    within_file,
+    within_memory,
+)
 from stickslip.support.checks import Array, fault
 
 HEADER = re.compile(r"#\s*([a-z]+)\s*:\s*(.*)")

@@ -4,8 +4,6 @@
 writes what it returns to the NumPy archive TARGET. Its folder may be that of the model: `-P` keeps it off the import path.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -19,8 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.model.readers import numpy_archive
-from stickslip.model.readers.limits import memory
-from stickslip.model.readers.numbers import compressed_columns
+from stickslip.model.readers.numbers import compressed_columns, memory
 from stickslip.support.checks import InputError, fault
 
 WRONG = 2

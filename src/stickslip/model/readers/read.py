@@ -3,8 +3,6 @@
 Whatever a reader meets in a file, the answer is a model or an `InputError`. Nothing in a file is ever run.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import warnings
@@ -28,13 +26,12 @@ from stickslip.model.readers import (
     numpy_archive,
 )
 from stickslip.model.readers.describe import implausible
-from stickslip.model.readers.limits import refuse_packed
 from stickslip.model.readers.model import NEEDED, SYNONYMS, Content, Model, chosen, model_of
 from stickslip.model.readers.named_rows import with_names
+from stickslip.model.readers.numbers import refuse_packed
 from stickslip.model.readers.reduction import Progress, quiet, structure_of
 from stickslip.model.readers.stress_places import Keep, StrainGauge, Where, places_of, stress_rows_of
-from stickslip.model.structure.damping import Damping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.rotation_axis import AxisLike, RotationAxis
 from stickslip.model.structure.sparse import square_sparse
 from stickslip.support.checks import InputError, fault, finite, several, similar_file, truth

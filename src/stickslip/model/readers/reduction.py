@@ -3,8 +3,6 @@
 A reduction is kept on disk under a name that identifies its content, so that the same model is reduced once.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -17,8 +15,8 @@ import numpy as np
 import stickslip
 from stickslip.model.readers import numpy_archive
 from stickslip.model.readers.describe import indefinite_mass
-from stickslip.model.readers.limits import within_memory
 from stickslip.model.readers.model import Model
+from stickslip.model.readers.numbers import within_memory
 from stickslip.model.readers.stress_places import (
     Place,
     StressRows,
@@ -29,11 +27,10 @@ from stickslip.model.readers.stress_places import (
 )
 from stickslip.model.structure.centrifugal import CentrifugalLoads
 from stickslip.model.structure.complete_modes import ModeCount
-from stickslip.model.structure.craig_bampton import craig_bampton, mode_names
-from stickslip.model.structure.damping import Damping
-from stickslip.model.structure.matrices import Point, Structure
+from stickslip.model.structure.cyclic_reduction import craig_bampton, mode_names
+from stickslip.model.structure.matrices import Damping, Point, Structure
 from stickslip.model.structure.mesh_surface import MeshSurface, recovery_rows, selection
-from stickslip.model.structure.rigid_motions import rigid_motions, without_resistance
+from stickslip.model.structure.modes import rigid_motions, without_resistance
 from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.model.structure.sparse_structure import SparseStructure
 from stickslip.model.structure.stress import StressRecovery

@@ -4,8 +4,6 @@ The model is one sector with both faces free: the ties of a cyclic analysis must
 one turned by 2π/N about the axis; `model/readers/sector_faces.py` pairs their nodes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -17,29 +15,16 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 import stickslip
+from stickslip.model.readers import stress_places
 from stickslip.model.readers.deck import OWN_AXES
 from stickslip.model.readers.model import ROTATIONS, Model
 from stickslip.model.readers.read import Paths, read_model
 from stickslip.model.readers.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, quiet, to_cache
 from stickslip.model.readers.sector_faces import interpolation_error, paired
-from stickslip.model.readers.stress_places import (
-    Keep,
-    Place,
-    StrainGauge,
-    StressRows,
-    Where,
-    places_of,
-    prestress_note,
-    refuse_own_axes,
-    rotation_note,
-    rotation_stress,
-    stress_rows_of,
-)
 from stickslip.model.structure.complete_modes import ModeCount
-from stickslip.model.structure.craig_bampton import mode_names
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic
-from stickslip.model.structure.cyclic_reduction import Sector, hermitian, reduced_waves
-from stickslip.model.structure.damping import Damping
+from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names, reduced_waves
+from stickslip.model.structure.matrices import Damping
 from stickslip.model.structure.rotation_axis import Z_AXIS, AxisLike, RotationAxis
 from stickslip.model.structure.solid import Solid
 from stickslip.model.structure.sparse import Sparse
@@ -85,7 +70,7 @@ def read_sector(
     *,
     sectors: int,
     faces: tuple[str, str],
-    keep: Keep,
+    keep: stress_places.Keep,
     axis: AxisLike = "z",
     modes: int = MODES,
     interpolated: bool = False,
@@ -93,7 +78,7 @@ def read_sector(
     damping: Damping | None = None,
     names: str | Path | None = None,
     speed: float | None = None,
-    stress: Mapping[str, Where | StrainGauge] | None = None,
+    stress: Mapping[str, stress_places.Where | stress_places.StrainGauge] | None = None,
     nodal_diameters: Sequence[int] | None = None,
     progress: Progress = quiet,
 ) -> CyclicStructure:
@@ -116,8 +101,8 @@ def read_sector(
     system = unit_system(units)
     model = read_model(path, units=system, names=names)
     joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
-    recovered = None if stress is None else stress_rows_of(model, stress, system.metres)
-    places = places_of(model, keep, system.metres)
+    recovered = None if stress is None else stress_places.stress_rows_of(model, stress, system.metres)
+    places = stress_places.places_of(model, keep, system.metres)
     speeds = [] if speed is None else [finite("speed", speed)]
     chosen = HeldDiameters.of(between("sectors", sectors, 2, MOST_SECTORS), nodal_diameters)
     disks, notes = disks_of([model], joint, places, modes, damping, progress, speeds, recovered, chosen)
@@ -131,14 +116,14 @@ def read_sector_at_speeds(
     *,
     sectors: int,
     faces: tuple[str, str],
-    keep: Keep,
+    keep: stress_places.Keep,
     axis: AxisLike = "z",
     modes: int = MODES,
     interpolated: bool = False,
     units: str | UnitSystem = "SI",
     damping: Damping | None = None,
     names: str | Path | None = None,
-    stress: Mapping[str, Where | StrainGauge] | None = None,
+    stress: Mapping[str, stress_places.Where | stress_places.StrainGauge] | None = None,
     progress: Progress = quiet,
 ) -> dict[float, CyclicStructure]:
     """Read the models of one sector at several rotor speeds, {speed in rev/min: path}, and return {speed: disk}, all of them
@@ -154,8 +139,8 @@ def read_sector_at_speeds(
     system = unit_system(units)
     models = [read_model(paths[speed], units=system, names=names) for speed in speeds]
     joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
-    recovered = None if stress is None else stress_rows_of(models[0], stress, system.metres)
-    places = places_of(models[0], keep, system.metres)
+    recovered = None if stress is None else stress_places.stress_rows_of(models[0], stress, system.metres)
+    places = stress_places.places_of(models[0], keep, system.metres)
     disks, notes = disks_of(models, joint, places, modes, damping, progress, speeds, recovered)
     for note in notes:
         progress(1.0, note)
@@ -165,12 +150,12 @@ def read_sector_at_speeds(
 def disks_of(
     models: Sequence[Model],
     faces: Faces,
-    places: Sequence[Place],
+    places: Sequence[stress_places.Place],
     modes: int | None = None,
     damping: Damping | None = None,
     progress: Progress = quiet,
     speeds: Sequence[float] = (),
-    stress: StressRows | None = None,
+    stress: stress_places.StressRows | None = None,
     diameters: HeldDiameters | None = None,
 ) -> tuple[list[CyclicStructure], tuple[str, ...]]:
     """The disks of the models of one sector, at `speeds` in rev/min where they are known, and notes on what was found; with all
@@ -188,7 +173,7 @@ def disks_of(
     number = MODES if modes is None else modes
     speed = speeds[0] if speeds and stress is not None else 0.0
     if speed:
-        refuse_own_axes(model)
+        stress_places.refuse_own_axes(model)
     diameters = diameters or HeldDiameters.of(faces.sectors)
     arrays = _reduced(models, read, stiffnesses, faces, kept, number, stress, speed, diameters, progress)
     dofs = (*kept, *mode_names(number))
@@ -211,7 +196,7 @@ def disks_of(
     ]
     notes = [*map(str, places), *(stress.notes if stress else ())]
     if stress is not None and mean is not None:
-        notes.append(rotation_note(stress, mean, speed))
+        notes.append(stress_places.rotation_note(stress, mean, speed))
     notes += read.notes
     counts = [ModeCount.of(numbers) for numbers in arrays["counts"]]
     notes += _count_notes(dict(zip(diameters.held, counts, strict=True)), number)
@@ -219,11 +204,13 @@ def disks_of(
         error = 100.0 * float(arrays["error"])
         notes.append(f"The lowest frequencies change by up to {error:.1g} % if the other face follows instead")
     speed_of: Sequence[float | None] = speeds or [None] * len(models)
-    notes += filter(None, (prestress_note(each, faces.axis, own) for each, own in zip(models, speed_of, strict=True)))
+    notes += filter(
+        None, (stress_places.prestress_note(each, faces.axis, own) for each, own in zip(models, speed_of, strict=True))
+    )
     return disks, tuple(notes)
 
 
-def refuse_stress_on_faces(model: Model, faces: Faces, stress: StressRows | None) -> None:
+def refuse_stress_on_faces(model: Model, faces: Faces, stress: stress_places.StressRows | None) -> None:
     """Stress at a node is the mean over its elements, some of which belong to the neighbour there."""
     on_faces = {node for face in (faces.low, faces.high) for node in model.sets[face]}
     named = [name for name, node in (stress.nodes if stress else {}).items() if node in on_faces]
@@ -238,7 +225,7 @@ def _reduced(
     faces: Faces,
     kept: Mapping[str, int],
     modes: int,
-    stress: StressRows | None,
+    stress: stress_places.StressRows | None,
     speed: float,
     diameters: HeldDiameters,
     progress: Progress,
@@ -274,7 +261,9 @@ def _reduced(
     if rest is None:
         rest = {
             "error": np.array(interpolation_error(sector) if faces.interpolated else 0.0),
-            "rotation": np.zeros(0) if rows is None or not speed else rotation_stress(sector, rows, faces.axis, speed),
+            "rotation": np.zeros(0)
+            if rows is None or not speed
+            else stress_places.rotation_stress(sector, rows, faces.axis, speed),
         }
         to_cache(files[""], rest)
     M, K, recovery = (np.array([waves[n][part] for n in diameters.held], dtype=complex) for part in ("M", "K", "stress"))

@@ -7,8 +7,6 @@ Stress due to rotation at places of a sector or of a body, from its centrifugal 
 The rotor speed that a stiffness matrix belongs to, from its spin softening.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral
@@ -24,10 +22,9 @@ from stickslip.model.structure.centrifugal import CentrifugalLoads
 from stickslip.model.structure.cyclic import HeldDiameters
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian
 from stickslip.model.structure.factor import Factor, Singular
-from stickslip.model.structure.nodal_stress import KINDS, nodal_stress
 from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.model.structure.solid import Material
-from stickslip.model.structure.stress import COMPONENTS, StressRecovery, strain_along, von_mises
+from stickslip.model.structure.stress import COMPONENTS, KINDS, StressRecovery, nodal_stress, strain_along, von_mises
 from stickslip.support.checks import Array, Faults, InputError, counted, fault, nearest, several, vector
 
 Where = str | int | Sequence[float]

@@ -16,11 +16,12 @@ from stickslip.model.rigs.lumped import (
     jointed_mode,
     lumped_blisk,
     single_mass,
+    strip_damper,
+    strip_energy,
     three_mass_wedge,
 )
 from stickslip.model.rigs.octopus_blisk import octopus_blisk
 from stickslip.model.rigs.single_blade import single_blade, single_blade_stress, two_semi_cylinders
-from stickslip.model.rigs.strip_damper import strip_damper, strip_energy
 from stickslip.model.structure.stress import StressRecovery
 
 RIGS: dict[str, Callable[..., Problem]] = {

@@ -10,8 +10,6 @@ Blades with interlocking shrouds: oblique faces between neighbours, pressed toge
 The straight Euler-Bernoulli beam element of rigs that are made of beams, and closed rings of such elements.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import asin, cos, hypot, pi, radians, sin, sqrt
 from typing import Literal
@@ -27,8 +25,7 @@ from stickslip.model.loads import Force, Output
 from stickslip.model.problem import Problem, modal_damping_matrix
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import MOST_SECTORS, NEXT, CyclicStructure, cyclic, sector_chain
-from stickslip.model.structure.damping import ModalDamping, RayleighDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, RayleighDamping, Structure
 from stickslip.model.structure.modes import natural_modes
 from stickslip.support.checks import Array, between, fault, finite, not_negative, positive, whole
 

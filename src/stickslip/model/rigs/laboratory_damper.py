@@ -6,14 +6,11 @@ contacts and the mass; those here are this project's, with 45 degrees (G45) and 
 A damper between prescribed platforms as a `Problem`, for harmonic balance and every other analysis.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.model.dampers.between_platforms import DAMPER, LEFT, RIGHT, BetweenPlatforms, ElasticPlatform
+from stickslip.model.dampers.between_platforms import DAMPER, LEFT, RIGHT, BetweenPlatforms, ElasticPlatform, PlatformMotion
 from stickslip.model.dampers.laboratory import CrossedCurvedFlat, ThreePoint
-from stickslip.model.dampers.platform_motion import PlatformMotion
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.structure.matrices import Structure

@@ -11,8 +11,6 @@ Stagger shears the sections of shank and blade: they are shifted tangentially by
 parallel to the axis; the disk, a body of revolution, takes part in its mesh only.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import cos, pi, radians, sin, tan
@@ -31,9 +29,9 @@ from stickslip.model.loads import Force
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import MOST_SECTORS, NEXT, with_bodies
 from stickslip.model.structure.cyclic_reduction import CyclicReduction, Sector, cyclic_craig_bampton, rotation, sector_of
-from stickslip.model.structure.damping import ModalDamping
+from stickslip.model.structure.matrices import ModalDamping
+from stickslip.model.structure.mesh_surface import SectorSurface, sector_surface
 from stickslip.model.structure.rigid_body import RigidBody
-from stickslip.model.structure.sector_surface import SectorSurface, sector_surface
 from stickslip.model.structure.solid import Material, Solid, box_mesh, located, solid
 from stickslip.model.structure.spin import spinning
 from stickslip.support.checks import Array, InputError, between, fault, finite, nearest, not_negative, of_kind, positive

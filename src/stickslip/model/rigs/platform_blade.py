@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.model.structure.assembly import Spring, prefixed
-from stickslip.model.structure.craig_bampton import Reduction, craig_bampton
+from stickslip.model.structure.cyclic_reduction import Reduction, craig_bampton
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.mesh_surface import body_surface
 from stickslip.model.structure.rigid_body import Motion, RigidBody, box_inertia

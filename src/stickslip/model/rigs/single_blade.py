@@ -13,8 +13,6 @@ side on the blade, round side on a fixed platform, pulled (by wires, as there) m
 carry the same load; contact stiffness after the published values of the same laboratory.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import hypot, pi
@@ -32,8 +30,7 @@ from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.rigs.platform_blade import ForceSeparator, Place, PlatformBlade, Separator, reduced_blade
 from stickslip.model.structure.assembly import Spring, assemble
-from stickslip.model.structure.damping import ModalDamping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.model.structure.solid import STEEL
 from stickslip.model.structure.stress import StressRecovery, stress_recovery
 from stickslip.support.checks import fault, not_negative, positive

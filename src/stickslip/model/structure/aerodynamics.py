@@ -4,8 +4,6 @@ A wave of nodal diameter n, u_j = u exp(−i n 2π j/N), feels the force −A_n 
 computed. Re A_n acts as a stiffness at all frequencies, Im A_n as the viscous damping Im A_n/ω of that frequency.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

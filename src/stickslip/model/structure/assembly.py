@@ -1,7 +1,5 @@
 """Several bodies as one structure: names prefixed "body/node.x", matrices block diagonal, linear springs between them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 

@@ -4,20 +4,17 @@ Sector j of N moves by u_j = u exp(−i n 2π j/N) at nodal diameter n: a wave t
 The matrices of n are Hermitian, those of N − n their conjugates; n = 0 (all sectors alike) and n = N/2 are real.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import gcd
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from stickslip.model.structure.assembly import assemble
-from stickslip.model.structure.damping import Damping
-from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.rotation_axis import Z_AXIS, RotationAxis
 from stickslip.support.checks import Array, InputError, between, fault, first_of, is_definite, several, square, whole
 
@@ -40,7 +37,7 @@ class HeldDiameters:
     held: tuple[int, ...]
 
     @classmethod
-    def of(cls, sectors: int, chosen: Sequence[int] | None = None) -> HeldDiameters:
+    def of(cls, sectors: int, chosen: Sequence[int] | None = None) -> Self:
         """Those chosen, whose waves may run either way round, and 0; all of them unless given."""
         if chosen is None:
             return cls(sectors, tuple(range(sectors // 2 + 1)))
@@ -48,7 +45,7 @@ class HeldDiameters:
         return cls(sectors, tuple(sorted({0, *(min(n, sectors - n) for n in turned)})))
 
     @classmethod
-    def excited(cls, sectors: int, engine_order: int) -> HeldDiameters:
+    def excited(cls, sectors: int, engine_order: int) -> Self:
         """Those that any harmonic h of an engine order can excite, h EO mod N: the multiples of their greatest common divisor;
         and N//2, to compare natural frequencies with."""
         return cls.of(sectors, [*range(0, sectors, gcd(sectors, engine_order)), sectors // 2])
@@ -140,7 +137,7 @@ class CyclicStructure(Structure):
         assert waves is not None
         return waves
 
-    def with_damping(self, damping: Damping | NDArray[Any] | None) -> CyclicStructure:
+    def with_damping(self, damping: Damping | NDArray[Any] | None) -> Self:
         """A copy with another damping: a rule, one matrix for each nodal diameter, or none."""
         if isinstance(damping, np.ndarray):
             waves = _hermitian("C", damping, self.diameters, self.size)

@@ -1,36 +1,99 @@
-"""A structure: M, C, K with degrees of freedom named "NODE.DIRECTION". All linear models take this form."""
+"""A structure: M, C, K with degrees of freedom named "NODE.DIRECTION". All linear models take this form.
+
+Its damping is a matrix C, Rayleigh damping, or modal damping on free or stuck modes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from stickslip.model.structure.damping import Damping, ModalDamping, RayleighDamping
-from stickslip.support.checks import (
-    SMALLEST,
-    Array,
-    Index,
-    InputError,
-    counted,
-    fault,
-    is_definite,
-    nearest,
-    several,
-    square,
-    storable,
-    symmetric,
-    unique,
-    vector,
-)
+from stickslip.support import checks
+from stickslip.support.checks import Array, Index, InputError, fault
 
 if TYPE_CHECKING:
     from stickslip.model.structure.centrifugal import CentrifugalLoads
     from stickslip.model.structure.mesh_surface import MeshSurface
     from stickslip.model.structure.stress import StressRecovery
+
+
+@dataclass(frozen=True)
+class ModalDamping:
+    """Damping ratio ζ of every mode (a number), or of the first modes one by one (then zero).
+
+    on = "stuck": the modes of K + BᵀK_cB; "free": those of K, the contacts absent.
+    """
+
+    ratio: float | Sequence[float]
+    on: Literal["stuck", "free"] = "stuck"
+
+    def __post_init__(self) -> None:
+        if np.any(checks.vector("damping ratio", np.asarray(self.ratio)) < 0.0):
+            raise fault("damping ratio", "must not be negative", self.ratio)
+        if self.on not in ("stuck", "free"):
+            raise fault("on", 'must be "stuck" or "free"', self.on)
+
+
+@dataclass(frozen=True)
+class RayleighDamping:
+    """C = mass_factor M + stiffness_factor K. Factors in 1/s and s."""
+
+    mass_factor: float
+    stiffness_factor: float
+
+    def __post_init__(self) -> None:
+        checks.not_negative("mass_factor", self.mass_factor)
+        checks.not_negative("stiffness_factor", self.stiffness_factor)
+
+
+@dataclass(frozen=True)
+class Dashpot:
+    """A viscous damper along a direction, force c ẇ with w = Σ coefficient × dof; c [N s/m].
+
+    It adds c rowᵀ row to C, whatever the damping of the structure is, and to the viscous part of all energies.
+    """
+
+    direction: Mapping[str, float]
+    c: float
+
+    def __post_init__(self) -> None:
+        checks.positive("c of a dashpot", self.c)
+        _check_direction("A dashpot", self.direction)
+
+
+@dataclass(frozen=True)
+class AerodynamicDamping:
+    """The viscous part of gas forces that follow the motion along a direction, c ẇ; c [N s/m], negative where they feed it.
+
+    It stands in `Problem(dashpots=...)`. c = Im(L)/ω of a complex stiffness L [N/m] at ω, or 2ζmω of a damping
+    ratio ζ and a modal mass m along the direction.
+    """
+
+    direction: Mapping[str, float]
+    c: float
+
+    def __post_init__(self) -> None:
+        if checks.finite("c of an aerodynamic damping", self.c) == 0.0:
+            raise fault("c of an aerodynamic damping", "must not be zero", self.c)
+        _check_direction("An aerodynamic damping", self.direction)
+
+
+def _check_direction(what: str, direction: object) -> None:
+    if not isinstance(direction, Mapping):
+        rule = "must have a direction: coefficients by degree of freedom"
+        raise fault(what, rule, direction, 'Write {"1.x": 1.0} for motion along x of node 1.')
+    for dof, coefficient in direction.items():
+        checks.finite(f"{what}, coefficient of {dof}", coefficient)
+    if not any(direction.values()):
+        raise fault(what, "must have a direction", dict(direction))
+
+
+Damping = ModalDamping | RayleighDamping
+
 
 Point = tuple[float, float, float]
 """Coordinates, m."""
@@ -69,22 +132,22 @@ class Structure:
     centrifugal: CentrifugalLoads | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "dofs", several("dofs", self.dofs))
+        object.__setattr__(self, "dofs", checks.several("dofs", self.dofs))
         size = self.size
         check_names(self.dofs)
-        object.__setattr__(self, "M", symmetric("M", self.M, size))
-        object.__setattr__(self, "K", symmetric("K", self.K, size))
+        object.__setattr__(self, "M", checks.symmetric("M", self.M, size))
+        object.__setattr__(self, "K", checks.symmetric("K", self.K, size))
         if self.C is not None:
             if self.damping is not None:
                 raise InputError("A structure must have either C or a damping rule, but has both. Leave one out.")
-            object.__setattr__(self, "C", square("C", self.C, size))
+            object.__setattr__(self, "C", checks.square("C", self.C, size))
             _refuse_negative_damping(self.C)
         if not isinstance(self.damping, ModalDamping | RayleighDamping | None):
             raise fault("damping", "must be a rule, ModalDamping(...) or RayleighDamping(...)", self.damping)
         scale = float(np.max(np.abs(self.M), initial=0.0))
-        if scale < SMALLEST:
+        if scale < checks.SMALLEST:
             raise fault("M", "must have mass", f"{scale:g} at most", "Check its unit.")
-        if not is_definite(self.M, 1e-9 * scale * size):
+        if not checks.is_definite(self.M, 1e-9 * scale * size):
             lowest = float(np.linalg.eigvalsh(self.M)[0])
             raise fault("M", "must have no negative eigenvalue", lowest, "Check the sign and the units of the mass.")
 
@@ -142,7 +205,7 @@ class Structure:
 
     def shifted(self, by: Sequence[float]) -> Structure:
         """A copy whose nodes stand elsewhere, `by` (x, y, z) [m]: the same blade again beside it."""
-        step = vector("by", by, 3)
+        step = checks.vector("by", by, 3)
         x, y, z = step.tolist()
         nodes = {name: (p[0] + x, p[1] + y, p[2] + z) for name, p in self.nodes.items()}
         outlines = {name: corners + step for name, corners in self.outlines.items()}
@@ -161,22 +224,22 @@ class Structure:
 def freedoms(dofs: Sequence[str]) -> str:
     """How many degrees of freedom there are, and the first and last of them."""
     listed = ", ".join(dofs) if len(dofs) < 5 else f"{', '.join(dofs[:2])}, ..., {dofs[-1]}"
-    return f"{counted(len(dofs), 'degree of freedom', 'degrees of freedom')} ({listed})"
+    return f"{checks.counted(len(dofs), 'degree of freedom', 'degrees of freedom')} ({listed})"
 
 
 def check_names(dofs: Sequence[str]) -> None:
     """Names of degrees of freedom are different, can be written, and say node and direction."""
     for dof in dofs:
-        storable("A name in dofs", dof)
+        checks.storable("A name in dofs", dof)
         if not all(dof.rpartition(".")[::2]):
             raise fault("A name in dofs", "must be NODE.DIRECTION", dof, f"Write {dof.strip('.') or '1'!s}.x, say.")
-    unique("dofs", dofs)
+    checks.unique("dofs", dofs)
 
 
 def _refuse_negative_damping(C: Array) -> None:
     """A viscous damper takes energy out: the symmetric part of C has no negative eigenvalue."""
     size = float(np.max(np.abs(C), initial=0.0)) * C.shape[0]
-    if size > 0.0 and not is_definite(0.5 * (C + C.T), 1e-9 * size):
+    if size > 0.0 and not checks.is_definite(0.5 * (C + C.T), 1e-9 * size):
         lowest = float(np.linalg.eigvalsh(0.5 * (C + C.T))[0])
         raise fault("C", "must not feed energy in (no negative eigenvalue)", lowest, "Check the sign of the damping.")
 
@@ -196,4 +259,4 @@ def of_single_nodes(dofs: Iterable[str]) -> dict[str, str]:
 def nearest_dof(name: str, dofs: Iterable[str]) -> str:
     """A remedy that names the nearest degree of freedom, of the same structure where that exists."""
     own = [dof for dof in dofs if "/" in name and dof.startswith(f"{name.partition('/')[0]}/")]
-    return nearest(name, own or dofs)
+    return checks.nearest(name, own or dofs)

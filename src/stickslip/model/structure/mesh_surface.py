@@ -1,20 +1,19 @@
-"""The outer surface of a meshed body and its motion from the degrees of freedom of the reduced body, for deformed shapes.
+"""The outer surface of a meshed body or sector and its motion from the reduced degrees of freedom, for deformed shapes.
 
 Corner nodes alone are drawn. Of a fine mesh, nodes that lie close together are drawn as one, so that pictures, results and the
 rows of the reduction that are kept stay small.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 from scipy import sparse
 
+from stickslip.model.structure.cyclic_reduction import CyclicReduction, Sector
 from stickslip.model.structure.solid import Indices, Solid
 from stickslip.support.checks import Array, counted
 
@@ -58,11 +57,11 @@ class MeshSurface:
         """Displacements (p, 3) for the degrees of freedom q (m,), real or complex, in the unit of q."""
         return np.asarray(self.recovery @ q).reshape(-1, 3)
 
-    def prefixed(self, body: str) -> MeshSurface:
+    def prefixed(self, body: str) -> Self:
         """The same within an assembly, where its degrees of freedom are named "BODY/NODE.DIRECTION"."""
         return replace(self, dofs=tuple(f"{body}/{dof}" for dof in self.dofs)) if body else self
 
-    def shifted(self, step: Array) -> MeshSurface:
+    def shifted(self, step: Array) -> Self:
         """The same elsewhere, by `step` (3,) [m]."""
         return replace(self, points=self.points + step)
 
@@ -151,3 +150,39 @@ def _faces(kind: str, nodes: Indices) -> Indices:
     """All faces of cells of one kind, (cells × faces, 4)."""
     corners = np.array([(*face, face[-1])[:4] for face in FACES[kind]])
     return np.asarray(nodes, dtype=np.int64)[:, corners].reshape(-1, 4)
+
+
+@dataclass(frozen=True, eq=False)
+class SectorSurface:
+    """points (p, 3) [m] and quads (q, 4) of one sector, in its own axes; motions: per nodal diameter 0..N//2, displacements
+    (p, 3, m) of the points per reduced degree of freedom, in single precision.
+    """
+
+    points: Array
+    quads: NDArray[np.int64]
+    motions: tuple[NDArray[Any], ...]
+
+    def shape(self, q: NDArray[Any], nodal_diameter: int) -> NDArray[Any]:
+        """Complex displacements (p, 3) of the surface for the first degrees of freedom of q, at nodal diameter 0..N//2."""
+        motion = self.motions[nodal_diameter]
+        return np.asarray(motion @ q[: motion.shape[2]])
+
+    def wave(self, q: NDArray[Any], n: int, sectors: int) -> NDArray[Any]:
+        """The same at any whole number n: n and n + N are one wave, that of N − n runs the other way, its matrices conjugates."""
+        n %= sectors
+        return self.shape(q, n) if n <= sectors // 2 else self.shape(q.conj(), sectors - n).conj()
+
+    def shapes(self, q: NDArray[Any]) -> NDArray[Any]:
+        """Complex displacements (N, p, 3) of all sectors, each in its own axes, for the motions q (N, m) of the reduced sectors.
+
+        q_j = Σ_n q̂_n exp(−i n 2π j/N), u_j = Σ_n T_n q̂_n exp(−i n 2π j/N), the sums over n = 0..N−1.
+        """
+        waves = np.fft.ifft(q, axis=0)
+        return np.fft.fft(np.array([self.wave(wave, n, len(q)) for n, wave in enumerate(waves)]), axis=0)
+
+
+def sector_surface(mesh: Any, sector: Sector, reduction: CyclicReduction) -> SectorSurface:
+    """The boundary of a scikit-fem mesh without the cyclic faces, which lie inside the disk."""
+    points, quads, numbers = boundary(mesh, sector.solid, (sector.left, sector.right))
+    motions = tuple(recovery_rows(T, numbers).reshape(*points.shape, -1) for T in reduction.transformations)
+    return SectorSurface(points, quads, motions)

@@ -1,23 +1,32 @@
-"""Stress recovery in a meshed body from the degrees of freedom of its reduced model.
+"""Stress recovery in a meshed body from the degrees of freedom of its reduced model, and the fatigue limit to compare it with.
 
 σ = D ε(u), u = T q: for chosen places the product is one small matrix, made once. Linear elasticity, small strains.
+
+Finite elements of other programs have stress at their nodes, as CalculiX gives it: computed at the integration points,
+extrapolated to the corners; a node in the middle of an edge has the mean of the two corners. (CalculiX CrunchiX User's Manual,
+chapters Element types and Shape functions.)
+
+The limit is the amplitude of stress that a material stands, over the mean stress (Haigh diagram). Source: R. C. Juvinall and
+K. M. Marshek, Fundamentals of Machine Component Design, chapter 8 (Goodman, Gerber, Soderberg); G. Sines, Behavior of metals
+under complex static and alternating stresses (1959), for several components.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import cache
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
-from stickslip.model.structure.craig_bampton import Reduction
 from stickslip.model.structure.cyclic import ONE_SECTOR, HeldDiameters, of_all_sectors, sector_name
+from stickslip.model.structure.cyclic_reduction import Reduction
 from stickslip.model.structure.matrices import freedoms
 from stickslip.model.structure.solid import STEEL, Material, Solid
-from stickslip.support.checks import Array, InputError, counted, fault, vector
+from stickslip.support.checks import Array, InputError, among, counted, fault, numbers, positive, vector
 from stickslip.support.late import skfem
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
@@ -223,3 +232,153 @@ def _stress(gradient: Array, axis: int, material: Material) -> Array:
     strain[:, axis] += 0.5 * gradient
     sigma = lam * np.trace(strain) * np.eye(3) + 2.0 * shear * strain
     return np.array([sigma[0, 0], sigma[1, 1], sigma[2, 2], sigma[0, 1], sigma[1, 2], sigma[2, 0]])
+
+
+SMALLEST_VOLUME = 1e-12
+"""Determinant of the Jacobian, relative to the size of the element cubed, below which it counts as turned inside out."""
+NEAR = 0.25 - 0.05 * np.sqrt(5.0)
+"""The three lesser coordinates, from 0 to 1, of the four integration points of a tetrahedron."""
+
+TETRAHEDRON = np.vstack([np.zeros(3), np.eye(3)])
+TETRAHEDRON_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+BRICK = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
+BRICK_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
+"""Local coordinates of corners, and the corners of each edge in the order in which decks list the nodes in the middle."""
+KINDS = {"C3D4": 4, "C3D8": 8, "C3D10": 10, "C3D20R": 20}
+"""Elements whose stress is recovered, by name in CalculiX and Abaqus, and the number of their nodes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """gradients (points, nodes, 3): of the shape functions at the integration points, by local coordinates; extrapolation (nodes,
+    points): from the integration points to the nodes.
+    """
+
+    gradients: Array
+    extrapolation: Array
+
+
+@cache
+def element(kind: str) -> Element:
+    """The element of one of `KINDS`."""
+    if kind not in KINDS:
+        remedy = "Choose another place, or model this region with one of them."
+        raise fault("An element at a place of stress", f"must be one of {', '.join(KINDS)}", kind, remedy)
+    if kind.startswith("C3D4"):
+        return _element(skfem.ElementTetP1(), TETRAHEDRON, (), np.full((1, 3), 0.25))
+    if kind == "C3D10":
+        points = NEAR + (1.0 - 4.0 * NEAR) * TETRAHEDRON
+        return _element(skfem.ElementTetP2(), TETRAHEDRON, TETRAHEDRON_EDGES, points)
+    points = 0.5 + (BRICK - 0.5) / np.sqrt(3.0)
+    if kind == "C3D8":
+        return _element(skfem.ElementHex1(), BRICK, (), points)
+    return _element(skfem.ElementHexS2(), BRICK, BRICK_EDGES, points)
+
+
+def _element(shape: Any, corners: Array, edges: tuple[tuple[int, int], ...], points: Array) -> Element:
+    ends = np.array([*((k, k) for k in range(len(corners))), *edges])
+    nodes = corners[ends].mean(axis=1)
+    order = [int(np.linalg.norm(shape.doflocs - node, axis=1).argmin()) for node in nodes]
+    gradients = np.array([shape.lbasis(points.T, k)[1].T for k in order]).swapaxes(0, 1)
+    to_corners = _polynomial(corners, len(points)) @ np.linalg.inv(_polynomial(points, len(points)))
+    return Element(gradients, to_corners[ends].mean(axis=1))
+
+
+def _polynomial(at: Array, terms: int) -> Array:
+    """The terms of the polynomial through 1, 4 or 8 integration points, (places, terms): constant, linear or trilinear."""
+    x, y, z = at.T
+    return np.column_stack([np.ones(len(at)), x, y, z, x * y, y * z, z * x, x * y * z])[:, :terms]
+
+
+def nodal_stress(kind: str, points: Array, material: Material) -> Array:
+    """Stress at the nodes of one element per displacement of its nodes, (nodes, 6, nodes, 3) [Pa/m]: xx, yy, zz, xy, yz, zx.
+
+    kind: one of `KINDS`; points (nodes, 3) in the order of the deck, m.
+    """
+    own = element(kind)
+    jacobian = np.einsum("pnl,nx->plx", own.gradients, points)
+    if not np.linalg.det(jacobian).min() > SMALLEST_VOLUME * float(np.ptp(points, axis=0).max()) ** 3:
+        raise fault("An element at a place of stress", "must have a volume", f"a {kind} that is turned inside out")
+    slopes = np.linalg.solve(jacobian, own.gradients.swapaxes(1, 2))  # (points, axis, nodes): of the shape functions, 1/m
+    lam, shear = material.lame
+    stress = np.zeros((len(slopes), 6, len(points), 3))
+    for axis in range(3):
+        stress[:, :3, :, axis] += lam * slopes[:, None, axis]
+        stress[:, axis, :, axis] += 2.0 * shear * slopes[:, axis]
+    for component, (one, other) in enumerate(((0, 1), (1, 2), (2, 0)), start=3):
+        stress[:, component, :, one] += shear * slopes[:, other]
+        stress[:, component, :, other] += shear * slopes[:, one]
+    return np.asarray(np.einsum("np,pcmx->ncmx", own.extrapolation, stress))
+
+
+Criterion = Literal["goodman", "gerber", "soderberg"]
+CRITERIA = ("goodman", "gerber", "soderberg")
+
+
+@dataclass(frozen=True)
+class FatigueLimit:
+    """The stress amplitude σ_A [Pa] that a material stands at a mean stress σ_m [Pa], any number of cycles.
+
+    fatigue_strength: σ_A without mean stress, S. criterion: "goodman", σ_A = S (1 − σ_m/R_m); "gerber",
+    σ_A = S (1 − (σ_m/R_m)²); "soderberg", σ_A = S (1 − σ_m/R_p). ultimate_strength: R_m; yield_strength: R_p, beside the first
+    two also σ_A + |σ_m| ≤ R_p. points: pairs (σ_m, σ_A) of a measured diagram in place of all these, with straight lines
+    between. A mean stress in compression gains nothing; beyond R_m, or the last point, the material stands nothing.
+    """
+
+    fatigue_strength: float | None = None
+    ultimate_strength: float | None = None
+    yield_strength: float | None = None
+    criterion: Criterion = "goodman"
+    points: Sequence[Sequence[float]] = field(default=())
+
+    def __post_init__(self) -> None:
+        among("criterion", self.criterion, CRITERIA)
+        if len(self.points):
+            if (self.fatigue_strength, self.ultimate_strength, self.yield_strength) != (None, None, None):
+                raise fault("points", "must stand alone", "beside a strength", "They are the whole diagram.")
+            table, pairs = numbers("points", self.points), list(map(list, self.points))
+            if table.ndim != 2 or table.shape[1] != 2 or len(table) < 2:
+                raise fault("points", "must be two or more pairs of mean stress and amplitude", pairs)
+            if np.any(np.diff(table[:, 0]) <= 0.0) or np.any(table[:, 1] < 0.0):
+                raise fault("points", "must have rising mean stresses, and no negative amplitude", pairs)
+            return
+        if self.fatigue_strength is None:
+            raise fault("fatigue_strength", "must be given", "none", "Or give points of a Haigh diagram.")
+        for name in ("fatigue_strength", "ultimate_strength", "yield_strength"):
+            if getattr(self, name) is not None:
+                positive(name, getattr(self, name))
+        needed = "yield_strength" if self.criterion == "soderberg" else "ultimate_strength"
+        most = getattr(self, needed)
+        if most is None:
+            raise fault(needed, f'must go with criterion = "{self.criterion}"', "none")
+        if self.fatigue_strength >= most:
+            raise fault("fatigue_strength", f"must be below {needed} = {most:g}", self.fatigue_strength, "Are they exchanged?")
+
+    def amplitude(self, mean: ArrayLike) -> Array:
+        """σ_A [Pa] at mean stresses [Pa]."""
+        mean = np.asarray(mean, dtype=float)
+        if len(self.points):
+            at, allowed = np.asarray(self.points, dtype=float).T
+            return np.asarray(np.interp(mean, at, allowed, right=0.0))
+        strength, tension = self.fatigue_strength or 0.0, np.maximum(mean, 0.0)
+        if self.criterion == "gerber":
+            allowed = strength * (1.0 - (tension / (self.ultimate_strength or np.inf)) ** 2)
+        else:
+            most = self.yield_strength if self.criterion == "soderberg" else self.ultimate_strength
+            allowed = strength * (1.0 - tension / (most or np.inf))
+        if self.yield_strength is not None:
+            allowed = np.minimum(allowed, self.yield_strength - np.abs(mean))
+        return np.asarray(np.maximum(allowed, 0.0))
+
+    @property
+    def largest_mean(self) -> float:
+        """The mean stress [Pa] from which on the material stands no vibration, or that of the last point."""
+        if len(self.points):
+            return float(self.points[-1][0])
+        known = [size for size in (self.ultimate_strength, self.yield_strength) if size is not None]
+        return float(min(known))
+
+    @property
+    def words(self) -> str:
+        """ "Goodman", or "given diagram"."""
+        return "given diagram" if len(self.points) else self.criterion.capitalize()

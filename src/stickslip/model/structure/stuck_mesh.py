@@ -13,8 +13,6 @@ Sources: R. H. MacNeal, Comput. Struct. 1 (1971) 581-601, for residual flexibili
 proper orthogonal decomposition, L. Sirovich, Q. Appl. Math. 45 (1987) 561-571.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -23,13 +21,12 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.model.structure.block_lanczos import eigenpairs_above
-from stickslip.model.structure.complete_modes import completed
-from stickslip.model.structure.craig_bampton import mode_names
+from stickslip.model.structure.complete_modes import completed, eigenpairs_above
+from stickslip.model.structure.cyclic_reduction import mode_names
 from stickslip.model.structure.factor import Pencil, Singular
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.mesh_surface import MeshSurface
-from stickslip.model.structure.rigid_motions import rigid_motions, without_resistance
+from stickslip.model.structure.modes import rigid_motions, without_resistance
 from stickslip.model.structure.sparse import Report, Sparse
 from stickslip.model.structure.sparse_structure import SparseStructure
 from stickslip.model.structure.stress import StressRecovery

@@ -7,23 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.analyses.deformed_shape import has_surface
 from stickslip.analyses.performance.curve import PerformanceCurve
+from stickslip.analyses.solved_points import has_surface
+from stickslip.results import view
 from stickslip.results.shown_units import system_of
-from stickslip.results.view import (
-    Length,
-    along_curve_as,
-    dissipated,
-    energy_unit,
-    frequencies,
-    highest_peak,
-    measure_in,
-    nearest_point,
-    outside_steps,
-    peak_unit,
-    points,
-    size_text,
-)
 from stickslip.show.explorer.solving import Answer
 from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule, shown_chart
 from stickslip.show.plots.interactive import plotly_figure
@@ -41,7 +28,7 @@ def curve_figure(answer: Answer, pinned: Answer | None, output: str, log: bool, 
     shown = [(answer, THIS, Style("contact 5", width=2.4))]
     if pinned is not None:
         shown.insert(0, (pinned, PINNED, Style("contact 0", "dash", 1.6)))
-    unit, measure, hertz = _unit(answer, pinned), measure_in(dataset), dataset.linear_frequency.values
+    unit, measure, hertz = _unit(answer, pinned), view.measure_in(dataset), dataset.linear_frequency.values
     linear: list[Layer] = []
     for state, (label, style) in LINEAR.items():
         amplitudes = dataset[f"{state}_amplitude"].values[0, :, answer.place(output)]
@@ -50,9 +37,9 @@ def curve_figure(answer: Answer, pinned: Answer | None, output: str, log: bool, 
     for each, label, style in shown:
         own = each.response.dataset
         place = each.place(output)
-        sizes = along_curve_as(own, measure, 0, place) / unit.metres
-        layers += parted(Line(frequencies(own, 0), sizes, style, label), outside_steps(own, 0))
-        peak = highest_peak(own, 0, place)
+        sizes = view.along_curve_as(own, measure, 0, place) / unit.metres
+        layers += parted(Line(view.frequencies(own, 0), sizes, style, label), view.outside_steps(own, 0))
+        peak = view.highest_peak(own, 0, place)
         if peak is not None:
             dot = Style(style.colour, "none", marker="circle", size=7.0)
             layers.append(Line([peak.frequency], [peak.amplitude / unit.metres], dot))
@@ -68,18 +55,18 @@ def curve_figure(answer: Answer, pinned: Answer | None, output: str, log: bool, 
 def peak_words(answer: Answer, output: str) -> tuple[str, str]:
     """Frequency and amplitude of the highest peak, the two large numbers."""
     dataset = answer.response.dataset
-    peak = highest_peak(dataset, 0, answer.place(output))
+    peak = view.highest_peak(dataset, 0, answer.place(output))
     if peak is None:
         return "–", "–"
-    measure, units = measure_in(dataset), str(dataset["peak_amplitude"].attrs["units"])
+    measure, units = view.measure_in(dataset), str(dataset["peak_amplitude"].attrs["units"])
     per = measure.per(float(dataset.force_level[0]))
-    return f"{peak.frequency:.6g} Hz", size_text(peak.amplitude / per, units, dataset)
+    return f"{peak.frequency:.6g} Hz", view.size_text(peak.amplitude / per, units, dataset)
 
 
 def change_words(answer: Answer, pinned: Answer | None, output: str) -> tuple[str, str]:
     """How far frequency and amplitude are from those of the reference."""
-    own = highest_peak(answer.response.dataset, 0, answer.place(output))
-    other = None if pinned is None else highest_peak(pinned.response.dataset, 0, pinned.place(output))
+    own = view.highest_peak(answer.response.dataset, 0, answer.place(output))
+    other = None if pinned is None else view.highest_peak(pinned.response.dataset, 0, pinned.place(output))
     if own is None or other is None:
         return "", ""
     frequency, amplitude = own.frequency / other.frequency - 1.0, own.amplitude / other.amplitude - 1.0
@@ -88,17 +75,17 @@ def change_words(answer: Answer, pinned: Answer | None, output: str) -> tuple[st
 
 def clicked_point(answer: Answer, pinned: Answer | None, output: str, x: float, y: float) -> int:
     """The converged point nearest to a place of the drawn curve, x in Hz and y in the unit of the axis."""
-    return nearest_point(answer.response.dataset, 0, answer.place(output), x, y * _unit(answer, pinned).metres)
+    return view.nearest_point(answer.response.dataset, 0, answer.place(output), x, y * _unit(answer, pinned).metres)
 
 
-def _unit(answer: Answer, pinned: Answer | None) -> Length:
+def _unit(answer: Answer, pinned: Answer | None) -> view.Length:
     """The unit of the curves."""
-    return peak_unit(*(each.response.dataset for each in (answer, pinned) if each is not None))
+    return view.peak_unit(*(each.response.dataset for each in (answer, pinned) if each is not None))
 
 
 def peak_place(answer: Answer, output: str) -> int | None:
     """The point of the highest peak."""
-    peak = highest_peak(answer.response.dataset, 0, answer.place(output))
+    peak = view.highest_peak(answer.response.dataset, 0, answer.place(output))
     return None if peak is None else peak.point
 
 
@@ -111,12 +98,12 @@ def detail_figures(answer: Answer, point: int, output: str, dark: bool, narrow: 
         figures.append(response.animate(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
     if has_surface(response.problem):
         figures.append(response.deformed_shape(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
-    energy = np.nan_to_num(dissipated(dataset, 0)[int(np.searchsorted(points(dataset, 0), point))])
-    joules, unit = energy_unit(float(energy.max(initial=0.0)))
+    energy = np.nan_to_num(view.dissipated(dataset, 0)[int(np.searchsorted(view.points(dataset, 0), point))])
+    joules, unit = view.energy_unit(float(energy.max(initial=0.0)))
     names = {float(k): str(name) for k, name in enumerate(dataset.contact.values)}
     contacts = Axis("", names=names if len(names) <= 16 else {}, upside_down=True)
     by_contact = Bars(np.arange(energy.size), energy / joules, contact(2), horizontal=True)
-    parts, length = dataset["response"].values[0, point, answer.place(output)], peak_unit(dataset)
+    parts, length = dataset["response"].values[0, point, answer.place(output)], view.peak_unit(dataset)
     sizes = np.hypot(parts[:, 0], parts[:, 1]) / length.metres
     harmonics, amplitude = Bars(np.arange(sizes.size), sizes, contact(0)), Axis("amplitude", length.name, log=True)
     panels = [

@@ -3,8 +3,6 @@
 What is seen as a study file, and as Python code.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any

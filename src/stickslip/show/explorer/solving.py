@@ -6,8 +6,6 @@ before they begin, or at the next progress report of their curve. So no answer c
 What of a study can vary: numbers of its document with the range of a slider each.
 """
 
-from __future__ import annotations
-
 import inspect
 import time
 from collections import OrderedDict
@@ -17,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -29,11 +27,11 @@ from stickslip.model.problem import Problem
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.results.shown_units import attributes_of, in_system
 from stickslip.show.report.conclusions import failures_of, warnings_of
-from stickslip.solve.balance.orders import in_words
+from stickslip.solve.balance.fourier import in_words
 from stickslip.study.analyses.performance_curve import PerformanceTable
+from stickslip.study.analysis import COMMON_KEYS
 from stickslip.study.faults import parsed
 from stickslip.study.fields import in_si
-from stickslip.study.kinds import COMMON_KEYS
 from stickslip.study.reading import Job, job, text_of, toml, units_of
 from stickslip.study.toml_text import toml_text
 from stickslip.support.checks import InputError, fault
@@ -233,7 +231,7 @@ class Solver:
     noting: Lock = field(default_factory=Lock)
 
     @classmethod
-    def of(cls, path: Path) -> Solver:
+    def of(cls, path: Path) -> Self:
         """The study at a path, checked as a whole. Raises `InputError` where it has no band to show a response over."""
         solver = cls(text_of(path), path.parent, path.stem)
         checked = job(solver.text, solver.folder, solver.name)

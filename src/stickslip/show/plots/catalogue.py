@@ -1,7 +1,5 @@
 """Imports every figure of this folder, each of which registers itself for what it shows (`stickslip.support.renderers`)."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from pkgutil import iter_modules
 

@@ -6,21 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from stickslip.results import view
 from stickslip.results.representative import representatives
-from stickslip.results.view import (
-    ContactRow,
-    along_curve,
-    contact_rows,
-    dissipated,
-    energy_text,
-    energy_unit,
-    frequencies,
-    is_folded,
-    largest_loops,
-    length_unit,
-    level_text,
-    shares_at_peak,
-)
 from stickslip.show.plots.chart import Axis, Bars, Cells, Chart, Key, Layer, Line, Panel, closed, edges_between, from_zero
 from stickslip.show.plots.look import CONTACTS, PAGE, Style, contact, state_colour
 from stickslip.show.plots.response_curves import HERTZ, case_lines
@@ -45,14 +32,14 @@ STATES = [Key("stick", Style("stick")), Key("half, half", Style("half")), Key("s
 @FIGURES.of("ForcedResponse", "loops")
 def hysteresis_loops(dataset: xr.Dataset) -> Chart:
     """Contact force in N against relative displacement in µm at the highest peak: a row per contact, a column per force level."""
-    rows = contact_rows(dataset)
-    shown = largest_loops(dataset, rows, MOST_CONTACTS)
+    rows = view.contact_rows(dataset)
+    shown = view.largest_loops(dataset, rows, MOST_CONTACTS)
     chosen = representatives(dataset, MOST_COLUMNS)
     lines, height = case_lines(chosen.dataset), min(1.6, (PAGE - 0.8) / max(len(shown), 1))
     panels = []
     for place, row in enumerate(shown):
         for case, line in enumerate(lines):
-            title = ", ".join(filter(None, (level_text(chosen.dataset, case) if not place else "", row.label)))
+            title = ", ".join(filter(None, (view.level_text(chosen.dataset, case) if not place else "", row.label)))
             layers = [_loop(chosen.dataset, case, row, line["style"], line["label"])]
             panels.append(Panel(*loop_axes(dataset), layers, title, height))
     note = f"{len(shown)} of {len(rows)}, the largest" if len(shown) < len(rows) else ""
@@ -61,7 +48,7 @@ def hysteresis_loops(dataset: xr.Dataset) -> Chart:
     return Chart("Loops at the highest peak", panels, columns=len(lines) if shown else 1, note=note, legend=False)
 
 
-def loops_of(dataset: xr.Dataset, most: int, step: int = 1) -> Callable[[ContactRow, bool], Chart]:
+def loops_of(dataset: xr.Dataset, most: int, step: int = 1) -> Callable[[view.ContactRow, bool], Chart]:
     """The loops of one contact at all force levels in one panel; step: of the samples drawn.
 
     What is returned draws them for a row; own: each centred and to its own size, to compare shapes.
@@ -70,7 +57,7 @@ def loops_of(dataset: xr.Dataset, most: int, step: int = 1) -> Callable[[Contact
     lines, axes = case_lines(chosen.dataset), loop_axes(dataset)
     shapes = Axis("relative displacement over half its range"), Axis("contact force over half its range")
 
-    def drawn(row: ContactRow, own: bool) -> Chart:
+    def drawn(row: view.ContactRow, own: bool) -> Chart:
         layers = [_loop(chosen.dataset, case, row, line["style"], line["label"], own) for case, line in enumerate(lines)]
         panel = Panel(*(shapes if own else axes), layers, height=3.8)
         return Chart(f"Loops at the highest peak: {row.label}", [panel], note=chosen.words)
@@ -78,7 +65,7 @@ def loops_of(dataset: xr.Dataset, most: int, step: int = 1) -> Callable[[Contact
     return drawn
 
 
-def loops_at(dataset: xr.Dataset, rows: list[ContactRow], samples: int) -> Callable[[int, int], Chart]:
+def loops_at(dataset: xr.Dataset, rows: list[view.ContactRow], samples: int) -> Callable[[int, int], Chart]:
     """The loops at a point of a curve, from the harmonics that the result keeps: corners are rounded, the force may overshoot.
 
     What is returned draws them for a case and a point.
@@ -87,8 +74,8 @@ def loops_at(dataset: xr.Dataset, rows: list[ContactRow], samples: int) -> Calla
     waves = np.exp(1j * np.outer(np.arange(dataset.sizes["harmonic"]), angle))
     motions, forces, hertz = (dataset[name].values for name in ("contact_motion", "contact_force", "frequency"))
     states = {state: dataset[f"share_{state}"].values for state in ("stick", "slip", "open")}
-    metres, axes = length_unit(dataset).metres, loop_axes(dataset)
-    levels = [level_text(dataset, case) for case in range(dataset.sizes["case"])]
+    metres, axes = view.length_unit(dataset).metres, loop_axes(dataset)
+    levels = [view.level_text(dataset, case) for case in range(dataset.sizes["case"])]
     truncated = f"Hz (truncated to {dataset['harmonic'].values[-1]:g} harmonics)"
 
     def drawn(case: int, point: int) -> Chart:
@@ -108,18 +95,18 @@ def loops_at(dataset: xr.Dataset, rows: list[ContactRow], samples: int) -> Calla
 
 def loop_axes(dataset: xr.Dataset) -> tuple[Axis, Axis]:
     """Of a hysteresis loop."""
-    return Axis("relative displacement", length_unit(dataset).name), Axis("contact force", "N")
+    return Axis("relative displacement", view.length_unit(dataset).name), Axis("contact force", "N")
 
 
 @FIGURES.of("ForcedResponse", "states")
 def contact_states(dataset: xr.Dataset, most: int = MOST_STATES) -> Chart:
     """Shares of the period in stick, slip and open as mixed colours: one panel a force level, one row a contact."""
-    every = contact_rows(dataset)
-    rows = every if len(every) <= MOST_NAMES else largest_loops(dataset, every, MOST_NAMES)
+    every = view.contact_rows(dataset)
+    rows = every if len(every) <= MOST_NAMES else view.largest_loops(dataset, every, MOST_NAMES)
     panel = 0.25 + (0.16 if len(rows) <= MANY_ROWS else 0.1) * max(len(rows), 2)
     chosen = representatives(dataset, max(1, min(most, int((PAGE - 1.2) / (panel + 0.2)))))
     dataset = chosen.dataset
-    folded = any(is_folded(dataset, case) for case in range(dataset.sizes["case"]))
+    folded = any(view.is_folded(dataset, case) for case in range(dataset.sizes["case"]))
     panels = [_states_of(dataset, case, rows, panel) for case in range(dataset.sizes["case"])]
     title = "Contact states, in shares of the period" + (", along the folded curve" if folded else "")
     note = f"the {len(rows)} of {len(every)} with the largest loops" if len(rows) < len(every) else ""
@@ -131,13 +118,13 @@ def _series(parts: Array, waves: Array) -> Array:
     return np.asarray(((parts[:, 0] + 1j * parts[:, 1]) @ waves).real)
 
 
-def _loop(dataset: xr.Dataset, case: int, row: ContactRow, style: Style, label: str, own: bool = False) -> Line:
+def _loop(dataset: xr.Dataset, case: int, row: view.ContactRow, style: Style, label: str, own: bool = False) -> Line:
     """One closed loop at the highest peak."""
-    motion = closed(dataset.loop_motion.values[case, row.contact, row.direction] / length_unit(dataset).metres)
+    motion = closed(dataset.loop_motion.values[case, row.contact, row.direction] / view.length_unit(dataset).metres)
     force = closed(dataset.loop_force.values[case, row.contact, row.direction])
     if not own:
         return Line(motion, force, style, label)
-    hover = {f"relative displacement in {length_unit(dataset).name}": motion, "contact force in N": force}
+    hover = {f"relative displacement in {view.length_unit(dataset).name}": motion, "contact force in N": force}
     return Line(_to_own_size(motion), _to_own_size(force), style, label, hover)
 
 
@@ -146,14 +133,14 @@ def _to_own_size(values: Array) -> Array:
     return np.asarray((values - 0.5 * (low + high)) / (0.5 * (high - low) or 1.0))
 
 
-def _states_of(dataset: xr.Dataset, case: int, rows: list[ContactRow], height: float) -> Panel:
+def _states_of(dataset: xr.Dataset, case: int, rows: list[view.ContactRow], height: float) -> Panel:
     """The panel of one force level: a row of cells for each contact, NaN where a point did not converge."""
-    hertz, title = frequencies(dataset, case), level_text(dataset, case)
+    hertz, title = view.frequencies(dataset, case), view.level_text(dataset, case)
     if not hertz.size or not rows:
         return Panel(HERTZ, Axis("", limits=(0.0, 1.0)), [*STATES], f"{title}: no points", height)
-    states = [along_curve(dataset, f"share_{state}", case) for state in ("stick", "slip", "open")]
+    states = [view.along_curve(dataset, f"share_{state}", case) for state in ("stick", "slip", "open")]
     shares = np.stack([np.stack([share[:, row.contact, row.direction] for share in states], axis=-1) for row in rows])
-    folded, descending = is_folded(dataset, case), hertz[0] > hertz[-1]
+    folded, descending = view.is_folded(dataset, case), hertz[0] > hertz[-1]
     if descending and not folded:
         hertz, shares = hertz[::-1], shares[:, ::-1]
     names = {float(k): row.label for k, row in enumerate(rows)}
@@ -184,24 +171,24 @@ MOST_BARS = 9
 @FIGURES.of("ForcedResponse", "dissipation")
 def dissipation(dataset: xr.Dataset) -> Chart:
     """Energy of all contacts per period against frequency, and the share of each contact at the highest peak."""
-    energies = [np.sum(dissipated(dataset, case), axis=1) for case in range(dataset.sizes["case"])]
-    joules, unit = energy_unit(float(np.max(np.nan_to_num(np.concatenate(energies)), initial=0.0)))
+    energies = [np.sum(view.dissipated(dataset, case), axis=1) for case in range(dataset.sizes["case"])]
+    joules, unit = view.energy_unit(float(np.max(np.nan_to_num(np.concatenate(energies)), initial=0.0)))
     lines = [
-        Line(frequencies(dataset, case), np.where(energy > 0.0, energy / joules, np.nan), **line)
+        Line(view.frequencies(dataset, case), np.where(energy > 0.0, energy / joules, np.nan), **line)
         for case, (energy, line) in enumerate(zip(energies, case_lines(dataset), strict=True))
     ]
     axis = Axis("energy per period", unit, log=bool(np.nansum(dataset.dissipated.values) > 0.0))
 
     chosen = representatives(dataset, MOST_BARS)
-    names, energy, total = shares_at_peak(chosen.dataset, len(CONTACTS))
+    names, energy, total = view.shares_at_peak(chosen.dataset, len(CONTACTS))
     percent = np.nan_to_num(100.0 * energy / np.where(total > 0.0, total, np.nan)[:, None])
     rows, before = np.arange(total.size), np.cumsum(percent, axis=1) - percent
     bars = []
     for k, name in enumerate(names):
         style, hover = contact(-1 if name.endswith(" others") else k), {"energy per period in J": energy[:, k]}
         bars.append(Bars(rows, percent[:, k], style, name, base=before[:, k], horizontal=True, hover=hover))
-    sizes = [energy_text(value, chosen.dataset) if np.isfinite(value) else "not converged" for value in total]
-    cases = {float(case): f"{level_text(chosen.dataset, case)}, {size}" for case, size in enumerate(sizes)}
+    sizes = [view.energy_text(value, chosen.dataset) if np.isfinite(value) else "not converged" for value in total]
+    cases = {float(case): f"{view.level_text(chosen.dataset, case)}, {size}" for case, size in enumerate(sizes)}
     axes = Axis("share of the contacts", "%", limits=(0.0, 100.0)), Axis("", names=cases, upside_down=True)
 
     panels = [Panel(HERTZ, axis, lines, "All contacts", 3.4), Panel(*axes, bars, "At the highest peak", 3.4)]
@@ -213,7 +200,7 @@ def dissipation(dataset: xr.Dataset) -> Chart:
 def loss_factor(dataset: xr.Dataset) -> Chart:
     """Loss factor against frequency, one curve a force level."""
     lines = [
-        Line(frequencies(dataset, case), along_curve(dataset, "loss_factor", case), **line)
+        Line(view.frequencies(dataset, case), view.along_curve(dataset, "loss_factor", case), **line)
         for case, line in enumerate(case_lines(dataset))
     ]
     return Chart("Loss factor", [Panel(HERTZ, from_zero(Axis("loss factor")), lines, height=3.4)])

@@ -18,7 +18,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.deformed_shape import SurfaceMotion
+from stickslip.analyses.solved_points import SurfaceMotion
 from stickslip.results.shown_units import in_system
 from stickslip.results.view import Length, unit_in
 from stickslip.show.plots.chart import wrapped

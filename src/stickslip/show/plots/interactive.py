@@ -3,8 +3,6 @@
 Colours stand in it by name ("@level 2/6"), so that one description serves light and dark pages; `resolved` gives their values.
 """
 
-from __future__ import annotations
-
 import html
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

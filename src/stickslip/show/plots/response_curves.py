@@ -17,32 +17,11 @@ from numpy.typing import ArrayLike
 
 from stickslip.analyses.stress import has_fatigue, margins
 from stickslip.analyses.truncation import ALLOWED
+from stickslip.results import view
 from stickslip.results.quantities import has_stability, unstable_steps
 from stickslip.results.representative import is_cloud, levels_of, representative_starts
 from stickslip.results.schema import CurveKind, kinds_in
-from stickslip.results.view import (
-    Length,
-    along_curve,
-    along_curve_as,
-    failed_points,
-    force_text,
-    frequencies,
-    has_linear_curves,
-    highest_maximum,
-    highest_peak,
-    inside_band,
-    length_unit,
-    level_text,
-    levels_in_newtons,
-    measure_in,
-    outside_steps,
-    periods_of,
-    points,
-    quantity_unit,
-    shown_unit,
-    size_text,
-    split,
-)
+from stickslip.results.view import frequencies
 from stickslip.show.plots.chart import Area, Axis, Chart, Layer, Line, Panel, band, from_zero, spans
 from stickslip.show.plots.look import (
     CROSS,
@@ -79,9 +58,9 @@ def case_lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
             thin = is_cloud(dataset) and case != middle
             styles[case] = level(place, len(groups), **({"width": THIN, "opacity": 0.45} if thin else {}))
             if not is_cloud(dataset):
-                labels[case] = level_text(dataset, case)
+                labels[case] = view.level_text(dataset, case)
             else:
-                labels[case] = f"{force_text(dataset, case)}, {f'{len(cases)} start states' if thin else 'median'}"
+                labels[case] = f"{view.force_text(dataset, case)}, {f'{len(cases)} start states' if thin else 'median'}"
     listed = entries([labels[case] for case in range(len(labels))])
     return [{"style": styles[case], "label": labels[case], "listed": labels[case] in listed} for case in range(len(labels))]
 
@@ -112,13 +91,13 @@ def response_curves(
     Dots mark the highest peak of what is drawn: solved where the result has peaks of it, else the highest point of the curve that
     stands above its neighbours. Crosses at the bottom mark points that did not converge.
     """
-    index, own = output_index(dataset, output), measure_in(dataset)
+    index, own = output_index(dataset, output), view.measure_in(dataset)
     derived, per_force = quantity_named(quantity or own.name, per_force)
     measure, lines = Measure(derived, own.kind), case_lines(dataset)
     scales = [_scale(dataset, case, per_force, derived) for case in range(len(lines))]
     curves = [part for case, line in enumerate(lines) for part in _curve(dataset, case, index, scales[case], measure, line)]
     firsts = [cases[0] for cases in levels_of(dataset)][: 1 if per_force else None]
-    known = has_linear_curves(dataset)
+    known = view.has_linear_curves(dataset)
     linear = [Line([np.nan], [np.nan], style, words) for words, style in LINEAR.values()] if known else []
     for case in firsts if known else ():
         linear += _linear(dataset, case, index, scales[case], measure, "grey" if per_force else lines[case]["style"].colour)
@@ -126,7 +105,7 @@ def response_curves(
     limits = height_limits(curves, log)
     axis = replace(axis, log=log and limits[0] is not None, limits=limits)
     bands = [area for case, line in enumerate(lines) for area in _error_band(dataset, case, index, scales[case], measure, line)]
-    left = any(outside_steps(dataset, case).any() for case in range(len(lines)))
+    left = any(view.outside_steps(dataset, case).any() for case in range(len(lines)))
     linear += [Line([np.nan], [np.nan], OUTSIDE, "outside the band")] if left else []
     layers = [*linear, *bands, *curves, *_peaks(dataset, index, scales, measure, lines), *_failed(dataset, axis)]
     title, name = str(dataset.attrs.get("title", "")), str(dataset.output.values[index])
@@ -144,17 +123,17 @@ def peaks_over_force(dataset: xr.Dataset, output: str | None = None) -> Chart:
 def compared_peaks(datasets: Mapping[str, xr.Dataset], output: str) -> Chart:
     """The same of several results by name, of those whose peaks are of one quantity and that have the output."""
     first = next(iter(datasets.values()))
-    measure, unit = measure_in(first), length_unit(*datasets.values())
+    measure, unit = view.measure_in(first), view.length_unit(*datasets.values())
     alike = {
         label: dataset
         for label, dataset in datasets.items()
-        if measure_in(dataset) == measure and output in dataset.output.values
+        if view.measure_in(dataset) == measure and output in dataset.output.values
     }
     force = force_axis(first, np.concatenate([dataset.force_level.values for dataset in datasets.values()]))
     sizes, hertz = [], []
     for k, (label, dataset) in enumerate(alike.items()):
         index = output_index(dataset, output)
-        peaks = {case: highest_peak(dataset, case, index) for case in range(dataset.sizes["case"])}
+        peaks = {case: view.highest_peak(dataset, case, index) for case in range(dataset.sizes["case"])}
         solved = [(case, peak) for case, peak in peaks.items() if peak is not None]
         kinds = kinds_in(dataset)
         swept = [pair for pair in solved if kinds[pair[0]] == CurveKind.SWEEP] or solved
@@ -163,14 +142,14 @@ def compared_peaks(datasets: Mapping[str, xr.Dataset], output: str) -> Chart:
         style = replace(style, dash="none", opacity=0.45) if is_cloud(dataset) else style
         levels, frequencies = dataset.force_level.values[[case for case, _ in swept]], [peak.frequency for _, peak in swept]
         per_force = [_scale(dataset, case, True, measure.quantity, unit) * peak.amplitude for case, peak in swept]
-        names = {"case": [level_text(dataset, case) for case, _ in swept]} if is_cloud(dataset) else {}
+        names = {"case": [view.level_text(dataset, case) for case, _ in swept]} if is_cloud(dataset) else {}
         sizes.append(Line(levels, per_force, style, label, {"frequency in Hz": frequencies, **names}))
         hertz.append(Line(levels, frequencies, style, label, names))
         if others:
             alone, label_of_others = replace(style, dash="none", marker="diamond"), "other curves"
             sized = [_scale(dataset, case, True, measure.quantity, unit) * peak.amplitude for case, peak in others]
             levels = dataset.force_level.values[[case for case, _ in others]]
-            curves = [level_text(dataset, case) for case, _ in others]
+            curves = [view.level_text(dataset, case) for case, _ in others]
             sizes.append(Line(levels, sized, alone, label_of_others, {"curve": curves}))
             hertz.append(Line(levels, [peak.frequency for _, peak in others], alone, label_of_others, {"curve": curves}))
     left = Panel(force, from_zero(response_axis(first, True, measure, unit)), sizes, "Highest peak", 2.8)
@@ -184,7 +163,7 @@ def compared_peaks(datasets: Mapping[str, xr.Dataset], output: str) -> Chart:
 
 def force_axis(dataset: xr.Dataset, levels: Array) -> Axis:
     """Force levels, on a logarithmic axis where they span much."""
-    return Axis("force level", "N" if levels_in_newtons(dataset) else "", log=spans(levels, 8.0))
+    return Axis("force level", "N" if view.levels_in_newtons(dataset) else "", log=spans(levels, 8.0))
 
 
 def output_index(dataset: xr.Dataset, output: str | None) -> int:
@@ -196,13 +175,13 @@ def output_index(dataset: xr.Dataset, output: str | None) -> int:
 
 
 def response_axis(
-    dataset: xr.Dataset, per_force: bool, measure: Measure = DISPLACEMENT_AMPLITUDE, length: Length | None = None
+    dataset: xr.Dataset, per_force: bool, measure: Measure = DISPLACEMENT_AMPLITUDE, length: view.Length | None = None
 ) -> Axis:
     """The axis of sizes of a response; length: the unit of displacements, that of the result unless given."""
-    unit = quantity_unit(length or length_unit(dataset), measure.quantity).name
+    unit = view.quantity_unit(length or view.length_unit(dataset), measure.quantity).name
     if not per_force:
         return Axis(words_on_axis(measure), unit)
-    unit += "/N" if levels_in_newtons(dataset) else " per unit level"
+    unit += "/N" if view.levels_in_newtons(dataset) else " per unit level"
     return Axis(f"amplitude per force {measure.symbol}/F" if measure.kind == "amplitude" else f"{measure.symbol} per force", unit)
 
 
@@ -213,37 +192,40 @@ def words_on_axis(measure: Measure) -> str:
 
 def size_label(dataset: xr.Dataset) -> str:
     """What sizes of a result are, as its peaks are measured, without their unit: "amplitude |X₁|", "amplitude ω²|X₁|/F"."""
-    measure = measure_in(dataset)
+    measure = view.measure_in(dataset)
     return words_on_axis(measure) + ("/F" if measure.per_force else "")
 
 
 def phase(dataset: xr.Dataset, case: int, output: int, order: int = 0) -> Array:
     """Phase of the first harmonic of a time derivative against cos ωt at `points`, degrees above −180 and up to 180."""
-    parts = along_curve(dataset, "response", case)[:, output, periods_of(dataset)]
+    parts = view.along_curve(dataset, "response", case)[:, output, view.periods_of(dataset)]
     degrees = np.degrees(np.angle((parts[:, 0] + 1j * parts[:, 1]) * 1j**order))
     return np.asarray(np.where(degrees <= -180.0, 180.0, degrees))
 
 
-def _scale(dataset: xr.Dataset, case: int, per_force: bool, quantity: Quantity, length: Length | None = None) -> float:
+def _scale(dataset: xr.Dataset, case: int, per_force: bool, quantity: Quantity, length: view.Length | None = None) -> float:
     """Factor from SI to what is drawn."""
     level = abs(float(dataset.force_level[case])) or np.nan
-    return 1.0 / quantity_unit(length or length_unit(dataset), quantity).metres / (level if per_force else 1.0)
+    return 1.0 / view.quantity_unit(length or view.length_unit(dataset), quantity).metres / (level if per_force else 1.0)
 
 
 def _curve(dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, line: dict[str, Any]) -> Iterator[Line]:
     """One curve, its unstable parts dashed where their stability is known."""
-    size = scale * along_curve_as(dataset, measure, case, output)
+    size = scale * view.along_curve_as(dataset, measure, case, output)
     few = {"marker": "circle", "size": 3.0} if np.count_nonzero(np.isfinite(size)) < 12 else {}
-    hover = {"phase in °": phase(dataset, case, output, measure.order), "loss factor": along_curve(dataset, "loss_factor", case)}
-    hover |= {"dissipated per period in J": np.sum(along_curve(dataset, "dissipated", case), axis=1)}
+    hover = {
+        "phase in °": phase(dataset, case, output, measure.order),
+        "loss factor": view.along_curve(dataset, "loss_factor", case),
+    }
+    hover |= {"dissipated per period in J": np.sum(view.along_curve(dataset, "dissipated", case), axis=1)}
     curve = Line(frequencies(dataset, case), size, **{**line, "style": replace(line["style"], **few)}, hover=hover)
     parts, unstable = [curve], unstable_steps(dataset, case) if has_stability(dataset) else np.zeros(0, dtype=bool)
     if unstable.any():
-        stable_part, unstable_part = split(size, unstable)
+        stable_part, unstable_part = view.split(size, unstable)
         dashed = replace(curve, y=unstable_part, style=replace(curve.style, dash="dash"), listed=False)
         parts = [replace(curve, y=stable_part), dashed]
     for part in parts:
-        yield from parted(part, outside_steps(dataset, case))
+        yield from parted(part, view.outside_steps(dataset, case))
 
 
 def parted(curve: Line, outside: np.ndarray) -> Iterator[Line]:
@@ -251,7 +233,7 @@ def parted(curve: Line, outside: np.ndarray) -> Iterator[Line]:
     if not outside.any():
         yield curve
         return
-    within, beyond = split(np.asarray(curve.y, dtype=float), outside)
+    within, beyond = view.split(np.asarray(curve.y, dtype=float), outside)
     yield replace(curve, y=within)
     yield replace(curve, y=beyond, style=replace(curve.style, colour=OUTSIDE.colour), listed=False)
 
@@ -262,10 +244,10 @@ def _error_band(
     """The area that a curve with more harmonics may lie in, X/(1 + e) to X(1 + e), where the error e is not small."""
     if "point_truncation_error" not in dataset or is_cloud(dataset):
         return
-    error = along_curve(dataset, "point_truncation_error", case)[:, output]
+    error = view.along_curve(dataset, "point_truncation_error", case)[:, output]
     error[~(error > ALLOWED)] = np.nan
     if np.isfinite(error).any():
-        size = scale * along_curve_as(dataset, measure, case, output)
+        size = scale * view.along_curve_as(dataset, measure, case, output)
         style = replace(line["style"], opacity=0.25)
         yield band(frequencies(dataset, case), size / (1.0 + error), size * (1.0 + error), style, "estimated error of harmonics")
 
@@ -275,7 +257,7 @@ def _peaks(
 ) -> Iterator[Layer]:
     """A dot at the highest peak of each curve, a small one on a thin line."""
     for case, line in enumerate(lines):
-        peak = highest_maximum(dataset, case, output, measure)
+        peak = view.highest_maximum(dataset, case, output, measure)
         if peak is not None:
             style = replace(line["style"], dash="none", marker="circle", size=2.5 if line["style"].width == THIN else 5.0)
             yield Line([peak[0]], [scales[case] * peak[1]], style, line["label"], {"": ["highest peak"]}, listed=False)
@@ -283,7 +265,7 @@ def _peaks(
 
 def _failed(dataset: xr.Dataset, axis: Axis) -> Iterator[Layer]:
     """Points that did not converge, at the foot of the panel, each with its cause."""
-    failed = [(case, point) for case in range(dataset.sizes["case"]) for point in failed_points(dataset, case)]
+    failed = [(case, point) for case in range(dataset.sizes["case"]) for point in view.failed_points(dataset, case)]
     if failed:
         low, high = axis.limits if axis.limits[0] is not None else (0.0, 1.0)
         foot = low * (high / low) ** 0.015 if axis.log and low and high else 0.015 * (high or 1.0)
@@ -319,7 +301,7 @@ def controlled_response(dataset: xr.Dataset) -> Chart:
     """Force level and phase against frequency, one curve a held amplitude; rings mark where force and displacement are at 90°."""
     force, phase = _force_axis(dataset, "force_level"), Axis("phase", "°")
     units = dataset["held_amplitude"].attrs["units"]
-    labels = [size_text(float(value), units, dataset) for value in dataset["held_amplitude"].values]
+    labels = [view.size_text(float(value), units, dataset) for value in dataset["held_amplitude"].values]
     top: list[Layer] = []
     bottom: list[Layer] = []
     for case, look in enumerate(level_lines(labels)):
@@ -376,7 +358,7 @@ def _along(dataset: xr.Dataset, name: str, case: int) -> tuple[Array, Array]:
 def _over_amplitude(dataset: xr.Dataset, name: str, force: str, amplitude: Array, values: list[Array]) -> Chart:
     """Three panels over the amplitude: frequency, force, loss factor."""
     units = dataset[name].attrs["units"]
-    shown = shown_unit(units, float(np.max(amplitude, initial=0.0)))
+    shown = view.shown_unit(units, float(np.max(amplitude, initial=0.0)))
     across = Axis(f"amplitude of the {dataset.attrs['quantity']}", shown.name, log=spans(amplitude, 8.0))
     axes = HERTZ, replace(_force_axis(dataset, force), log=spans(values[1], 8.0)), Axis("loss factor")
     style: Style = replace(EMPHASIS, marker="circle")
@@ -396,7 +378,7 @@ def stress_curves(dataset: xr.Dataset) -> Chart:
     if "stress_von_mises" not in dataset:
         raise InputError("The figure of stress must have stress along the curves. Draw `response.with_stress(recovery)`.")
     names = [str(name) for name in dataset["place"].values]
-    counted = inside_band(dataset, "stress_von_mises")
+    counted = view.inside_band(dataset, "stress_von_mises")
     largest = np.nan_to_num(counted).max(axis=(0, 1), initial=0.0)
     places = sorted(np.argsort(-largest, kind="stable")[:MOST_PANELS].tolist())  # the most stressed, in their old order
     note = f"{len(places)} of {len(names)} places, the most stressed" if len(places) < len(names) else ""
@@ -404,9 +386,9 @@ def stress_curves(dataset: xr.Dataset) -> Chart:
     for place in places:
         layers: list[Layer] = []
         for case, line in enumerate(case_lines(dataset)):
-            hertz, stress = frequencies(dataset, case), along_curve(dataset, "stress_von_mises", case)[:, place] / MPa
+            hertz, stress = frequencies(dataset, case), view.along_curve(dataset, "stress_von_mises", case)[:, place] / MPa
             layers.append(Line(hertz, stress, **line))
-            inside = counted[case, points(dataset, case), place]
+            inside = counted[case, view.points(dataset, case), place]
             if np.any(np.isfinite(inside)):
                 top, dot = int(np.nanargmax(inside)), replace(line["style"], dash="none", marker="circle")
                 layers.append(Line(hertz[[top]], stress[[top]], dot, line["label"], {"": ["largest"]}, listed=False))

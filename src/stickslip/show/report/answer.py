@@ -1,9 +1,13 @@
-"""The first screen of responses: the highest peak of each force level, how it compares and how sure it is, and every warning."""
+"""What came out, at a glance: the first screen of responses, and what `print` and notebooks show of any result in a few lines.
+
+The first screen: the highest peak of each force level, how it compares and how sure it is, and every warning.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,10 +17,15 @@ from stickslip.results.quantities import peak_is_unstable
 from stickslip.results.representative import representatives
 from stickslip.results.view import Peak, highest_peak, is_listed, level_text, measure_in, peak_unit
 from stickslip.show.report.conclusions import SAME, failures_of, level_sentence, linear_limits, reference, unbroken, warnings_of
-from stickslip.show.report.markup import cell, hertz, number, percent, table, text
+from stickslip.show.report.markup import cell, hertz, number, percent, picture, presentations, table, text
 from stickslip.support.checks import counted
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
+from stickslip.support.renderers import SENTENCES
+
+if TYPE_CHECKING:
+    from stickslip.results.schema import Result
+
 
 MOST_LEVELS, MOST_PEAKS, MOST_WARNINGS = 6, 4, 2
 """Force levels, and peaks of all outputs, in the table, so that the first chart is on the first screen too; the section on peaks
@@ -176,3 +185,53 @@ def error_words(dataset: xr.Dataset, case: int, output: int) -> str:
     words = f"{percent(errors[source])}, {source}" if errors[source] >= LEAST else f"below {percent(LEAST)}"
     unknown = [SOURCES[name] for name in FINER if name in dataset and SOURCES[name] not in errors]
     return words + (f"; that of {' and '.join(unknown)} is unknown" if unknown else "")
+
+
+MOST_FAILURES = 5
+"""Failures listed in a summary."""
+
+
+@SENTENCES.of("Result")
+def summary(result: Result) -> list[str]:
+    """The title, what came out in sentences, and what failed; where the analysis has no report, its table or what it
+    holds."""
+    dataset: xr.Dataset | None = getattr(result, "dataset", None)
+    analysis = analysis_named(type(result).__name__)
+    if dataset is None or analysis not in presentations():
+        head = _titled(type(result).__name__, dataset)
+        if dataset is None:
+            return [head]
+        variables = (f"{name} ({', '.join(map(str, variable.dims))})" for name, variable in dataset.data_vars.items())
+        held = f"dataset: {', '.join(variables)}"
+        if hasattr(result, "table"):
+            units = {name: variable.attrs.get("units", "1") for name, variable in dataset.variables.items()}
+            named = result.table().rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "1"})
+            held = named.to_string(index=False, na_rep="", float_format="{:.6g}".format)
+        return [head, *filter(None, (held, str(dataset.attrs.get("message", ""))))]
+    presentation = presentations()[analysis]
+    sentences = list(presentation.sentences(dataset))
+    failures = [failure for failure in presentation.failures(dataset) if failure not in sentences]
+    more = len(failures) - MOST_FAILURES
+    return [
+        _titled(presentation.title, dataset),
+        *sentences,
+        *(f"failed: {failure}" for failure in failures[:MOST_FAILURES]),
+        *([f"failed: {more} more; the report has them"] if more > 0 else []),
+    ]
+
+
+def analysis_named(kind: str) -> str:
+    """The analysis of a class of results, which is named after it: response_bounds of ResponseBounds."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower()
+
+
+@SENTENCES.of("Result", "page")
+def summary_page(result: Result) -> str:
+    """The same as HTML, with the figure of the result."""
+    head, *lines = summary(result)
+    return f"<p><b>{text(head)}</b></p><pre>{text(chr(10).join(lines))}</pre>{picture(result.plot(), head, 'png')}"
+
+
+def _titled(name: str, dataset: xr.Dataset | None) -> str:
+    title = "" if dataset is None else str(dataset.attrs.get("title", ""))
+    return f"{name}: {title}" if title not in ("", name) else name

@@ -10,23 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.analyses.variability.bounds import detached, has_bounds
+from stickslip.results import view
 from stickslip.results.quantities import about_all, is_unstable, none_is_judged, peak_is_unstable, peak_unjudged, peak_verdict
 from stickslip.results.schema import CurveKind, kinds_in
-from stickslip.results.view import (
-    Peak,
-    converged_points,
-    force_text,
-    higher_end,
-    highest_peak,
-    is_listed,
-    level_text,
-    linear_peak,
-    measure_in,
-    peak_unit,
-    per_force_unit,
-    points,
-    size_text,
-)
 from stickslip.show.report.markup import hertz, number, percent
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import counted
@@ -55,13 +41,13 @@ def bounds_headline(bounds: xr.Dataset) -> str:
     if not np.isfinite(high / low).any():
         return "No bounds of the response were found."
     case, k = np.unravel_index(int(np.nanargmax(high / low)), low.shape)
-    ends = [size_text(float(values[case, k]), bounds["amplitude"].attrs["units"], bounds) for values in (low, high)]
+    ends = [view.size_text(float(values[case, k]), bounds["amplitude"].attrs["units"], bounds) for values in (low, high)]
     what = "peak" if bounds.attrs["objective"] == "peak" else "response"
     at = bounds["resonance"].values[case, :, k]
     where = f"{hertz(at[0])} and {hertz(at[1])} Hz" if what == "peak" else f"{hertz(float(bounds['frequency'].values[k]))} Hz"
     apart = f"{percent(float(high[case, k] / low[case, k]) - 1.0)} apart"
     return unbroken(
-        f"Over all start states of the contacts the {what} of {level_text(bounds, int(case))} lies between {ends[0]} and "
+        f"Over all start states of the contacts the {what} of {view.level_text(bounds, int(case))} lies between {ends[0]} and "
         f"{ends[1]}, at {where}: {apart}, the widest range found."
     )
 
@@ -80,11 +66,11 @@ def further_curves_sentence(dataset: xr.Dataset, output: int = 0) -> str:
     """The highest peak of the sweep and that of the curves that no sweep meets, with its stability, of the force level at which
     these are highest; empty without such curves."""
     kinds, levels = kinds_in(dataset), dataset["force_level"].values.tolist()
-    peaks = {case: peak for case in range(len(kinds)) if (peak := highest_peak(dataset, case, output)) is not None}
+    peaks = {case: peak for case in range(len(kinds)) if (peak := view.highest_peak(dataset, case, output)) is not None}
     further = [case for case in peaks if kinds[case] != CurveKind.SWEEP]
     if not further:
         return ""
-    highest, unit = max(further, key=lambda case: peaks[case].amplitude), peak_unit(dataset)
+    highest, unit = max(further, key=lambda case: peaks[case].amplitude), view.peak_unit(dataset)
 
     def height(case: int) -> str:
         return f"{number(peaks[case].amplitude / unit.metres)} {unit.name} at {hertz(peaks[case].frequency)} Hz"
@@ -94,11 +80,11 @@ def further_curves_sentence(dataset: xr.Dataset, output: int = 0) -> str:
     alike = sum(kinds[case] == kinds[highest] for case in own)
     one, several = ("detached curve", "detached curves") if kinds[highest] == CurveKind.ISOLATED else ("branch", "branches")
     which = f"a {one}" if alike == 1 else f"the highest of {alike} {several}"
-    names = [force_text(dataset, highest)] if len(set(levels)) > 1 else []
+    names = [view.force_text(dataset, highest)] if len(set(levels)) > 1 else []
     names += [str(dataset["output"].values[output])] if dataset.sizes["output"] > 1 else []
     parts = []
     if swept is not None:
-        begin = float(dataset["frequency"].values[swept, converged_points(dataset, swept)[0]])
+        begin = float(dataset["frequency"].values[swept, view.converged_points(dataset, swept)[0]])
         parts.append(f"{height(swept)} on the curve begun at {hertz(begin)} Hz")
     parts.append(f"{height(highest)} on {which} ({peak_verdict(dataset, highest, output, peaks[highest].point)})")
     return f"{', '.join(names)}{': ' if names else ''}{', '.join(parts)}."
@@ -121,16 +107,16 @@ def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
     return f"{noticed} {_comparison(dataset, peaks, output, 'the other')}"
 
 
-def _comparison(dataset: xr.Dataset, peaks: dict[int, Peak], output: int, which: str) -> str:
+def _comparison(dataset: xr.Dataset, peaks: dict[int, view.Peak], output: int, which: str) -> str:
     """Which of several curves is damped best."""
-    ends = {case: end for case in peaks if (end := higher_end(dataset, case, output))}
+    ends = {case: end for case in peaks if (end := view.higher_end(dataset, case, output))}
     peaks |= ends
     normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
     levels = {case: float(dataset.force_level[case]) for case in peaks}
     best, first = (min(values, key=lambda case: values[case]) for values in (normalised, levels))
     last = max(levels, key=lambda case: levels[case])
-    unit = peak_unit(dataset)
-    factor, per_force = per_force_unit(dataset, " per unit level")
+    unit = view.peak_unit(dataset)
+    factor, per_force = view.per_force_unit(dataset, " per unit level")
     several = "curves" if "start" in dataset.coords else "force levels"
     response = _size_of(dataset) or "response"
     lowest = (
@@ -138,42 +124,43 @@ def _comparison(dataset: xr.Dataset, peaks: dict[int, Peak], output: int, which:
     )
     reductions = "" if best in ends else _reductions(dataset, best, peaks[best], output)
     sentence = (
-        f"Of {which} {len(peaks)} {several}, {level_text(dataset, best)} has {lowest}: "
+        f"Of {which} {len(peaks)} {several}, {view.level_text(dataset, best)} has {lowest}: "
         f"{number(normalised[best] / unit.metres * factor)} {unit.name}{per_force}{reductions}."
     )
     if not (peaks[first].local and peaks[last].local):
         return sentence
     return (
-        f"{sentence} From {level_text(dataset, first)} to {level_text(dataset, last)} the peak moves from "
+        f"{sentence} From {view.level_text(dataset, first)} to {view.level_text(dataset, last)} the peak moves from "
         f"{hertz(peaks[first].frequency)} to {hertz(peaks[last].frequency)} Hz."
     )
 
 
 def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
     """The highest peak of one force level, against the linear resonances, or why there is none."""
-    peak = highest_peak(dataset, case, output)
-    name, unit, size = dataset.output.values[output], peak_unit(dataset), _size_of(dataset)
+    peak = view.highest_peak(dataset, case, output)
+    name, unit, size = dataset.output.values[output], view.peak_unit(dataset), _size_of(dataset)
     if peak is None:
         none = "not computed" if _stopped(dataset, case) else "no point converged"
-        return f"{level_text(dataset, case)}: {none}."
-    where = "of the listed frequencies the" if is_listed(dataset) else "no peak inside the band; the"
+        return f"{view.level_text(dataset, case)}: {none}."
+    where = "of the listed frequencies the" if view.is_listed(dataset) else "no peak inside the band; the"
     what = f"{name} peaks at" if peak.local else f"{where} largest computed {size or 'amplitude'} of {name} is"
     what = what.replace("peaks", f"peaks in {size}") if size else what
-    if _incomplete(dataset, case) and not peak.local and not is_listed(dataset):
-        last = hertz(float(dataset["frequency"].values[case, converged_points(dataset, case)[-1]]))
+    if _incomplete(dataset, case) and not peak.local and not view.is_listed(dataset):
+        last = hertz(float(dataset["frequency"].values[case, view.converged_points(dataset, case)[-1]]))
         largest = f"{number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         ended = "run was stopped" if _stopped(dataset, case) else "curve broke off"
         return (
-            f"{level_text(dataset, case)}: the {ended} at {last} Hz before a peak was found; the largest computed "
+            f"{view.level_text(dataset, case)}: the {ended} at {last} Hz before a peak was found; the largest computed "
             f"{size or 'amplitude'} of {name} is {largest}."
         )
     unjudged = "" if none_is_judged(dataset) else peak_unjudged(dataset, case, output)
-    end, larger = higher_end(dataset, case, output), ""
+    end, larger = view.higher_end(dataset, case, output), ""
     if end is not None:
         size_there = f"{number(end.amplitude / unit.metres)} {unit.name}"
         larger = f" It is larger, {size_there}, at an end of the curve, {hertz(end.frequency)} Hz."
     return (
-        f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
+        f"{view.level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at "
+        f"{hertz(peak.frequency)} Hz"
         f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
         f"{' This motion is unstable.' if peak_is_unstable(dataset, case, output, peak.point) else ''}"
         f"{f' Its stability is {unjudged}.' if unjudged else ''}"
@@ -192,15 +179,15 @@ def _stopped(dataset: xr.Dataset, case: int) -> bool:
 
 def _size_of(dataset: xr.Dataset) -> str:
     """What peaks are of, in a word or two; "" for displacement amplitudes, which go without saying."""
-    measure = replace(measure_in(dataset), per_force=False)
+    measure = replace(view.measure_in(dataset), per_force=False)
     if measure == DISPLACEMENT_AMPLITUDE:
         return ""
     return measure.quantity.name if measure.kind == "amplitude" else measure.symbol
 
 
-def reference(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int = 0) -> tuple[float, float] | None:
+def reference(dataset: xr.Dataset, which: str, case: int, peak: view.Peak, output: int = 0) -> tuple[float, float] | None:
     """The "free" or "stuck" resonance of the mode of a peak: natural frequency, Hz, and size of the linear curve."""
-    linear = linear_peak(dataset, which, case, peak.frequency, output, peak.amplitude)
+    linear = view.linear_peak(dataset, which, case, peak.frequency, output, peak.amplitude)
     if linear is None:
         return None
     natural = dataset[f"natural_frequency_{which}"].values
@@ -209,9 +196,9 @@ def reference(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: in
     return (float(near[np.argmin(np.abs(near - linear[0]))]) if near.size else linear[0]), linear[1]
 
 
-def _peaks(dataset: xr.Dataset, output: int) -> dict[int, Peak]:
+def _peaks(dataset: xr.Dataset, output: int) -> dict[int, view.Peak]:
     sweeps = [case for case, kind in enumerate(kinds_in(dataset)) if kind == CurveKind.SWEEP]
-    peaks = ((case, highest_peak(dataset, case, output)) for case in sweeps or range(dataset.sizes["case"]))
+    peaks = ((case, view.highest_peak(dataset, case, output)) for case in sweeps or range(dataset.sizes["case"]))
     return {case: peak for case, peak in peaks if peak is not None and float(dataset.force_level[case]) != 0.0}
 
 
@@ -222,7 +209,7 @@ def linear_limits(dataset: xr.Dataset) -> dict[str, str]:
     return {"free": _ABSENT["free"]} if same else {which: _ABSENT[which] for which in ("stuck", "free")}
 
 
-def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
+def _shifts(dataset: xr.Dataset, case: int, peak: view.Peak, output: int) -> str:
     """How far a peak lies from the linear resonances; of several in the band that of the same mode is meant."""
     shifts = []
     for which, absent in linear_limits(dataset).items():
@@ -238,7 +225,7 @@ def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     return ", " + " and ".join(shifts) if shifts else ""
 
 
-def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
+def _reductions(dataset: xr.Dataset, case: int, peak: view.Peak, output: int) -> str:
     """How much lower or higher a peak is than the linear resonances."""
     changes = []
     for which, absent in linear_limits(dataset).items():
@@ -257,15 +244,15 @@ def failures_of(dataset: xr.Dataset) -> list[str]:
     sentences, outcomes = [], dataset.outcome.values
     for code in sorted(set(outcomes.ravel().tolist()) - {int(Outcome.EMPTY), int(Outcome.CONVERGED)}):
         cases = np.flatnonzero(np.any(outcomes == code, axis=1)).tolist()
-        where = [f"{level_text(dataset, case)}: {_ranges(dataset, case, code)}" for case in cases]
+        where = [f"{view.level_text(dataset, case)}: {_ranges(dataset, case, code)}" for case in cases]
         count = int(np.count_nonzero(outcomes == code))
         sentences.append(f"{counted(count, 'point')}: {_sentence(code)} ({'; '.join(where)})")
     for case in range(dataset.sizes["case"]):
         if int(dataset.case_outcome[case]) != Outcome.CONVERGED:
             cause = str(dataset.case_message.values[case]).strip() or _sentence(int(dataset.case_outcome[case]))
-            sentences.append(f"{level_text(dataset, case)}: the curve did not reach the end of the band. {cause}")
-        elif not points(dataset, case).size:
-            sentences.append(f"{level_text(dataset, case)}: no point was computed.")
+            sentences.append(f"{view.level_text(dataset, case)}: the curve did not reach the end of the band. {cause}")
+        elif not view.points(dataset, case).size:
+            sentences.append(f"{view.level_text(dataset, case)}: no point was computed.")
     return sentences + (bounds_failures(detached(dataset)) if has_bounds(dataset) else [])
 
 
@@ -315,21 +302,21 @@ def warnings_of(dataset: xr.Dataset, cases: Iterable[int] | None = None) -> list
     for case in range(dataset.sizes["case"]) if cases is None else cases:
         _, _, more = str(dataset.case_message.values[case]).strip().partition(". ")
         if more and int(dataset.case_outcome[case]) == Outcome.CONVERGED:
-            sentences.append(f"{level_text(dataset, case)}: {more}")
+            sentences.append(f"{view.level_text(dataset, case)}: {more}")
         for output, name in enumerate(dataset.output.values):
-            peak = highest_peak(dataset, case, output)
-            known = not is_listed(dataset) and int(dataset.case_outcome[case]) != Outcome.STOPPED
+            peak = view.highest_peak(dataset, case, output)
+            known = not view.is_listed(dataset) and int(dataset.case_outcome[case]) != Outcome.STOPPED
             if peak is not None and not peak.local and peak.amplitude > 0.0 and known:
-                sentences.append(f"{level_text(dataset, case)}: {name} has no peak inside the band.")
+                sentences.append(f"{view.level_text(dataset, case)}: {name} has no peak inside the band.")
             if peak is not None and is_unstable(dataset, case, peak.point) and "Unstable motion" not in more:
                 sentences.append(
-                    f"{level_text(dataset, case)}: the highest point of {name}, at {hertz(peak.frequency)} Hz, is an unstable "
-                    "motion: a vibration does not stay there."
+                    f"{view.level_text(dataset, case)}: the highest point of {name}, at {hertz(peak.frequency)} Hz, is an "
+                    "unstable motion: a vibration does not stay there."
                 )
-            if end := higher_end(dataset, case, output):
+            if end := view.higher_end(dataset, case, output):
                 sentences.append(
-                    f"{level_text(dataset, case)}: {name} is larger at an end of its curve, {hertz(end.frequency)} Hz, than at "
-                    "any peak: a higher one may lie beyond."
+                    f"{view.level_text(dataset, case)}: {name} is larger at an end of its curve, {hertz(end.frequency)} Hz, than "
+                    "at any peak: a higher one may lie beyond."
                 )
     return sentences + (bounds_warnings(detached(dataset)) if has_bounds(dataset) else [])
 

@@ -14,12 +14,12 @@ import numpy as np
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.show.plots.damper_cycle import cycle_names, damper_cycle, damper_cycles
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, always, presents
 from stickslip.support.checks import Array, counted, rounded
 from stickslip.support.late import pd, xr
 
 if TYPE_CHECKING:
-    from stickslip.show.plots.paper import Figures
+    pass
 
 ROUNDING = 1e-9
 """Energy over largest force times motion below which a cycle counts as without dissipation."""
@@ -45,11 +45,6 @@ def failures(dataset: xr.Dataset) -> list[str]:
     """The outcome, where there is no steady sliding cycle, or one beyond the theory of small motions."""
     failed = dataset.attrs["outcome"] in ("not_steady", "not_converged", "jammed") or float(dataset.rotation) > LARGEST_ROTATION
     return [str(dataset.attrs["message"])] if failed else []
-
-
-def figures(dataset: xr.Dataset) -> Figures:
-    """The cycle."""
-    return {"damper_cycle": damper_cycle}
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
@@ -87,7 +82,10 @@ def microjoules(dataset: xr.Dataset, energy: Array) -> Array:
     return np.where(np.abs(energy) < ROUNDING * largest, 0.0, 1e6 * energy)
 
 
-PRESENTATION = presents("damper_cycle", Presentation("Damper cycle", sentences, failures, figures, tables, answer="contacts"))
+PRESENTATION = presents(
+    "damper_cycle",
+    Presentation("Damper cycle", sentences, failures, always({"damper_cycle": damper_cycle}), tables, answer="contacts"),
+)
 
 
 def several_sentences(dataset: xr.Dataset) -> list[str]:
@@ -119,11 +117,6 @@ def several_failures(dataset: xr.Dataset) -> list[str]:
         return lost + [f"{name}: {message}" for name, bad, message in zip(names, far, messages, strict=True) if bad]
     failing = far | (dataset.iterations.values < 0).any(axis=-1)
     return [f"{name}: {message}" for name, bad, message in zip(names, failing, messages, strict=True) if bad]
-
-
-def several_figures(dataset: xr.Dataset) -> Figures:
-    """The cycles side by side."""
-    return {"damper_cycles": damper_cycles}
 
 
 def several_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
@@ -158,5 +151,12 @@ def several_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 SEVERAL_PRESENTATION = presents(
     ("steady_cycles", "damper_evolution"),
-    Presentation("Cycles of a damper", several_sentences, several_failures, several_figures, several_tables, answer="cycles"),
+    Presentation(
+        "Cycles of a damper",
+        several_sentences,
+        several_failures,
+        always({"damper_cycles": damper_cycles}),
+        several_tables,
+        answer="cycles",
+    ),
 )

@@ -1,4 +1,7 @@
-"""Presentations of identifications: parameters with intervals, the fit of each loop, test or law, warnings."""
+"""Presentations of identifications and of what is predicted from them.
+
+Parameters with intervals, the fit of each loop, test or law, warnings; predicted responses and decays.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,12 @@ import numpy as np
 
 from stickslip.laboratory.identification.contact_law.result import sentences as law_sentences
 from stickslip.laboratory.identification.damper.result import CERTAINTY, chain_sentences
+from stickslip.laboratory.identification.response.decay_prediction import comparison_table as decay_comparison_table
+from stickslip.laboratory.identification.response.decay_prediction import decay_table, whole_tables
+from stickslip.laboratory.identification.response.decay_prediction import failures as decay_failures
+from stickslip.laboratory.identification.response.decay_prediction import summary as decay_summary
+from stickslip.laboratory.identification.response.prediction_result import comparison_table, curve_table, peak_table, summary
+from stickslip.laboratory.identification.response.prediction_result import failures as prediction_failures
 from stickslip.laboratory.identification.response.result import summary as response_summary
 from stickslip.laboratory.identification.response.result import times
 from stickslip.results.shown_units import in_system, system_of
@@ -22,11 +31,13 @@ from stickslip.show.plots.identification import (
     misfits,
     over_cycles,
     posterior,
+    predicted,
+    predicted_decay,
+    predicted_peaks,
     residuals,
 )
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.markup import percent
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, always, percent, presents
 from stickslip.support.checks import counted
 from stickslip.support.late import pd, xr
 
@@ -56,11 +67,6 @@ def _shown(units: str, dataset: xr.Dataset) -> tuple[float, str]:
     """The factor from SI to the unit that a parameter is shown in, N/µm unless the study states others, and this unit."""
     factor, shown = in_system("N/µm", system_of(dataset))
     return (1.0, units) if units == "1" else (1e-6 * factor, shown)
-
-
-def failures(dataset: xr.Dataset) -> list[str]:
-    """A fit that explains its loops too badly is refused before there are results."""
-    return []
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
@@ -103,20 +109,17 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return frames
 
 
-def figures(dataset: xr.Dataset) -> Figures:
-    """Measured against fitted, residuals, posterior."""
-    return {"loops": loops_and_fit, "residuals": residuals, "posterior": posterior}
-
-
 PRESENTATION = presents(
     "identification",
-    Presentation("Identification of contact parameters", sentences, failures, figures, tables, answer="parameters"),
+    Presentation(
+        "Identification of contact parameters",
+        sentences,
+        always([]),
+        always({"loops": loops_and_fit, "residuals": residuals, "posterior": posterior}),
+        tables,
+        answer="parameters",
+    ),
 )
-
-
-def law_failures(dataset: xr.Dataset) -> list[str]:
-    """Loops that cannot be fitted are refused before there are results."""
-    return []
 
 
 def law_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
@@ -166,12 +169,7 @@ def law_figures(dataset: xr.Dataset) -> Figures:
     return {"loops": law_loops_and_fit, **cycles, **laws}
 
 
-LAW_PRESENTATION = presents("contact_law", Presentation("Law of a contact", law_sentences, law_failures, law_figures, law_tables))
-
-
-def response_sentences(dataset: xr.Dataset) -> list[str]:
-    """Parameters with intervals, misfit, and what the tests cannot say."""
-    return response_summary(dataset)
+LAW_PRESENTATION = presents("contact_law", Presentation("Law of a contact", law_sentences, always([]), law_figures, law_tables))
 
 
 def response_failures(dataset: xr.Dataset) -> list[str]:
@@ -207,19 +205,59 @@ def _in_the_problem(own: list[float], unit: str, value: float, least: float) -> 
     return f"≥ {times(own, least, unit)}" if np.isfinite(least) else times(own, value, unit)
 
 
-def response_figures(dataset: xr.Dataset) -> Figures:
-    """Curves, misfits, intervals."""
-    return {"measured_and_computed": measured_and_computed, "misfits": misfits, "intervals": intervals}
-
-
 RESPONSE_PRESENTATION = presents(
     "response_identification",
     Presentation(
         "Parameters from frequency responses",
-        response_sentences,
+        response_summary,
         response_failures,
-        response_figures,
+        always({"measured_and_computed": measured_and_computed, "misfits": misfits, "intervals": intervals}),
         response_tables,
         answer="parameters",
+    ),
+)
+
+
+def prediction_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """The predicted peaks, and the measured curves against what is predicted of them."""
+    found = {"predicted peaks": peak_table(dataset)}
+    return found | ({"measured against predicted": comparison_table(dataset)} if "measured" in dataset.sizes else {})
+
+
+def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """The predicted curves with their bands."""
+    return {"predicted curves": curve_table(dataset)}
+
+
+PREDICTION_PRESENTATION = presents(
+    "response_prediction",
+    Presentation(
+        "Predicted responses",
+        summary,
+        prediction_failures,
+        always({"predicted": predicted, "predicted_peaks": predicted_peaks}),
+        prediction_tables,
+        answer="predicted peaks",
+        histories=histories,
+    ),
+)
+
+
+def decay_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Predicted frequency and damping, and the measured decays against what is predicted of them."""
+    found = {"predicted decay": decay_table(dataset)}
+    return found | ({"measured against predicted": decay_comparison_table(dataset)} if "decay" in dataset.sizes else {})
+
+
+DECAY_PRESENTATION = presents(
+    "decay_prediction",
+    Presentation(
+        "Predicted decay",
+        decay_summary,
+        decay_failures,
+        always({"predicted_decay": predicted_decay}),
+        decay_tables,
+        answer="predicted decay",
+        histories=whole_tables,
     ),
 )

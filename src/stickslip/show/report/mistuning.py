@@ -13,7 +13,7 @@ from stickslip.results.shown_units import in_system, system_of
 from stickslip.results.view import energy_text, size_text
 from stickslip.show.plots.disk import all_blades, amplification, busiest_damper, worst_blade
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, presents
 from stickslip.support.checks import Array, counted
 from stickslip.support.late import pd, xr
 

@@ -18,9 +18,9 @@ from importlib.resources import files
 from pathlib import Path
 
 from stickslip.analyses.damper_alone.cycle import cycle_motion
-from stickslip.analyses.deformed_shape import has_shapes, kept_shapes
 from stickslip.analyses.motion import has_motion, kept_cases, kept_motion
 from stickslip.analyses.nodal_diameters import has_disk
+from stickslip.analyses.solved_points import has_shapes, kept_shapes
 from stickslip.analyses.stress import has_stress
 from stickslip.analyses.variability.bounds import has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
@@ -32,9 +32,8 @@ from stickslip.show.plots.deformed_shape import DeformedShape
 from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, wave_damping
 from stickslip.show.plots.moving_picture import MovingPicture, step_script
 from stickslip.show.report import plain, sections
-from stickslip.show.report.bounds import bounds, percentiles
-from stickslip.show.report.markup import Charts, Choice, packed, picture, section, text
-from stickslip.show.report.presentation import presentation_of
+from stickslip.show.report.markup import Charts, Choice, packed, picture, presentation_of, section, text
+from stickslip.show.report.responses import bounds, percentiles
 from stickslip.show.report.stress import stress
 from stickslip.support.checks import fault
 from stickslip.support.files import write_text

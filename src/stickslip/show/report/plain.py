@@ -13,8 +13,7 @@ import numpy as np
 
 from stickslip.results.view import energy_unit, shown_unit
 from stickslip.show.report.answer import warnings_at_a_glance
-from stickslip.show.report.markup import Charts, cell, number, section, table, text
-from stickslip.show.report.presentation import presentation_of
+from stickslip.show.report.markup import Charts, cell, number, presentation_of, section, table, text
 from stickslip.support.late import pd, xr
 
 Datasets = Mapping[str, "xr.Dataset"]

@@ -1,4 +1,8 @@
-"""Presentation of forced responses, with bounds or samples if present."""
+"""Presentations of forced responses, with bounds or samples if present, and of controlled responses.
+
+Report sections on response variability: bounds over the start states, and percentiles of sampled ones, each as a figure and a
+table.
+"""
 
 from __future__ import annotations
 
@@ -10,25 +14,28 @@ from stickslip.analyses.stress import has_fatigue, has_gauges, has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
-from stickslip.results.quantities import (
-    about_all,
-    has_stability,
-    none_is_judged,
-    outside_table,
-    peak_is_unstable,
-    peak_table,
-    peak_unjudged,
-    quantity_table,
-    stability_sentences,
-)
+from stickslip.analyses.variability.samples import percentiles as percentiles_of
+from stickslip.results import quantities
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results.schema import kind_words
-from stickslip.results.view import force_text, higher_end, highest_peak, is_listed, measure_in, peaks_outside, shown_unit
+from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.view import (
+    force_text,
+    higher_end,
+    highest_peak,
+    is_listed,
+    measure_in,
+    peak_unit,
+    peaks_outside,
+    shown_unit,
+    size_text,
+)
 from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.plots.paper import Figures
-from stickslip.show.report.bounds import bounds_table, percentiles_table
+from stickslip.show.plots.response_curves import controlled_response, resonances
+from stickslip.show.plots.variability import bound_unit, response_bounds, response_percentiles
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Charts, Presentation, cell, hertz, number, percent, presents, section, table
 from stickslip.show.report.stress import (
     fatigue_sentences,
     fatigue_table,
@@ -37,11 +44,103 @@ from stickslip.show.report.stress import (
     stress_sentences,
     stress_table,
 )
+from stickslip.solve.balance.fourier import of_attribute
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.solve.balance.orders import of_attribute
 from stickslip.support.checks import counted
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
+
+NOTE = (
+    '<p class="note">Friction forces of sticking contacts are not unique, so neither is the response. The bounds are the highest '
+    "and the lowest response found over all start states of the contacts. The search finds local optima from many starts, so the "
+    "true bounds can lie further apart.</p>"
+)
+
+
+def bounds(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
+    """Figure and table of every result that has bounds."""
+    bounded = {label: detached(dataset) for label, dataset in datasets.items() if has_bounds(dataset)}
+    parts = [
+        charts.drawn(f"chart-bounds-{k}", response_bounds(dataset), "Bounds of the response")
+        + ("" if k else NOTE)
+        + _table(k, f"{label}: " if len(bounded) > 1 else "", dataset)
+        for k, (label, dataset) in enumerate(bounded.items())
+    ]
+    return section("bounds", "Bounds", *parts)
+
+
+def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
+    """Lower and upper bound of each force level and frequency; by peaks, each bound has a frequency of its own."""
+    levels, hertz_wanted = bounds["force_level"].values, bounds["frequency"].values
+    case, at = (index.ravel() for index in np.indices((levels.size, hertz_wanted.size)))
+    columns = {"force_level": levels[case]}
+    columns |= {"frequency [Hz]": hertz_wanted[at]} if np.all(np.isfinite(hertz_wanted)) else {}
+    for k, bound in enumerate(bounds["bound"].values):
+        columns[f"{bound} [Hz]"] = bounds["resonance"].values[case, k, at]
+        size = f"{bound} {measure_in(bounds).kind} [{bounds['amplitude'].attrs['units']}]"
+        columns[size] = bounds["amplitude"].values[case, k, at]
+        columns[f"{bound} loss_factor"] = bounds["loss_factor"].values[case, k, at]
+    columns["start states without solution"] = bounds["unsolved_share"].values[case, at]
+    return pd.DataFrame(columns)
+
+
+def _table(k: int, begin: str, dataset: xr.Dataset) -> str:
+    """Both bounds at each force level and frequency; of peaks, each bound has a frequency of its own."""
+    unit, measure = bound_unit(dataset), measure_in(dataset)
+    ends = (f"lower bound in {unit.name}", f"upper bound in {unit.name}")
+    heads = ["force", "frequency in Hz", *ends, "loss factor, lower", "loss factor, upper", "start states without solution"]
+    of = "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
+    caption, rows = f"{begin}bounds of the {of}, by {str(dataset.attrs['objective']).replace('_', ' ')}", []
+    for case, level in enumerate(dataset["force_level"].values):
+        unsolved = dataset["unsolved_share"].values[case]
+        for point, frequency in enumerate(dataset["frequency"].values):
+            low, high = dataset["amplitude"].values[case, :, point]
+            loss = dataset["loss_factor"].values[case, :, point]
+            at = dataset["resonance"].values[case, :, point]
+            shown = hertz(float(frequency)) if np.isfinite(frequency) else f"{hertz(float(at[0]))}, {hertz(float(at[1]))}"
+            cells = [cell(f"{level:g}", float(level)), cell(shown)]
+            cells += [cell(number(size / unit.metres), size) for size in (low, high)]
+            cells += [*(cell(number(value), value) for value in loss), cell(percent(unsolved[point]), unsolved[point])]
+            rows.append(f"<tr>{''.join(cells)}</tr>")
+    return table(f"bounds-{k}", caption, heads, rows)
+
+
+PERCENT = (5.0, 50.0, 95.0)
+OF_PERCENTILES = (
+    '<p class="note">Percentiles of the amplitude at each frequency, over the randomly drawn start states of the contacts that '
+    "were solved.</p>"
+)
+
+
+def percentiles(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
+    """Figure and table of every result whose samples share their frequencies."""
+    sampled = {label: dataset for label, dataset in datasets.items() if has_percentiles(dataset)}
+    parts = []
+    for place, (label, dataset) in enumerate(sampled.items()):
+        shares, unit, rows = percentiles_of(dataset, PERCENT), peak_unit(dataset), []
+        for i, level in enumerate(shares["force_level"].values):
+            for k, frequency in enumerate(shares["frequency"].values):
+                solved = int(shares["solved"].values[i, k])
+                cells = [cell(f"{level:g}", float(level)), cell(hertz(float(frequency)), float(frequency))]
+                cells += [cell(str(solved), solved)]
+                cells += [cell(number(value / unit.metres), value) for value in shares.values[i, :, k]]
+                rows.append(f"<tr>{''.join(cells)}</tr>")
+        heads = ["force", "frequency in Hz", "start states", *(f"{p:g} % in {unit.name}" for p in PERCENT)]
+        parts.append(charts.drawn(f"chart-percentiles-{place}", response_percentiles(dataset), "Percentiles of the response"))
+        parts.append("" if place else OF_PERCENTILES)
+        parts.append(table(f"percentiles-{place}", f"{label}: percentiles of the amplitude", heads, rows))
+    return section("percentiles", "Percentiles", *parts)
+
+
+def percentiles_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """The percentiles of `percentiles_of` at each force level and frequency, and how many start states they are of."""
+    shares = percentiles_of(dataset)
+    levels, frequencies = shares["force_level"].values, shares["frequency"].values
+    case, at = (index.ravel() for index in np.indices((levels.size, frequencies.size)))
+    columns = {"force_level": levels[case], "frequency [Hz]": frequencies[at], "solved": shares["solved"].values[case, at]}
+    columns |= {f"{p:g} % [{shares.attrs['units']}]": shares.values[case, k, at] for k, p in enumerate(shares["percent"].values)}
+    return pd.DataFrame(columns)
+
 
 MOST_LINES = 12
 """Force levels listed in a summary."""
@@ -63,11 +162,11 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         lines += cloud_lines(dataset, cases) if len(cases) > 1 else [level_line(dataset, cases[0])]
     lines += [f"  {len(shown)} of {len(levels)} force levels; the report shows all"] if len(shown) < len(levels) else []
     lines += outside_lines(dataset)
-    lines += [f"  {sentence}"] if (sentence := about_all(dataset)) else []
+    lines += [f"  {sentence}"] if (sentence := quantities.about_all(dataset)) else []
     lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
     lines += isolated_sentences(dataset)
-    lines += stability_sentences(dataset) if has_stability(dataset) else []
+    lines += quantities.stability_sentences(dataset) if quantities.has_stability(dataset) else []
     lines += stress_sentences(dataset) if has_stress(dataset) else []
     lines += strain_sentences(dataset) if has_gauges(dataset) else []
     return [*lines, *(fatigue_sentences(dataset) if has_fatigue(dataset) else [])]
@@ -196,8 +295,8 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
         what = "largest of the listed frequencies, at" if is_listed(dataset) else "no peak; largest at"
         return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
     sentence = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
-    sentence += ", unstable" if peak_is_unstable(dataset, case, 0, highest.point) else ""
-    unjudged = "" if none_is_judged(dataset) else peak_unjudged(dataset, case, 0)
+    sentence += ", unstable" if quantities.peak_is_unstable(dataset, case, 0, highest.point) else ""
+    unjudged = "" if quantities.none_is_judged(dataset) else quantities.peak_unjudged(dataset, case, 0)
     sentence += f", stability {unjudged}" if unjudged else ""
     sentence += ", curve incomplete" if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED else ""
     end = higher_end(dataset, case)
@@ -225,13 +324,13 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Curves and peaks, as the quantity that peaks are of, and those of bounds, percentiles and stress where there are any."""
-    return {"curves": quantity_table(dataset), "peaks": peak_table(dataset), **further_tables(dataset)}
+    return {"curves": quantities.quantity_table(dataset), "peaks": quantities.peak_table(dataset), **further_tables(dataset)}
 
 
 def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """What only some results hold."""
     frames = {"bounds": bounds_table(detached(dataset))} if has_bounds(dataset) else {}
-    outside = outside_table(dataset)
+    outside = quantities.outside_table(dataset)
     frames |= {} if outside.empty else {"peaks outside the band": outside}
     frames |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
     frames |= {"stress": stress_table(dataset)} if has_stress(dataset) else {}
@@ -239,12 +338,74 @@ def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return frames | ({"fatigue": fatigue_table(dataset)} if has_fatigue(dataset) else {})
 
 
-def figures(dataset: xr.Dataset) -> Figures:
-    """Those of the curves, and of the bounds where there are any."""
-    return figures_of(dataset)
-
-
 PRESENTATION = presents(
     ("forced_response", "response_bounds", "response_samples"),
-    Presentation("Forced response", sentences, failures, figures, tables, responses=True),
+    Presentation("Forced response", sentences, failures, figures_of, tables, responses=True),
+)
+
+
+MOST_HELD = 12
+"""Amplitudes with a sentence each."""
+
+
+def _held_name(dataset: xr.Dataset, case: int) -> str:
+    return size_text(float(dataset["held_amplitude"].values[case]), dataset["held_amplitude"].attrs["units"], dataset)
+
+
+def held_sentences(dataset: xr.Dataset) -> list[str]:
+    """Where force and displacement are at 90°, for each amplitude: the lowest force."""
+    lines, count, held = [], dataset.sizes["case"], f"{dataset.attrs['quantity']} of {dataset.attrs['output_held']} held"
+    factor, unit = in_system("N", system_of(dataset))
+    for case in range(min(count, MOST_HELD)):
+        resonances_of_case = dataset["resonance_frequency"].values[case]
+        if not (resonances_of_case.size and np.isfinite(resonances_of_case[0])):
+            lines.append(f"{held} at {_held_name(dataset, case)}: force and displacement are nowhere at 90° in the band")
+            continue
+        force, loss = (float(dataset[f"resonance_{name}"].values[case, 0]) for name in ("force_level", "loss_factor"))
+        size = f"{factor * force:.4g} {unit}" if dataset["force_level"].attrs["units"] == "N" else f"force level {force:.4g}"
+        at = f"{size} at {hertz(float(resonances_of_case[0]))} Hz"
+        lines.append(f"{held} at {_held_name(dataset, case)}: phase resonance with {at}, loss factor {loss:.4g}")
+    if count > MOST_HELD:
+        lines.append(f"{MOST_HELD} of {count} amplitudes; all stand in the report")
+    return lines
+
+
+def held_failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each amplitude whose curve did not arrive or misses frequencies."""
+    sentences = []
+    for case in range(dataset.sizes["case"]):
+        missing = int(np.count_nonzero(dataset["outcome"].values[case] > Outcome.CONVERGED))
+        if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED:
+            sentences.append(f"{_held_name(dataset, case)}: {dataset['case_message'].values[case]}")
+        elif missing:
+            sentences.append(f"{_held_name(dataset, case)}: {counted(missing, 'frequency', 'frequencies')} could not be solved")
+    return sentences
+
+
+def held_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Phase resonances, and every point of every curve."""
+    units, level = dataset["held_amplitude"].attrs["units"], dataset["force_level"].attrs["units"]
+    force, held = f"force level [{level}]", f"{dataset.attrs['quantity']} [{units}]"
+    rows, points = [], []
+    for case, amplitude in enumerate(dataset["held_amplitude"].values.tolist()):
+        for k in np.flatnonzero(np.isfinite(dataset["resonance_frequency"].values[case])):
+            values = [float(dataset[f"resonance_{name}"].values[case, k]) for name in ("frequency", "force_level", "loss_factor")]
+            rows.append((amplitude, *values))
+        for k in np.flatnonzero(dataset["outcome"].values[case] == Outcome.CONVERGED):
+            columns = ("frequency", "force_level", "phase", "loss_factor")
+            points.append((amplitude, *(float(dataset[name].values[case, k]) for name in columns)))
+    at_90 = pd.DataFrame(rows, columns=[held, "frequency [Hz]", force, "loss factor"])
+    curves = pd.DataFrame(points, columns=[held, "frequency [Hz]", force, "phase [degree]", "loss factor"])
+    return {"force and displacement at 90 degrees": at_90, "controlled response": curves}
+
+
+def held_figures(dataset: xr.Dataset) -> Figures:
+    """The curves, and the phase resonances of several amplitudes."""
+    found: Figures = {"controlled_response": controlled_response}
+    known = int(np.isfinite(dataset["resonance_frequency"].values).any(axis=1).sum())
+    return {**found, "phase_resonances": resonances} if known > 1 else found
+
+
+HELD_PRESENTATION = presents(
+    "controlled_response", Presentation("Controlled response", held_sentences, held_failures, held_figures, held_tables)
 )

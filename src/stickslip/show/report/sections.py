@@ -10,41 +10,14 @@ import numpy as np
 
 from stickslip.analyses.truncation import finer_sentences
 from stickslip.analyses.variability.bounds import detached, has_bounds
+from stickslip.results import view
 from stickslip.results.representative import representatives, spread
 from stickslip.results.shown_units import in_system, system_of
-from stickslip.results.view import (
-    ContactRow,
-    Length,
-    contact_rows,
-    converged_points,
-    energy_text,
-    has_linear_curves,
-    highest_peak,
-    in_band,
-    is_listed,
-    largest_loops,
-    length_unit,
-    level_text,
-    levels_in_newtons,
-    measure_in,
-    peak_unit,
-    peaks_outside,
-    per_force_unit,
-    points,
-)
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, loops_at, loops_of, loss_factor
 from stickslip.show.plots.response_curves import compared_peaks, response_curves
+from stickslip.show.report import conclusions
 from stickslip.show.report.answer import engine_order, peaks_at_a_glance
-from stickslip.show.report.conclusions import (
-    OUTSIDE,
-    bounds_headline,
-    failures_of,
-    further_curves_sentence,
-    headline,
-    level_sentence,
-    warnings_of,
-)
 from stickslip.show.report.markup import Charts, Choice, Opening, cell, hertz, number, section, table, text
 from stickslip.show.report.stress import fatigue_headline
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
@@ -80,11 +53,11 @@ def overview(datasets: Datasets, charts: Charts) -> str:
     for label, dataset in datasets.items():
         answers = [
             fatigue_headline(dataset),
-            bounds_headline(detached(dataset)) if has_bounds(dataset) else "",
-            further_curves_sentence(dataset),
+            conclusions.bounds_headline(detached(dataset)) if has_bounds(dataset) else "",
+            conclusions.further_curves_sentence(dataset),
         ]
         cases = range(dataset.sizes["case"])
-        count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
+        count, good = sum(view.points(dataset, c).size for c in cases), sum(view.converged_points(dataset, c).size for c in cases)
         whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
         solved = f"{whole}; {float(dataset.attrs['cpu_seconds']):.3g} s of processor time."
         chosen = str(dataset.attrs.get("harmonics_chosen", ""))
@@ -100,7 +73,7 @@ def curves(datasets: Datasets, charts: Charts) -> str:
     """The response curves with their choices."""
     html = ""
     for label, dataset in datasets.items():
-        first = measure_in(dataset).quantity.name
+        first = view.measure_in(dataset).quantity.name
         choices = [
             Choice("Output", _outputs(dataset)),
             Choice("Scale", ("logarithmic", "linear")),
@@ -112,7 +85,7 @@ def curves(datasets: Datasets, charts: Charts) -> str:
             return response_curves(dataset, output, scale == "logarithmic", size == "per force", quantity)
 
         html += charts.place("chart-curves", draw, choices, label, _loops_of_points(dataset))
-    known = any(has_linear_curves(dataset) for dataset in datasets.values())
+    known = any(view.has_linear_curves(dataset) for dataset in datasets.values())
     linear = "Thin dotted: without contacts; thin dashed: with stuck contacts. " if known else ""
     note = (
         f'<p class="note">{linear}Dots mark the highest peaks of the quantity shown; crosses at the bottom mark frequencies that '
@@ -127,21 +100,21 @@ def _outputs(*datasets: xr.Dataset) -> list[str]:
 
 def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
     """Loops at points spread over the curves, the peaks among them, as many as `OPENED` allows over all force levels."""
-    rows = contact_rows(dataset)
+    rows = view.contact_rows(dataset)
     if not rows:
         return None
-    drawn = loops_at(dataset, largest_loops(dataset, rows, LOOPS_OF_A_POINT), SAMPLES_OF_A_LOOP)
+    drawn = loops_at(dataset, view.largest_loops(dataset, rows, LOOPS_OF_A_POINT), SAMPLES_OF_A_LOOP)
     loops: list[Chart] = []
     points_of = {}
     for case in range(dataset.sizes["case"]):
-        kept, peak = converged_points(dataset, case), highest_peak(dataset, case)
+        kept, peak = view.converged_points(dataset, case), view.highest_peak(dataset, case)
         some = kept[spread(kept.size, max(OPENED // dataset.sizes["case"], 1))] if kept.size else kept
         some = np.unique(np.append(some, peak.point)) if peak is not None else some
-        places: list[int | None] = [None] * points(dataset, case).size
+        places: list[int | None] = [None] * view.points(dataset, case).size
         for point in some:
-            places[int(np.searchsorted(points(dataset, case), point))] = len(loops)
+            places[int(np.searchsorted(view.points(dataset, case), point))] = len(loops)
             loops.append(drawn(case, int(point)))
-        points_of[level_text(dataset, case)] = places
+        points_of[view.level_text(dataset, case)] = places
     return Opening(loops, points_of, CYCLE_NOTE)
 
 
@@ -149,7 +122,7 @@ def peaks(datasets: Datasets, charts: Charts) -> str:
     """The highest peak over the force level, and all peaks in tables, one for each quantity that they are of."""
     alike: dict[Measure, dict[str, xr.Dataset]] = {}
     for label, dataset in datasets.items():
-        alike.setdefault(replace(measure_in(dataset), per_force=False), {})[label] = dataset
+        alike.setdefault(replace(view.measure_in(dataset), per_force=False), {})[label] = dataset
     parts = [_peaks_of(measure, f"-{k + 1}" if k else "", some, datasets) for k, (measure, some) in enumerate(alike.items())]
     trend = ""
     if any(dataset.sizes["case"] > 1 for dataset in datasets.values()):
@@ -160,8 +133,8 @@ def peaks(datasets: Datasets, charts: Charts) -> str:
             continue
         shown = representatives(dataset, MOST_SHOWN)
         note = f'<p class="note">{text(f"Shown: {shown.words}.")}</p>' if shown.words else ""
-        items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown.cases)
-        said = f"<p>{text(headline(dataset))}</p>{note}<ul>{items}</ul>"
+        items = "".join(f"<li>{text(conclusions.level_sentence(dataset, case))}</li>" for case in shown.cases)
+        said = f"<p>{text(conclusions.headline(dataset))}</p>{note}<ul>{items}</ul>"
         folded = f"<details><summary>{text(label)}: each force level</summary>{said}</details>"
         levels.append(folded if len(datasets) > 1 else said)
     return section("peaks-section", "Peaks", trend, *levels, *parts)
@@ -169,11 +142,11 @@ def peaks(datasets: Datasets, charts: Charts) -> str:
 
 def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
     """The peaks of one quantity, and where it is largest in time."""
-    unit = peak_unit(*datasets.values())
+    unit = view.peak_unit(*datasets.values())
     rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(every) > 1, unit, _ranked)]
     word = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
     heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"{word} in {unit.name}"]
-    newtons = all(levels_in_newtons(dataset) for dataset in datasets.values())
+    newtons = all(view.levels_in_newtons(dataset) for dataset in datasets.values())
     heads.append(f"{word} per force" if newtons else f"{word} per unit force level")
     heads += [f"Largest in {unit.name}"] if measure.kind != "max_abs" else []
     heads = [*_result_head(every), *heads, "Loss factor"]
@@ -186,7 +159,7 @@ def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets)
     said = largest.capitalize() if measure.kind == "max_abs" else first
     note = f'<p class="note">{said} {_loss_factor(datasets)}</p>'
     beyond = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(every) > 1, unit, _outside)]
-    outside = table(f"outside{place}", OUTSIDE, heads, beyond, stacked=True) if beyond else ""
+    outside = table(f"outside{place}", conclusions.OUTSIDE, heads, beyond, stacked=True) if beyond else ""
     answer = table(f"peaks{place}", caption, heads, rows, stacked=True)
     return answer + note + outside + _largest(measure, place, datasets, every)
 
@@ -202,12 +175,14 @@ def _loss_factor(datasets: Datasets) -> str:
 
 def _largest(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
     """Where the quantity over the whole period, with mean and all harmonics, is largest; peaks of this say so themselves."""
-    rows, unit = [], peak_unit(*datasets.values())
+    rows, unit = [], view.peak_unit(*datasets.values())
     for label, dataset in datasets.items() if measure.kind != "max_abs" else ():
         for case, output in np.argwhere(np.isfinite(dataset.highest_max_abs.values)):
             size, frequency = (float(dataset[f"highest_max_abs{end}"].values[case, output]) for end in ("", "_frequency"))
-            size *= measure_in(dataset).per(float(dataset.force_level[case]))
-            cells = (cell(label) if len(every) > 1 else "") + cell(level_text(dataset, case), float(dataset.force_level[case]))
+            size *= view.measure_in(dataset).per(float(dataset.force_level[case]))
+            cells = (cell(label) if len(every) > 1 else "") + cell(
+                view.level_text(dataset, case), float(dataset.force_level[case])
+            )
             cells += cell(str(dataset.output.values[output])) + cell(number(size / unit.metres), size)
             rows.append(f"<tr>{cells}{cell(hertz(frequency), frequency)}</tr>")
     heads = [*_result_head(every), "Force level", "Output", f"Largest in {unit.name}", "at Hz"]
@@ -220,17 +195,17 @@ def loops(datasets: Datasets, charts: Charts) -> str:
     """Hysteresis loops at the peak."""
     html = ""
     for label, dataset in datasets.items():
-        every = contact_rows(dataset)
-        rows = {row.label: row for row in (every if len(every) <= MOST_LOOPS else largest_loops(dataset, every, MOST_LOOPS))}
+        every = view.contact_rows(dataset)
+        rows = {row.label: row for row in (every if len(every) <= MOST_LOOPS else view.largest_loops(dataset, every, MOST_LOOPS))}
         if rows:
             if len(rows) < len(every):
                 html += (
                     f'<p class="note">The list has the {len(rows)} of {len(every)} contact directions with the largest loops.</p>'
                 )
-            first = largest_loops(dataset, [*rows.values()], 1)[0].label
+            first = view.largest_loops(dataset, [*rows.values()], 1)[0].label
             many = 2 * MOST_SHOWN * len(rows) * dataset.sizes["sample"] > NUMBERS_OF_LOOPS
             step = max(1, dataset.sizes["sample"] // SAMPLES_OF_MANY) if many else 1
-            sizes = f"in {in_system('N', system_of(dataset))[1]} and {length_unit(dataset).name}", "each to its own size"
+            sizes = f"in {in_system('N', system_of(dataset))[1]} and {view.length_unit(dataset).name}", "each to its own size"
             choices = Choice("Contact", list(dict.fromkeys([first, *rows]))), Choice("Loops", sizes)
             draw = loops_of(dataset, MOST_SHOWN, step)
             html += charts.place("chart-loops", partial(_loops, draw, rows, sizes[1]), choices, label)
@@ -241,7 +216,9 @@ def loops(datasets: Datasets, charts: Charts) -> str:
     return section("loops", "Hysteresis loops", html, note)
 
 
-def _loops(draw: Callable[[ContactRow, bool], Chart], rows: Mapping[str, ContactRow], own: str, contact: str, size: str) -> Chart:
+def _loops(
+    draw: Callable[[view.ContactRow, bool], Chart], rows: Mapping[str, view.ContactRow], own: str, contact: str, size: str
+) -> Chart:
     """The loops of the contact that the reader chose, each to its own size or not."""
     return draw(rows[contact], size == own)
 
@@ -279,11 +256,11 @@ def failures(datasets: Datasets, charts: Charts) -> str:
     """What failed and why, grouped by cause."""
     parts = []
     for label, dataset in datasets.items():
-        count = sum(points(dataset, case).size for case in range(dataset.sizes["case"]))
+        count = sum(view.points(dataset, case).size for case in range(dataset.sizes["case"]))
         head = f"<h3>{text(label)}</h3>" if len(datasets) > 1 else ""
-        causes = "".join(f"<li>{text(sentence)}</li>" for sentence in failures_of(dataset))
+        causes = "".join(f"<li>{text(sentence)}</li>" for sentence in conclusions.failures_of(dataset))
         fine = f"<p>Every point converged: {counted(count, 'point')} on {counted(dataset.sizes['case'], 'curve')}.</p>"
-        warnings = "".join(f"<li>{text(sentence)}</li>" for sentence in warnings_of(dataset))
+        warnings = "".join(f"<li>{text(sentence)}</li>" for sentence in conclusions.warnings_of(dataset))
         warned = f'<p>Warnings:</p><ul class="warnings">{warnings}</ul>' if warnings else ""
         parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine) + warned)
     return section("failures", "What failed, and why", *parts)
@@ -315,17 +292,17 @@ def _result_head(datasets: Datasets) -> list[str]:
     return ["Result"] if len(datasets) > 1 else []
 
 
-def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: Length, ranked: Ranked) -> Iterator[str]:
+def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: view.Length, ranked: Ranked) -> Iterator[str]:
     """The peaks of every curve and output, highest first, absolute and per force."""
-    measure, (factor, per_force) = measure_in(dataset), per_force_unit(dataset)
-    none = "largest of the listed frequencies" if is_listed(dataset) else "no peak inside the band; the largest point"
+    measure, (factor, per_force) = view.measure_in(dataset), view.per_force_unit(dataset)
+    none = "largest of the listed frequencies" if view.is_listed(dataset) else "no peak inside the band; the largest point"
     for case in range(dataset.sizes["case"]):
         for output, name in enumerate(dataset.output.values):
             for rank, values in ranked(dataset, case, output):
                 force = float(dataset.force_level[case])
                 frequency, amplitude, largest_in_time, loss = (float(value) for value in values)
                 normalised = amplitude / abs(force) if force else float("nan")
-                cells = (cell(label) if several else "") + cell(level_text(dataset, case), force)
+                cells = (cell(label) if several else "") + cell(view.level_text(dataset, case), force)
                 cells += f"{cell(str(name))}<td>{text(rank or none)}</td>"
                 cells += cell(hertz(frequency), frequency) + cell(number(amplitude / unit.metres), amplitude)
                 cells += cell(f"{number(normalised / unit.metres * factor)} {unit.name}{per_force}", normalised)
@@ -338,30 +315,30 @@ def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, 
     """Rank and (frequency, size, largest, loss factor) of each peak, not per force; rank 0 for a curve without local maximum."""
     names = ("peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
     table_of_peaks = np.array([dataset[name].values[case, :, output] for name in names]).T
-    table_of_peaks[:, 1:3] *= measure_in(dataset).per(float(dataset.force_level[case]))
+    table_of_peaks[:, 1:3] *= view.measure_in(dataset).per(float(dataset.force_level[case]))
     solved = table_of_peaks[np.isfinite(table_of_peaks[:, 1])] if table_of_peaks.size else table_of_peaks
     yield from enumerate(solved, start=1)
-    highest = highest_peak(dataset, case, output)
+    highest = view.highest_peak(dataset, case, output)
     if not len(solved) and highest is not None:
         yield 0, np.array([highest.frequency, highest.amplitude, highest.max_abs, highest.loss_factor])
 
 
 def _outside(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, Array]]:
     """The same of the peaks outside the band."""
-    for rank, peak in enumerate(peaks_outside(dataset, case, output), start=1):
+    for rank, peak in enumerate(view.peaks_outside(dataset, case, output), start=1):
         yield rank, np.array([peak.frequency, peak.amplitude, peak.max_abs, peak.loss_factor])
 
 
 def _energy_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:
     """What the contacts dissipate at the highest peak of each curve, and the worst measures of accuracy along it."""
     for case in range(dataset.sizes["case"]):
-        peak, kept = highest_peak(dataset, case), in_band(dataset, case, converged_points(dataset, case))
-        cells = (cell(label) if several else "") + cell(level_text(dataset, case), float(dataset.force_level[case]))
+        peak, kept = view.highest_peak(dataset, case), view.in_band(dataset, case, view.converged_points(dataset, case))
+        cells = (cell(label) if several else "") + cell(view.level_text(dataset, case), float(dataset.force_level[case]))
         if peak is None:
             yield f'<tr>{cells}<td colspan="4">no point converged</td></tr>'
             continue
         total = float(np.sum(dataset.dissipated.values[case, peak.point]))
-        cells += cell(energy_text(total, dataset), total)
+        cells += cell(view.energy_text(total, dataset), total)
         for name, limit in LIMITS.items():
             values = np.abs(dataset[name].values[case, kept])
             worst = float(np.nanmax(values)) if np.any(np.isfinite(values)) else float("nan")

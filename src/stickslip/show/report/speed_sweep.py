@@ -10,8 +10,7 @@ from stickslip.results.view import length_text, level_text, linear_peak
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.speed_sweep import over_speed, peaks_over_speed
 from stickslip.show.report.answer import error_words, errors_of
-from stickslip.show.report.markup import hertz, percent
-from stickslip.show.report.presentation import Presentation, presents
+from stickslip.show.report.markup import Presentation, hertz, percent, presents
 from stickslip.support.checks import counted
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome

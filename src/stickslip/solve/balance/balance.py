@@ -18,16 +18,25 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.contact.period import HELD
 from stickslip.model.contact.point import ContactTable, contact_table
+from stickslip.model.contact.protocol import HELD
 from stickslip.model.problem import Problem
-from stickslip.model.problem.many_periods import over_periods
+from stickslip.model.problem.speed import over_periods
 from stickslip.solve.balance import newton_parts
-from stickslip.solve.balance.fourier import Fourier, fourier
+from stickslip.solve.balance.fourier import (
+    Fourier,
+    Harmonics,
+    columns_of,
+    fineness,
+    fourier,
+    harmonics_for,
+    highest,
+    in_fractions,
+    orders,
+)
 from stickslip.solve.balance.linear_part import LinearPart
 from stickslip.solve.balance.modal_matrix import from_line, in_line, places, three_blocks, weights_on
 from stickslip.solve.balance.newton_matrix import lu_solve_transposed, pushed
-from stickslip.solve.balance.orders import Harmonics, columns_of, fineness, harmonics_for, highest, in_fractions, orders
 from stickslip.solve.balance.receptance import driven_states, frequency_gains, pulled_by_states
 from stickslip.solve.balance.system import FREE, SMALLER, Border, Bordered, Control, Direction, State, System
 from stickslip.support.checks import Array, Index, fault

@@ -4,17 +4,26 @@ Only what slips, opens, or is tied to the normal load at one sample differs from
 constant, and the derivative E = dλ̂/dw is zero there. Sums over samples of element laws go through running sums.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 from numba import float64, int64, void
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, friction_period, landing_shares
 from stickslip.model.contact.point import ContactTable, bent, contact_data, contact_table
-from stickslip.model.contact.protocol import NOT_PERIODIC, PeriodMotion, law_period, no_forces
+from stickslip.model.contact.protocol import (
+    HELD,
+    NOT_PERIODIC,
+    OPEN,
+    SLIPPING,
+    STATIC,
+    STICK,
+    PeriodMotion,
+    friction_period,
+    landing_shares,
+    law_period,
+    no_forces,
+)
 from stickslip.solve.balance.fourier import Fourier, add_openings, add_product_sums, add_run, fourier
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import compiled, inlined, inner, kernel, separate

@@ -5,8 +5,6 @@ The work of a force F along a displacement X per period is π Σ h Im(F_h conj X
 One steady period of every contact, sample by sample: motion, force, state and slip work, for results only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.period import OPEN, SLIP, STICK, friction_period
 from stickslip.model.contact.point import ContactTable, contact_data
-from stickslip.model.contact.protocol import PeriodMotion, law_period, no_forces
+from stickslip.model.contact.protocol import OPEN, SLIP, STICK, PeriodMotion, friction_period, law_period, no_forces
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.contact_forces import element_limits
 from stickslip.solve.balance.fourier import Fourier, complex_harmonics, real_harmonics

@@ -6,8 +6,6 @@ given amplitude a: what remains is regular at a stuck mode, where λ and the fol
 out, divided by a, is the modal residual: two real equations for ω and ζ.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

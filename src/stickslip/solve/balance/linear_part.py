@@ -14,8 +14,6 @@ G'(s) = B (K + BᵀK_cB + s C + s² M)⁻¹ Bᵀ, s = iΩ, on the modes φ of th
 Harmonics may see structures of their own, complex Hermitian ones: `wave_states`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -28,7 +26,7 @@ from scipy import linalg
 from stickslip.model.problem import Problem
 from stickslip.model.problem.systems import HarmonicSystems, LinearSystem, Wave
 from stickslip.model.problem.truncation import uncoupled_beyond
-from stickslip.solve.balance.orders import Harmonics, highest, orders
+from stickslip.solve.balance.fourier import Harmonics, highest, orders
 from stickslip.solve.balance.receptance import (
     BLOCK_FIRST,
     BLOCK_SECOND,

@@ -5,10 +5,8 @@ ds = ∂s/∂X dX + k s/ω dω; that second term is why the acceleration of a re
 displacement.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import Literal, Self, get_args
 
 import numpy as np
 
@@ -120,11 +118,11 @@ class Measure:
         """What a results file keeps, for `measure_of`."""
         return {"quantity": self.name, "measure": self.kind}
 
-    def with_kind(self, kind: Kind) -> Measure:
+    def with_kind(self, kind: Kind) -> Self:
         """Another size of the same quantity."""
         return replace(self, kind=kind)
 
-    def over(self, periods: int) -> Measure:
+    def over(self, periods: int) -> Self:
         """The same measure of motions expanded over several periods of the excitation."""
         return replace(self, periods=periods)
 

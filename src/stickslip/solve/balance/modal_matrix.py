@@ -11,8 +11,6 @@ Newton's linear system factorised and solved on the states of the structure, whe
 `modal_matrix` has the matrix; here are its borders, the way from a solution back to the unknowns, and the choice between the two.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -7,16 +7,14 @@ whose coordinate at harmonic 1 is real.
 Energies of a nonlinear mode over one period, and what a synthesis of forced responses needs of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.contact.period import HELD
 from stickslip.model.contact.point import contact_table
+from stickslip.model.contact.protocol import HELD
 from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import refuse_speed
 from stickslip.model.problem.systems import LinearSystem
@@ -24,10 +22,18 @@ from stickslip.solve.balance import newton_parts
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point, constant_size
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.balance.extended_structure import ExtendedStructure, coordinates_called, coordinates_slope
-from stickslip.solve.balance.fourier import fourier, real_harmonics
+from stickslip.solve.balance.fourier import (
+    Harmonics,
+    columns_of,
+    fineness,
+    fourier,
+    harmonics_for,
+    highest,
+    orders,
+    real_harmonics,
+)
 from stickslip.solve.balance.linear_part import is_diagonal, stuck_modes
 from stickslip.solve.balance.mode_iteration import ModeSystem
-from stickslip.solve.balance.orders import Harmonics, columns_of, fineness, harmonics_for, highest, orders
 from stickslip.solve.balance.system import FREE
 from stickslip.support.checks import Array, Index, fault
 

@@ -5,8 +5,6 @@ frequency in column 1, ζ in column 2; the modal residual stands in the same pla
 place of the force level; the frequency of a point is the stuck natural frequency.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import NamedTuple
 

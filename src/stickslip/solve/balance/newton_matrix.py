@@ -8,8 +8,6 @@ LU factorisation and added products by SciPy's LAPACK and BLAS, called from comp
 Matrices lie by rows, LAPACK reads them by columns: it factorises the transpose, and solves with the transpose of that.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -18,7 +16,7 @@ from numba import types
 from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
 
-from stickslip.model.contact.period import HELD, SLIPPING
+from stickslip.model.contact.protocol import HELD, SLIPPING
 from stickslip.solve.balance.system import State, System
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import inlined, inner, kernel

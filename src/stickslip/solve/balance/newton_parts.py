@@ -3,8 +3,6 @@
 Newton's method and the continuation are so the same for forced motions (`iteration`) and for nonlinear modes (`mode_iteration`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from stickslip.solve.balance import iteration, modal_matrix, mode_iteration

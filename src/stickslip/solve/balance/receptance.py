@@ -4,8 +4,6 @@ All are sums over the states that `decoupling` found, G'(s) = shape Γ(s) receiv
 computed once for each frequency.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

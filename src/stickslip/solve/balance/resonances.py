@@ -16,11 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.model.contact.period import HELD, SLIPPING
+from stickslip.model.contact.protocol import HELD, SLIPPING
 from stickslip.model.problem import Problem
 from stickslip.model.problem.systems import BARELY, LinearSystem
 from stickslip.model.structure.modes import definite_modes, natural_modes
-from stickslip.solve.balance.orders import Harmonics, highest, orders
+from stickslip.solve.balance.fourier import Harmonics, highest, orders
 from stickslip.support.checks import Array, Index
 
 LARGEST = 400
@@ -97,7 +97,7 @@ class Resonances:
 
     def where_stuck(self, unknown: Index) -> Resonances | None:
         """Those of the structure on the contacts that stick in a state, decomposed once; None where all or none do, or where the
-        structure is too large to be decomposed for each of its contact states. unknown (rows,): as `contact.period` counts."""
+        structure is too large to be decomposed for each of its contact states. unknown (rows,): as `contact.protocol` counts."""
         key = unknown.tobytes()
         if key not in self._stuck:
             held = unknown != SLIPPING

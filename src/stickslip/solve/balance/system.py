@@ -1,7 +1,5 @@
 """What the compiled parts of a Newton iteration read and return."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import NamedTuple
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.model.contact.period import MEAN, OFFSET, friction_period
 from stickslip.model.contact.point import remembering
+from stickslip.model.contact.protocol import MEAN, OFFSET, friction_period
 from stickslip.model.problem import Problem
-from stickslip.model.problem.many_periods import over_periods
+from stickslip.model.problem.speed import over_periods
 from stickslip.solve.balance.balance import Evaluation, Factors, HarmonicBalance, Point
 from stickslip.solve.balance.energy import friction_limits
 from stickslip.solve.continuation.newton import fixed

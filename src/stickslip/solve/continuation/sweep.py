@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.model.contact.period import OFFSET
+from stickslip.model.contact.protocol import OFFSET
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.continuation.continuation import FOLDS, TURNED_BACK, first_point, solve_cold, trace
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, backwards, solve_at

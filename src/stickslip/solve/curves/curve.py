@@ -5,8 +5,6 @@ A controlled response curve: the force level that holds the amplitude of an outp
 The unknown force level makes the balance one equation longer; the continuation of forced responses follows it as it is.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -18,8 +16,8 @@ import numpy as np
 from stickslip.model.problem import Problem
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.fourier import Harmonics, orders
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
-from stickslip.solve.balance.orders import Harmonics, orders
 from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import CurvePoint, between
 from stickslip.solve.continuation.held_amplitude import at_right_angle, control_size, ramped, scaled, stuck_held

@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from stickslip.model.contact.period import SLIPPING
+from stickslip.model.contact.protocol import SLIPPING
 from stickslip.solve.balance.balance import HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.mode_balance import ModeBalance
 from stickslip.solve.continuation.continuation import solve_cold, trace

@@ -5,8 +5,6 @@ Continuation takes steps as long as its predictor allows, tens of points a curve
 tangents is a start so good that Newton's method needs a step or two, on planes across the curve: folds are no obstacle.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -19,8 +17,7 @@ from stickslip.solve.continuation.curve_points import CurvePoint, between
 from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.continuation.newton import correct
 from stickslip.solve.curves.curve import Curve
-from stickslip.solve.peaks.cubic import Cubic
-from stickslip.solve.peaks.intervals import PROMINENCE
+from stickslip.solve.peaks.intervals import PROMINENCE, Cubic
 from stickslip.solve.peaks.search import PeakSearch
 from stickslip.support.checks import Array
 

@@ -6,8 +6,6 @@ their neighbours predicted, bound the amplitude inside it; the interval of the h
 the best point by more than the tolerance. What one search has solved serves the searches of all other outputs and measures.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left, bisect_right, insort
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -21,9 +19,9 @@ from stickslip.solve.continuation.curve_points import ROUNDING, CurvePoint, Tang
 from stickslip.solve.continuation.interpolation import Interpolation
 from stickslip.solve.continuation.newton import correct
 from stickslip.solve.continuation.segment import with_own_tangent
-from stickslip.solve.peaks.cubic import Cubic
 from stickslip.solve.peaks.intervals import (
     PROMINENCE,
+    Cubic,
     Interval,
     Sample,
     SegmentPoint,

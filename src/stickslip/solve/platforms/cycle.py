@@ -16,17 +16,7 @@ from numpy.typing import NDArray
 from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.point import ContactTable
 from stickslip.model.dampers.between_platforms import LEFT, RIGHT, BetweenPlatforms
-from stickslip.solve.platforms.march import (
-    Bodies,
-    Inertia,
-    Path,
-    PlatformState,
-    Record,
-    carry_in_time,
-    carry_quasi_static,
-    enumerable,
-    new_record,
-)
+from stickslip.solve.platforms import march
 from stickslip.solve.time.period import Method
 from stickslip.support.checks import Array, fault
 
@@ -48,14 +38,14 @@ class SteadyCycle:
     """The last cycle: record from the state before its first step on (rotations in rad), platform motion d (steps, rows), state
     at its end, cycles marched, outcome, and the change of the forces from the cycle before, relative to the largest force."""
 
-    record: Record
+    record: march.Record
     drive: Array
-    state: PlatformState
+    state: march.PlatformState
     cycles: int
     outcome: CycleOutcome
     change: float
 
-    def path(self, model: CycleModel) -> Record:
+    def path(self, model: CycleModel) -> march.Record:
         """The record with the state at the end, (steps + 1, ...): along it work is done, whether the cycle closes or not."""
         end, own = _in_radians(model, standing(model, self.state)), _own_rows(model.table)
         end.force[0, own] = self.record.force[0, own]
@@ -108,12 +98,12 @@ class CycleModel:
                     found[r] = table.stiffness[table.friction_first[r] : table.friction_first[r + 1]].sum()
         return found
 
-    def bodies(self, A: Array, share: float = 1.0) -> Bodies:
+    def bodies(self, A: Array, share: float = 1.0) -> march.Bodies:
         """The bodies with the matrix A of a step."""
         normal = np.repeat(self.table.normal_row, np.diff(self.table.first_row))
         contacts = self.B.T @ (self.stiffness[:, None] * self.B)
         B = np.ascontiguousarray(self.B)
-        return Bodies(B, self.stiffness, normal.astype(np.int64), np.ascontiguousarray(A), A + share * contacts, share)
+        return march.Bodies(B, self.stiffness, normal.astype(np.int64), np.ascontiguousarray(A), A + share * contacts, share)
 
     def stuck_stiffness(self) -> Array:
         """(2, 2) [N/m]: H and V on the right platform per relative motion of the platforms while every contact sticks."""
@@ -123,13 +113,13 @@ class CycleModel:
         own = self.left.T @ (self.stiffness[:, None] * self.left)
         return np.asarray(own - coupling.T @ np.linalg.solve(inner, coupling))
 
-    def virgin(self, offsets: Array | float = 0.0) -> PlatformState:
+    def virgin(self, offsets: Array | float = 0.0) -> march.PlatformState:
         """Platforms at rest, no pull; sliders of all elements at `offsets` [m]."""
         size, elements, w = self.load.size, self.table.stiffness.size, np.zeros(self.B.shape[0])
         intercept = -self.table.stiffness * np.broadcast_to(np.asarray(offsets, float), elements)
         zero = [np.zeros(size) for _ in range(5)]
         limit = slip_limits(self.table, normal_forces(self.table, w))
-        return PlatformState(zero[0], zero[1], zero[2], zero[3], intercept, w.copy(), zero[4], w, limit)
+        return march.PlatformState(zero[0], zero[1], zero[2], zero[3], intercept, w.copy(), zero[4], w, limit)
 
 
 @dataclass(frozen=True)
@@ -147,7 +137,7 @@ QUASI_STATIC = Marching()
 
 
 def steady_cycle(
-    model: CycleModel, platform: Array, marching: Marching = QUASI_STATIC, start: PlatformState | None = None
+    model: CycleModel, platform: Array, marching: Marching = QUASI_STATIC, start: march.PlatformState | None = None
 ) -> SteadyCycle:
     """The steady cycle under platform motion (steps, 2) [m], from virgin sliders unless a state is given (it is not changed)."""
     if marching.method is None and model.rate_dependent:
@@ -163,12 +153,12 @@ def steady_cycle(
     shape = (model.B.shape[0], state.intercept.size, model.load.size)
     carry = _carrier(model, marching, steps)
     if _settle(model, drive, state) > 0:
-        unsolved = new_record(steps, *shape)
+        unsolved = march.new_record(steps, *shape)
         unsolved.iterations[:] = -1
         return SteadyCycle(unsolved, drive, state, 0, CycleOutcome.NOT_CONVERGED, np.inf)
     speed = _speed(drive, marching.frequency)
-    path = Path(np.roll(drive, -1, axis=0), np.roll(speed, -1, axis=0), np.ones(steps))
-    previous, record, change = new_record(steps, *shape), new_record(steps, *shape), np.inf
+    path = march.Path(np.roll(drive, -1, axis=0), np.roll(speed, -1, axis=0), np.ones(steps))
+    previous, record, change = march.new_record(steps, *shape), march.new_record(steps, *shape), np.inf
     for cycle in range(1, marching.cycles + 1):
         before = standing(model, state)
         if cycle > 1:
@@ -193,17 +183,17 @@ def _carrier(model: CycleModel, marching: Marching, steps: int):  # type: ignore
     """The compiled loop for the method."""
     M, C, K = model.matrices
     if marching.method is None:
-        bodies, few = model.bodies(K), enumerable(model.table)
-        return lambda path, state, record: carry_quasi_static(bodies, model.table, model.load, path, state, record, few)
+        bodies, few = model.bodies(K), march.enumerable(model.table)
+        return lambda path, state, record: march.carry_quasi_static(bodies, model.table, model.load, path, state, record, few)
     method = marching.method.coefficients
     step = 1.0 / (marching.frequency * steps)
     share = 1.0 - method.force_weight
     A = (1.0 - method.mass_weight) / (method.beta * step**2) * M + share * (method.gamma / (method.beta * step) * C + K)
-    bodies, inertia = model.bodies(A, share), Inertia(M, C, K, method, step)
-    return lambda path, state, record: carry_in_time(bodies, model.table, model.load, path, inertia, state, record)
+    bodies, inertia = model.bodies(A, share), march.Inertia(M, C, K, method, step)
+    return lambda path, state, record: march.carry_in_time(bodies, model.table, model.load, path, inertia, state, record)
 
 
-def _settle(model: CycleModel, drive: Array, state: PlatformState) -> int:
+def _settle(model: CycleModel, drive: Array, state: march.PlatformState) -> int:
     """Lay the pull on at rest, unless the state carries it already, then lead the platforms to the start of the cycle."""
     waypoints, loads = [], []
     if not np.any(state.motion):
@@ -218,16 +208,16 @@ def _settle(model: CycleModel, drive: Array, state: PlatformState) -> int:
     if not waypoints:
         return 0
     drives = np.concatenate(waypoints)
-    path = Path(drives, np.zeros_like(drives), np.concatenate(loads))
-    record = new_record(path.load.size, model.B.shape[0], state.intercept.size, model.load.size)
-    bodies, few = model.bodies(model.matrices[2]), enumerable(model.table)
-    failed = carry_quasi_static(bodies, model.table, model.load, path, state, record, few)
+    path = march.Path(drives, np.zeros_like(drives), np.concatenate(loads))
+    record = march.new_record(path.load.size, model.B.shape[0], state.intercept.size, model.load.size)
+    bodies, few = model.bodies(model.matrices[2]), march.enumerable(model.table)
+    failed = march.carry_quasi_static(bodies, model.table, model.load, path, state, record, few)
     state.force[:] = model.B.T @ record.force[-1]
     return failed
 
 
-def _copied(state: PlatformState) -> PlatformState:
-    return PlatformState(*(part.copy() for part in state))
+def _copied(state: march.PlatformState) -> march.PlatformState:
+    return march.PlatformState(*(part.copy() for part in state))
 
 
 def normal_forces(table: ContactTable, w: Array) -> Array:
@@ -245,7 +235,7 @@ def slip_limits(table: ContactTable, normal: Array) -> Array:
     return np.asarray(line + np.bincount(element, beyond, line.size))
 
 
-def standing(model: CycleModel, state: PlatformState) -> Record:
+def standing(model: CycleModel, state: march.PlatformState) -> march.Record:
     """A state as a record of one sample; nothing is solved: friction is what the springs hold."""
     table = model.table
     w = model.B @ state.motion + state.drive
@@ -256,7 +246,7 @@ def standing(model: CycleModel, state: PlatformState) -> Record:
     force[table.normal_row] = np.add.reduceat(normal, table.normal_first[:-1])
     limit = slip_limits(table, normal)
     iterations = np.zeros(1, dtype=np.int64)
-    return Record(state.motion[None].copy(), w[None], force[None], state.intercept[None].copy(), limit[None], iterations)
+    return march.Record(state.motion[None].copy(), w[None], force[None], state.intercept[None].copy(), limit[None], iterations)
 
 
 def _own_rows(table: ContactTable) -> NDArray[np.bool_]:
@@ -264,18 +254,18 @@ def _own_rows(table: ContactTable) -> NDArray[np.bool_]:
     return np.asarray(np.repeat(table.kind != SLIDERS, np.diff(table.first_row)))
 
 
-def _shown(model: CycleModel, before: Record, record: Record) -> Record:
+def _shown(model: CycleModel, before: march.Record, record: march.Record) -> march.Record:
     """The record from sample 0 on, with rotations in rad: it was filled from sample 1 to sample 0 of the next cycle. Sample 0 is
     the state before the first step, which a cycle that does not close has left for good; its iterations are the last step's."""
-    shown = Record._make(part[:-1] for part in _joined(before, record))
+    shown = march.Record._make(part[:-1] for part in _joined(before, record))
     return _in_radians(model, shown._replace(iterations=np.roll(record.iterations, 1)))
 
 
-def _joined(first: Record, then: Record) -> Record:
-    return Record._make(np.concatenate(parts) for parts in zip(first, then, strict=True))
+def _joined(first: march.Record, then: march.Record) -> march.Record:
+    return march.Record._make(np.concatenate(parts) for parts in zip(first, then, strict=True))
 
 
-def _in_radians(model: CycleModel, record: Record) -> Record:
+def _in_radians(model: CycleModel, record: march.Record) -> march.Record:
     motion = record.motion.copy()
     motion[:, 2] /= model.length
     return record._replace(motion=motion)

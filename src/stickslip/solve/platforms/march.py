@@ -15,8 +15,6 @@ With each contact stuck, slipping either way or open, the step is a linear syste
 states the one nearest to the last motion counts. 4 to the power of the contacts combinations, so for a few contacts only.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

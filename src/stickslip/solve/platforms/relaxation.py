@@ -8,8 +8,6 @@ once: a foot that carries next to nothing would take ten thousands of sweeps. Wh
 balance exists in these states; the damper is on its way to others (it rolls on two slipping lines), and goes there in one leap.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

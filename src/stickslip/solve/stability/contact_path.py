@@ -4,14 +4,21 @@ The samples say in which order; the instants follow from the motion between two 
 velocities, so that their error is of fourth order and not of first, as that of the samples themselves.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.period import OPEN, SLIP, STICK, friction_period, landing_shares
 from stickslip.model.contact.point import ContactTable, bent, contact_data
-from stickslip.model.contact.protocol import PeriodForces, PeriodMotion, law_period, no_forces
+from stickslip.model.contact.protocol import (
+    OPEN,
+    SLIP,
+    STICK,
+    PeriodForces,
+    PeriodMotion,
+    friction_period,
+    landing_shares,
+    law_period,
+    no_forces,
+)
 from stickslip.solve.time.contact_law import limit_line, slip_limit
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import boxed, inner, kernel

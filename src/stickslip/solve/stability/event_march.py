@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.model.contact.period import OPEN, STICK
 from stickslip.model.contact.point import ContactTable, contact_table
+from stickslip.model.contact.protocol import OPEN, STICK
 from stickslip.model.problem import Problem
 from stickslip.support.checks import Array, Index, InputError
 

@@ -11,8 +11,6 @@ Of few harmonics, or where contacts are stiff or lift off, a solution of the bal
 events may say more or less than those of the motion. So stability is read from the motion itself, and only where it is near.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ A perturbation meets the stuck structure and δλ, what its contacts carry beyon
 ẋ = A x − J δλ, δw = R x − S δλ, with A of 2 x 2 blocks, one for each mode or pair of complex poles that is kept.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

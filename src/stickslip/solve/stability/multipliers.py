@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.period import STICK
 from stickslip.model.contact.point import ContactTable
+from stickslip.model.contact.protocol import STICK
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
 from stickslip.solve.balance.linear_part import states

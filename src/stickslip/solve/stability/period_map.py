@@ -12,16 +12,13 @@ States x = f(x before, travel, limits, time) and tractions by what is there afte
 that the step of the law gives. What is remembered is the intercept of each state, x − kt u.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
 from stickslip.model.contact.law import SLIDERS
-from stickslip.model.contact.period import OPEN, STICK
 from stickslip.model.contact.point import ContactTable, contact_data
-from stickslip.model.contact.protocol import StepMotion, no_step, take_step, traction, traction_by_state
+from stickslip.model.contact.protocol import OPEN, STICK, StepMotion, no_step, take_step, traction, traction_by_state
 from stickslip.solve.stability.modes import BlockModes
 from stickslip.solve.time.contact_law import slip_limit
 from stickslip.support.checks import Array, Index

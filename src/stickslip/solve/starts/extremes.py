@@ -10,8 +10,6 @@ From one start state to the next the peak moves a little: it is climbed to from 
 the start states that searches begin from and for what they find: far-off start states have curves a hundred times dearer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass

@@ -15,8 +15,6 @@ them: ratios in the plane of a damper, and offsets along its axis, where nothing
 Solutions at one frequency and level as a function of the start state, each reached from a known neighbour.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -24,8 +22,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from stickslip.model.contact.period import OFFSET, friction_period, stick_interval
 from stickslip.model.contact.point import STARTS
+from stickslip.model.contact.protocol import OFFSET, friction_period, stick_interval
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.energy import contact_cycle, friction_limits, friction_reach

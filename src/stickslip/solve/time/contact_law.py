@@ -1,7 +1,7 @@
 """All contacts at one instant of a time march: λ̂(w) = f − K_c w from the motion and the previous slider positions.
 
 A Jenkins step in the intercept y = T − kt u is a clamp, y_n = clamp(y_{n−1}, −L_n − kt u_n, L_n − kt u_n), as in
-`stickslip.model.contact.period`; laws that are no table of sliders have a step of their own (`stickslip.model.contact.protocol`).
+`stickslip.model.contact.protocol`; laws that are no table of sliders have a step of their own (also there).
 
 Contact solution of one time step by Newton's method on the rows that slip or open.
 
@@ -10,8 +10,6 @@ have constant λ̂, so the dense system is as small as the number of rows that d
 
 Contact forces along a motion that is given, instant by instant, as a time march would find them.
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 

@@ -14,8 +14,6 @@ Nothing but marches of one period is used, no harmonics and no linearised contac
 are x = (η, √m η̇, y/√kt), so that ‖x‖² is twice an energy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum

@@ -13,8 +13,6 @@ M a_{n+1−αm} + C v_{n+1−αf} + K q_{n+1−αf} + Bᵀ f_{n+1−αf} = p_{n+
 q_{n+1} = q_n + h v_n + h² ((½ − β) a_n + β a_{n+1}),   v_{n+1} = v_n + h ((1 − γ) a_n + γ a_{n+1}).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

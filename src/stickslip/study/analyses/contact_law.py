@@ -1,7 +1,5 @@
 """Contact law in a study: the table [contact_law], from measured loops of one contact to kt, mu and law."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from hashlib import sha256
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """Controlled response in a study: the table [controlled_response], amplitudes that the force holds over the band of [sweep]."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """Cycles of a damper while its friction changes, in a study: the table [damper_evolution]."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """Limit cycles in a study: [limit_cycles]."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field, Tag

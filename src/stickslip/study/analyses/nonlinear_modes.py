@@ -1,14 +1,12 @@
 """Nonlinear modes in a study: [nonlinear_modes]."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np
 
 from stickslip.analyses.modes.work import Modes, NonlinearModesWork
 from stickslip.model.problem import Problem
-from stickslip.solve.balance.orders import in_words
+from stickslip.solve.balance.fourier import in_words
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, OneWork
 from stickslip.study.fields import LENGTH, Table, check_of, in_si, table_of

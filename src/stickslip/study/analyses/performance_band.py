@@ -1,7 +1,5 @@
 """The band of a performance curve over the start states in a study: the table [performance_band]."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Annotated
 
@@ -10,8 +8,8 @@ from stickslip.analyses.performance.curve import BandSettings, band_dataset
 from stickslip.analyses.variability.bounds import refuse_discs
 from stickslip.study.analyses.performance_curve import Points, at_ratios, ordered, sweep_over_a_band
 from stickslip.study.analysis import Asked, Kind, OneWork, summary_of, taken_over
+from stickslip.study.contacts import RuleOrRules
 from stickslip.study.fields import FORCE, Positive, table_of
-from stickslip.study.starts import RuleOrRules
 from stickslip.study.tables import Ends
 
 BandTable = table_of(

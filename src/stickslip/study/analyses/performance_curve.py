@@ -1,7 +1,5 @@
 """Performance curves in a study: the table [performance_curve]."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np

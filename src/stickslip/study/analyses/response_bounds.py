@@ -13,8 +13,8 @@ from stickslip.analyses.variability.bounds import BoundsWork, attached, refuse_d
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
+from stickslip.study.contacts import RuleOrRules
 from stickslip.study.fields import check_of, in_si, table_of
-from stickslip.study.starts import RuleOrRules
 from stickslip.support.late import xr
 
 BoundsTable = table_of(

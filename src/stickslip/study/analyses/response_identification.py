@@ -26,8 +26,8 @@ from stickslip.model.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.contacts import RuleOrRules
 from stickslip.study.fields import Column, Number, Positive, Seed, Table
-from stickslip.study.starts import RuleOrRules
 from stickslip.study.tables import Ends
 from stickslip.support.checks import MOST, Index, counted, fault, nearest
 from stickslip.support.late import xr

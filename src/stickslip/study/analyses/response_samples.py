@@ -16,8 +16,8 @@ from stickslip.analyses.variability.samples import Law, SamplesWork, named_law
 from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
+from stickslip.study.contacts import RuleOrRules
 from stickslip.study.fields import Number, check_of, in_si, table_of
-from stickslip.study.starts import RuleOrRules
 from stickslip.support.checks import MOST, InputError, fault
 from stickslip.support.late import xr
 from stickslip.support.units import Band

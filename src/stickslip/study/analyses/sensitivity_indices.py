@@ -1,7 +1,5 @@
 """Sensitivity indices in a study: the table [sensitivity_indices], ranges of factors on the contacts and of a start state."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Any
 

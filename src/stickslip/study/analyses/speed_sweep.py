@@ -1,7 +1,5 @@
 """Speed sweep in a study: the table [speed_sweep], engine orders over a range of rotor speeds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from math import pi

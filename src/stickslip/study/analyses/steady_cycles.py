@@ -1,7 +1,5 @@
 """Steady cycles of a damper from many initial states in a study: the table [steady_cycles]."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from stickslip.analyses.damper_alone.cycle import SteadyCyclesWork

@@ -1,9 +1,7 @@
 """Commented study files to start from, KIND.toml in this folder; $words stand for inserted values.
 
-`beside.py` and `models.py` write the files that some of them need beside them.
+`beside.py` writes the files that some of them need beside them.
 """
-
-from __future__ import annotations
 
 import os
 import re
@@ -14,21 +12,7 @@ from pathlib import Path
 from string import Template
 
 from stickslip.model.dampers import SHAPES
-from stickslip.study.templates.beside import (
-    synthetic_contact_record,
-    synthetic_loops,
-    synthetic_responses,
-    synthetic_responses_and_a_decay,
-    synthetic_responses_to_predict,
-    wedge_matrices,
-)
-from stickslip.study.templates.models import (
-    blade_model,
-    blade_with_a_platform,
-    bladed_disk_sector,
-    two_beams_with_a_gap,
-    two_jointed_beams,
-)
+from stickslip.study.templates import beside
 from stickslip.support.checks import fault, similar
 from stickslip.support.files import replacing, write_text
 
@@ -38,17 +22,17 @@ FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
 KINDS = tuple(sorted(Path(file.name).stem for file in resources.files(__name__).iterdir() if file.name.endswith(".toml")))
 
 BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
-    "lumped": wedge_matrices,
-    "model": blade_model,
-    "bladed_disk": bladed_disk_sector,
-    "two_blades": blade_with_a_platform,
-    "jointed_beams": two_jointed_beams,
-    "beams_with_a_gap": two_beams_with_a_gap,
-    "identification": synthetic_loops,
-    "contact_law": synthetic_contact_record,
-    "response_identification": synthetic_responses,
-    "response_prediction": synthetic_responses_to_predict,
-    "decay_prediction": synthetic_responses_and_a_decay,
+    "lumped": beside.wedge_matrices,
+    "model": beside.blade_model,
+    "bladed_disk": beside.bladed_disk_sector,
+    "two_blades": beside.blade_with_a_platform,
+    "jointed_beams": beside.two_jointed_beams,
+    "beams_with_a_gap": beside.two_beams_with_a_gap,
+    "identification": beside.synthetic_loops,
+    "contact_law": beside.synthetic_contact_record,
+    "response_identification": beside.synthetic_responses,
+    "response_prediction": beside.synthetic_responses_to_predict,
+    "decay_prediction": beside.synthetic_responses_and_a_decay,
 }
 """What writes the files beside a study at a path: the words that it puts into the study, and the files."""
 

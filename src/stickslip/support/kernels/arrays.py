@@ -3,27 +3,11 @@
 NumPy's own functions and expressions of arrays are compiled anew, at several times the length, wherever they stand in a kernel.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import inner
-
-__all__ = [
-    "all_finite",
-    "empty_blocks",
-    "empty_line",
-    "empty_table",
-    "fill",
-    "moved_by",
-    "same_numbers",
-    "zero_complex",
-    "zero_line",
-    "zero_numbers",
-    "zero_table",
-]
 
 
 @inner

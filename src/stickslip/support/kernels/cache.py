@@ -15,8 +15,6 @@ the imports of each file are followed, as far as kernels, types and constants go
 itself (`separate`) does not: it is called through an address.
 """
 
-from __future__ import annotations
-
 import atexit
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Says to the notice when a kernel is being compiled."""
 
-from __future__ import annotations
-
 from numba.core import event
 
 from stickslip.support.compilation import NOTICE

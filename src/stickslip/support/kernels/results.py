@@ -14,8 +14,6 @@ from numba.core import boxing, cgutils
 from numba.core.imputils import impl_ret_borrowed
 from numba.extending import box, intrinsic, models, register_model
 
-__all__ = ["Boxed", "boxed"]
-
 
 class Boxed(types.Type):
     """Type of a result for Python, of what a kernel returns."""

@@ -22,8 +22,6 @@ from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, mod
 
 from stickslip.support.kernels.decorators import kernel
 
-__all__ = ["Placed", "View", "placed_as", "view", "view_of"]
-
 
 class View(types.Type):
     """Type of a view of a type of named tuples."""

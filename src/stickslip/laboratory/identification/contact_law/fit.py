@@ -33,8 +33,7 @@ from stickslip.laboratory.measurement.contact_record import check_ratio, clipped
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.law import SingleLoad
 from stickslip.model.contact.march import steady_period
-from stickslip.model.contact.period import OFFSET, friction_period
-from stickslip.model.contact.protocol import ContactData, PeriodMotion, kind_of, no_forces
+from stickslip.model.contact.protocol import OFFSET, ContactData, PeriodMotion, friction_period, kind_of, no_forces
 from stickslip.model.contact.valanis import Valanis
 from stickslip.support.checks import Array, fault, not_negative
 from stickslip.support.kernels import uncompiled

@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.laboratory.identification.contact_law.fit import ContactLoop, force_lag, force_of, interval, work_along
 from stickslip.model.contact.law import LoadDependentFriction
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.support.checks import Array, Index, counted, fault, rounded
 from stickslip.support.late import xr
 

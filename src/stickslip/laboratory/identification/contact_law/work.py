@@ -12,21 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.analyses.settings import takes
-from stickslip.laboratory.identification.contact_law.fit import (
-    FITTED,
-    LAWS,
-    LONGEST,
-    ContactLoop,
-    LoopErrors,
-    advanced,
-    fitted,
-    force_of,
-    friction_over_load,
-    judged,
-    smoothed,
-    standard_errors,
-    under_friction,
-)
+from stickslip.laboratory.identification.contact_law import fit
 from stickslip.laboratory.identification.contact_law.result import (
     ContactLaw,
     LawFit,
@@ -68,7 +54,7 @@ SOFTEST_RIG = 1.05
 STIFFEST_RIG = 1e3
 """A rig this many times as stiff as the loops moves kt by less than a thousandth: its unit is likely another one."""
 
-Source = str | Path | ContactRecord | ContactLoop | ContactCycles
+Source = str | Path | ContactRecord | fit.ContactLoop | ContactCycles
 """What loops come from."""
 
 
@@ -77,13 +63,13 @@ class ContactLawWork:
     """The fits of a contact law as work of one case. loops: for the fit of all laws; single: for the chosen law cycle by cycle,
     with the number of each cycle."""
 
-    loops: tuple[ContactLoop, ...]
+    loops: tuple[fit.ContactLoop, ...]
     _: KW_ONLY
-    single: tuple[ContactLoop, ...]
+    single: tuple[fit.ContactLoop, ...]
     numbers: Index
     laws: tuple[str, ...]
     rig_stiffness: float | None
-    errors: LoopErrors
+    errors: fit.LoopErrors
     removed: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     summary: str = ""
@@ -104,31 +90,31 @@ class ContactLawWork:
         """Mean normal load [N]."""
         return float(np.mean([loop.load for loop in self.loops]))
 
-    def changed(self, change: Callable[[ContactLoop], ContactLoop], said: str, *notes: str) -> ContactLawWork:
+    def changed(self, change: Callable[[fit.ContactLoop], fit.ContactLoop], said: str, *notes: str) -> ContactLawWork:
         """A copy with every loop changed, and what is said of it."""
         loops, single = (tuple(map(change, several)) for several in (self.loops, self.single))
         return replace(self, loops=loops, single=single, removed=(*self.removed, said), notes=(*self.notes, *notes))
 
     def in_time(self, lag: float) -> ContactLawWork:
         """A copy whose forces are earlier by a share of the period."""
-        if abs(lag) > LONGEST:
-            raise fault("lag", f"must be between {-LONGEST:g} and {LONGEST:g} of a period", lag)
+        if abs(lag) > fit.LONGEST:
+            raise fault("lag", f"must be between {-fit.LONGEST:g} and {fit.LONGEST:g} of a period", lag)
         if lag == 0.0:
             return self
         said = f"The force is taken {lag:.2%} of a period earlier than recorded."
-        return self.changed(lambda loop: replace(loop, force=advanced(np.asarray(loop.force), lag)), said)
+        return self.changed(lambda loop: replace(loop, force=fit.advanced(np.asarray(loop.force), lag)), said)
 
     def with_friction(self, load: Array, friction: Array) -> ContactLawWork:
         """A copy whose loops have the loads under which the coefficient of the mean load gives the same friction."""
         mean = float(np.interp(self.load, load, load * friction)) / self.load
-        return replace(self, loops=tuple(under_friction(loop, load, friction / mean) for loop in self.loops))
+        return replace(self, loops=tuple(fit.under_friction(loop, load, friction / mean) for loop in self.loops))
 
     def corrected(self) -> ContactLawWork:
         """A copy whose displacements are those of the contact alone, u − F/k_rig, without what the rig yields."""
         rig = self.rig_stiffness
         if rig is None:
             return self
-        together = float(np.exp(fitted(self.loops, "jenkins").x[0]))
+        together = float(np.exp(fit.fitted(self.loops, "jenkins").x[0]))
         if rig < SOFTEST_RIG * together:
             rule = f"must be above {together:.4g} N/m ({1e-6 * together:.4g} N/µm), the stiffness of rig and contact together"
             remedy = "Is its unit N/m (N/µm with --rig-stiffness), and is it of the place where the displacement was measured?"
@@ -140,14 +126,14 @@ class ContactLawWork:
             how = f"The rig's stiffness, {rig:.4g} N/m ({1e-6 * rig:.4g} N/µm), is {rig / together:.2g} times that of the loops"
             notes.append(f"{how} and corrects nothing. Is its unit N/m (N/µm with --rig-stiffness)?")
 
-        def without_rig(loop: ContactLoop) -> ContactLoop:
+        def without_rig(loop: fit.ContactLoop) -> fit.ContactLoop:
             force = np.asarray(loop.force)
             return replace(loop, displacement=np.asarray(loop.displacement) - (force - force.mean()) / rig)
 
         return self.changed(without_rig, said, *notes)
 
     @cached_property
-    def compared(self) -> tuple[ContactLoop, ...]:
+    def compared(self) -> tuple[fit.ContactLoop, ...]:
         """The loops on which laws are compared: where friction changes from one loop to another of like amplitude and load, with
         the load of each scaled to its plateau. Else wear would hide the shape of the law, by which laws differ."""
         ratio, amplitude, load = np.array([(loop.friction / loop.load, loop.amplitude, loop.load) for loop in self.loops]).T
@@ -160,7 +146,7 @@ class ContactLawWork:
     def prepare(self) -> None:
         """Compile the laws."""
         for law in self.laws:
-            force_of(self.loops[0], law, np.array([np.log(1e6), np.log(0.3), *[0.5] * LAWS[law][1]]))
+            fit.force_of(self.loops[0], law, np.array([np.log(1e6), np.log(0.3), *[0.5] * fit.LAWS[law][1]]))
 
     def solve(self, case: int, report: Callable[[float], object]) -> Arrays:
         """Of all laws: parameters and errors (laws, 3), misfit and held-out error (laws, 2); parameters and errors of the chosen
@@ -168,24 +154,24 @@ class ContactLawWork:
         that of the mean load; then come load, coefficient, error (3, loads), exponent and its error (2,) by the chosen law."""
         loops, compared = self.loops, self.compared
         if self.friction_over is not None:
-            first = friction_over_load(self.loops, self.laws[0], np.array(self.friction_over), self.errors)
+            first = fit.friction_over_load(self.loops, self.laws[0], np.array(self.friction_over), self.errors)
             work = self.with_friction(first.load, first.friction)
             loops, compared = work.loops, work.compared
         theta, errors, misfits = (np.full((len(self.laws), count), np.nan) for count in (3, 3, 2))
         for place, law in enumerate(self.laws):
-            found, error, *misfits[place] = judged(loops, law, compared)
+            found, error, *misfits[place] = fit.judged(loops, law, compared)
             theta[place, : found.size], errors[place, : error.size] = found, error
             report(0.8 * (place + 1) / len(self.laws))
         best = self._best(misfits[:, 1])
-        start = theta[self.laws.index(best), : 2 + LAWS[best][1]]
+        start = theta[self.laws.index(best), : 2 + fit.LAWS[best][1]]
         own, own_errors = (np.full((len(self.single), 3), np.nan) for _ in range(2))
         for place, loop in enumerate(self.single):
-            one = fitted((loop,), best, start)
-            own[place, : start.size], own_errors[place, : start.size] = one.x, standard_errors(one, (loop,), best)
+            one = fit.fitted((loop,), best, start)
+            own[place, : start.size], own_errors[place, : start.size] = one.x, fit.standard_errors(one, (loop,), best)
             report(0.8 + 0.2 * (place + 1) / len(self.single))
         arrays = {"theta": theta, "errors": errors, "misfits": misfits, "cycle_theta": own, "cycle_errors": own_errors}
         if self.friction_over is not None:
-            load, friction, error, *power = friction_over_load(self.loops, best, np.array(self.friction_over), self.errors)
+            load, friction, error, *power = fit.friction_over_load(self.loops, best, np.array(self.friction_over), self.errors)
             arrays |= {"friction": np.stack([load, friction, error]), "exponent": np.array(power)}
         return arrays
 
@@ -193,14 +179,14 @@ class ContactLawWork:
         """The simplest law that loops held out do not contradict."""
         errors = dict(zip(self.laws, held_out, strict=True))
         smallest = max(min(errors.values()), EXACT)
-        return next(law for law in LAWS if law in errors and not errors[law] > CLOSE * smallest)
+        return next(law for law in fit.LAWS if law in errors and not errors[law] > CLOSE * smallest)
 
     def contact_law(self, arrays: Arrays | None = None) -> ContactLaw:
         """The result, from the arrays of `solve` if they are there."""
         found = {key: np.asarray(value) for key, value in (arrays or self.solve(0, lambda share: None)).items()}
         fits = {}
         for place, law in enumerate(self.laws):
-            theta, error = (found[key][place, : 2 + LAWS[law][1]] for key in ("theta", "errors"))
+            theta, error = (found[key][place, : 2 + fit.LAWS[law][1]] for key in ("theta", "errors"))
             kt, mu = map(float, np.exp(theta[:2]))
             whole = self.errors.added_to(error, kt, self.load, self.rig_stiffness)
             fits[law] = LawFit(
@@ -220,9 +206,9 @@ def contact_law_work(
     loops: Source | Sequence[Source],
     normal_load: float | None = None,
     *,
-    laws: Sequence[str] = FITTED,
+    laws: Sequence[str] = fit.FITTED,
     rig_stiffness: float | None = None,
-    errors: LoopErrors | None = None,
+    errors: fit.LoopErrors | None = None,
     harmonics: int | None = None,
     columns: Mapping[str, str | int] | None = None,
     units: Mapping[str, str] | None = None,
@@ -232,8 +218,8 @@ def contact_law_work(
     """The work for the arguments of `contact_law`, checked."""
     laws = (laws,) if isinstance(laws, str) else tuple(laws)
     for law in laws:
-        if law not in LAWS:
-            raise fault("law", "must be a known one", law, nearest(law, LAWS))
+        if law not in fit.LAWS:
+            raise fault("law", "must be a known one", law, nearest(law, fit.LAWS))
     if not laws or len(set(laws)) < len(laws):
         raise fault("laws", "must be at least one, each once", list(laws))
     rig = None if rig_stiffness is None else positive("rig_stiffness", rig_stiffness)
@@ -242,8 +228,8 @@ def contact_law_work(
         raise fault("loops", "must be at least one", 0)
     removed: tuple[str, ...] = ("Noise of the displacement is removed by harmonics.",)
     notes: tuple[str, ...] = ()
-    if all(isinstance(one, ContactLoop) for one in several):
-        mean = single = tuple(_smoothed(one, harmonics) for one in several if isinstance(one, ContactLoop))
+    if all(isinstance(one, fit.ContactLoop) for one in several):
+        mean = single = tuple(_smoothed(one, harmonics) for one in several if isinstance(one, fit.ContactLoop))
         numbers, summary = np.arange(1, len(single) + 1), counted(len(single), "loop")
     else:
         cycles = _cycles(several, normal_load, harmonics, columns, units)
@@ -255,7 +241,7 @@ def contact_law_work(
         numbers=numbers,
         laws=laws,
         rig_stiffness=rig,
-        errors=errors or LoopErrors(),
+        errors=errors or fit.LoopErrors(),
         removed=removed,
         notes=notes,
         summary=summary,
@@ -318,15 +304,15 @@ def _cycles(
     raise InputError("loops must be files, or records, or one set of cycles, or single loops, but are of several kinds.")
 
 
-def _loop(cycles: ContactCycles, members: Sequence[int] | Index, name: str) -> ContactLoop:
+def _loop(cycles: ContactCycles, members: Sequence[int] | Index, name: str) -> fit.ContactLoop:
     """The mean of some cycles as a loop."""
     count = cycles.harmonics
     table = synthesis(max(SAMPLES, 8 * count), count)
     u, force, normal = (table @ values[members].mean(axis=0) for values in (cycles.displacement, cycles.force, cycles.normal))
-    return ContactLoop(u, force, normal, name, count, cycles.error / np.sqrt(len(members)))
+    return fit.ContactLoop(u, force, normal, name, count, cycles.error / np.sqrt(len(members)))
 
 
-def _mean_loops(cycles: ContactCycles) -> tuple[ContactLoop, ...]:
+def _mean_loops(cycles: ContactCycles) -> tuple[fit.ContactLoop, ...]:
     """Cycles of like amplitude and load, averaged over neighbours to a few loops in all."""
     amplitude = cycles.amplitude
     kinds = _kinds(amplitude, cycles.normal[:, 0])
@@ -354,7 +340,7 @@ def _levels(values: Array) -> Index:
     return found
 
 
-def _single_loops(cycles: ContactCycles) -> tuple[tuple[ContactLoop, ...], Index]:
+def _single_loops(cycles: ContactCycles) -> tuple[tuple[fit.ContactLoop, ...], Index]:
     """Each cycle as a loop, or neighbours averaged where there are very many; the number of the middle cycle of each."""
     count = len(cycles.force)
     groups = np.array_split(np.arange(count), min(count, MOST_CYCLES))
@@ -362,16 +348,16 @@ def _single_loops(cycles: ContactCycles) -> tuple[tuple[ContactLoop, ...], Index
     return tuple(_loop(cycles, group, f"cycle {number}") for group, number in zip(groups, numbers, strict=True)), numbers
 
 
-def _smoothed(loop: ContactLoop, harmonics: int | None) -> ContactLoop:
+def _smoothed(loop: fit.ContactLoop, harmonics: int | None) -> fit.ContactLoop:
     """A loop without the noise of its displacement, unless it was smoothed before; its force goes up to the same harmonic."""
     if loop.harmonics is not None:
         return loop
     u, error = smoothed_motion(np.asarray(loop.displacement), harmonics)
-    force = smoothed(np.asarray(loop.force), error.size)
+    force = fit.smoothed(np.asarray(loop.force), error.size)
     return replace(loop, displacement=u, force=force, harmonics=error.size, displacement_error=error)
 
 
-def identify_law(loops: Sequence[ContactLoop], laws: Sequence[str] = FITTED) -> ContactLaw:
+def identify_law(loops: Sequence[fit.ContactLoop], laws: Sequence[str] = fit.FITTED) -> ContactLaw:
     """Old name of `contact_law`."""
     warnings.warn("`identify_law` is now `contact_law`.", DeprecationWarning, stacklevel=2)
     return contact_law(loops, laws=laws)

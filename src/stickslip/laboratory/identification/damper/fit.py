@@ -10,12 +10,10 @@ Each refit begins where the loops themselves led, in turn where they led to seve
 they see one, and cycles that are missing, are counted.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
@@ -119,7 +117,7 @@ class DamperFit(LeastSquares):
     @classmethod
     def of(
         cls, cases: Sequence[CycleSet], rig: BetweenPlatforms, unknowns: tuple[Parameter, ...], errors: RigErrors, steps: int
-    ) -> DamperFit:
+    ) -> Self:
         """The fit of cases to a damper with macroslip contacts, marched in so many steps a cycle."""
         if any(len(law.elements(1, True).friction[0].stiffness) != 1 for law in rig.laws):
             raise InputError(
@@ -144,26 +142,26 @@ class DamperFit(LeastSquares):
         """Of the logarithms of the unknowns."""
         return np.log([p.low for p in self.unknowns]), np.log([p.high for p in self.unknowns])
 
-    def steps(self, count: int) -> DamperFit:
+    def steps(self, count: int) -> Self:
         """A copy marched in so many steps a cycle."""
         drives = tuple(_drive(case, count) for case in self.cases)
         return replace(self, drives=drives)
 
-    def with_cases(self, cases: Sequence[CycleSet], data: Array) -> DamperFit:
+    def with_cases(self, cases: Sequence[CycleSet], data: Array) -> Self:
         """A copy driven by other cycles of the same cases, with other data (cases, channels, 2H+1)."""
         drives = tuple(_drive(case, drive.shape[0]) for case, drive in zip(cases, self.drives, strict=True))
         return replace(self, cases=tuple(cases), drives=drives, data=data)
 
-    def with_lag(self, prior: float) -> DamperFit:
+    def with_lag(self, prior: float) -> Self:
         """A copy whose forces lag behind the motions with this standard deviation [s]; 0: not at all."""
         return replace(self, errors=replace(self.errors, lag=prior))
 
-    def with_law(self, law: str) -> DamperFit:
+    def with_law(self, law: str) -> Self:
         """A copy whose lines follow another law, with what that has unknown."""
         own = tuple(Parameter(name, *BOUNDS[name]) for name in LINE_LAWS[law][1])
         return replace(self, law=law, unknowns=(*(p for p in self.unknowns if p.part in (*PARTS, TENFOLD)), *own))
 
-    def only(self, numbers: Sequence[int]) -> DamperFit:
+    def only(self, numbers: Sequence[int]) -> Self:
         """A copy with some of the cases."""
         cases, pulls = tuple(self.cases[i] for i in numbers), tuple(self.pulls[i] for i in numbers)
         drives = tuple(self.drives[i] for i in numbers)

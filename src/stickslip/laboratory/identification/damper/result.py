@@ -13,7 +13,7 @@ from stickslip.laboratory.identification.damper.model import Clues
 from stickslip.laboratory.measurement.cycles import synthesis
 from stickslip.laboratory.measurement.reconstruction import reconstruct
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.results.result import Result
+from stickslip.results.schema import Result
 from stickslip.support.checks import Array, between, fault
 from stickslip.support.late import xr
 

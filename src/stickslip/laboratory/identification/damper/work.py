@@ -8,8 +8,6 @@
 Plausibility checks of measured cycles before a fit and of the result after it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property

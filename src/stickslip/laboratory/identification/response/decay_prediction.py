@@ -36,13 +36,12 @@ from stickslip.laboratory.identification.response.prediction_result import (
 )
 from stickslip.laboratory.measurement.decay import MeasuredDecay
 from stickslip.results.files import save
-from stickslip.results.result import Result
-from stickslip.results.schema import stamped
+from stickslip.results.schema import Result, stamped
 from stickslip.results.view import length_text
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.orders import highest, of_attribute
+from stickslip.solve.balance.fourier import highest, of_attribute
 from stickslip.solve.curves.mode_curve import solve_mode
 from stickslip.support.checks import Array, Index, InputError, fault, of_kind, positive, several, vector
 from stickslip.support.late import pd, xr

@@ -3,13 +3,11 @@
 Variables are those of all tests (parameters), then for each test its own parameters, gain, phase and start state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -296,7 +294,7 @@ class ResponseFit(LeastSquares):
         orders = [np.argsort(np.asarray(model.test.frequency), kind="stable") for model in self.tests]
         return [row[order] for part, order in zip(self.parted(self.residuals(x)), orders, strict=True) for row in part]
 
-    def without(self, marks: Sequence[NDArray[np.bool_]]) -> ResponseFit:
+    def without(self, marks: Sequence[NDArray[np.bool_]]) -> Self:
         """The fit without marked points of each test."""
         return replace(self, excluded=marks, _last={})
 

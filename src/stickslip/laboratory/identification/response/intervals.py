@@ -5,8 +5,6 @@ squares, all values at which the others can still make up for it, where the resi
 bounds of friction where no contact slips, or where the responses do not show that one does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -8,8 +8,6 @@ Outliers: points of measured responses far from the fit, such as those of a clip
 One of them moves parameters by more than intervals hold, since these take the residuals for noise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -18,14 +18,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.variability.bounds_search import LOWER, SIGNS, UPPER, BoundsSearch
+from stickslip.analyses.variability.bounds import LOWER, SIGNS, UPPER, BoundsSearch
 from stickslip.analyses.variability.samples import search_cloud
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse
-from stickslip.model.contact.period import SLIPPING
+from stickslip.model.contact.protocol import SLIPPING
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.balance.fourier import Harmonics
 from stickslip.solve.balance.measure import Measure, quantity_named
-from stickslip.solve.balance.orders import Harmonics
 from stickslip.solve.balance.system import Control
 from stickslip.solve.continuation.continuation import solve_cold, trace
 from stickslip.solve.continuation.curve_points import LostCurveError

@@ -30,8 +30,8 @@ from stickslip.model.rigs import single_mass
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
+from stickslip.solve.balance.fourier import highest, of_attribute
 from stickslip.solve.balance.measure import Measure, measure_of, quantity_named
-from stickslip.solve.balance.orders import highest, of_attribute
 from stickslip.solve.balance.system import Control
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.curves.curve import Curve, controlled_curve, force_phase, phase_resonances, solve_curve

@@ -15,8 +15,7 @@ from stickslip.laboratory.identification.response.draws import NORMAL, interval
 from stickslip.laboratory.identification.response.mistakes import POOR, named_gain
 from stickslip.laboratory.measurement.measured_response import THOUSAND, MeasuredResponse, assumed_units, joined, measured_peak
 from stickslip.results.files import save
-from stickslip.results.result import Result
-from stickslip.results.schema import stamped
+from stickslip.results.schema import Result, stamped
 from stickslip.results.view import size_text
 from stickslip.support.checks import Array, Index, InputError, counted, digits_between, fault, of_kind, rounded, several
 from stickslip.support.late import pd, xr

@@ -24,8 +24,7 @@ from stickslip.laboratory.identification.response.prediction_result import Respo
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units
 from stickslip.model.problem import Problem
 from stickslip.results.files import save
-from stickslip.results.result import Result
-from stickslip.results.schema import stamped
+from stickslip.results.schema import Result, stamped
 from stickslip.support.checks import Array, counted, digits_between, first_of, rounded
 from stickslip.support.late import xr
 

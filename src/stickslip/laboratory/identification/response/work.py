@@ -1,7 +1,5 @@
 """Contact parameters from measured frequency responses: several tests at once, by least squares with exact derivatives."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -12,19 +10,7 @@ from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 
-from stickslip.analyses.settings import (
-    OneOf,
-    Rule,
-    Sampled,
-    Seed,
-    Setting,
-    Share,
-    Whole,
-    fineness_of,
-    made,
-    maker,
-    takes,
-)
+from stickslip.analyses.settings import OneOf, Rule, Sampled, Seed, Setting, Share, Whole, fineness_of, made, maker, takes
 from stickslip.laboratory.identification.least_squares import FreeParameter
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import enclosed, friction_bounds, statistics
@@ -36,7 +22,7 @@ from stickslip.model.problem import Problem
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.balance.balance import HarmonicBalance
-from stickslip.solve.balance.orders import attribute
+from stickslip.solve.balance.fourier import attribute
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.solve.starts.states import StartSpace, refuse_forgetful, rules_of, start_space
 from stickslip.support.checks import Array, InputError, fault, numbers, of_kind, positive, several, truth, unique
