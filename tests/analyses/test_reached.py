@@ -51,6 +51,17 @@ def test_a_softening_peak_is_reached_by_a_sweep_down_alone():
     assert table[["sweep_up", "sweep_down"]].values.tolist() == [[False, True]]
 
 
+def test_a_sweep_begins_at_rest_where_the_curve_ends_on_its_upper_part():
+    """The band ends below the fold: a sweep down begins on the lower motion, which the curve does not reach."""
+    problem = oscillator()
+    up = response(problem, (0.5, 1.5), 0.2, quantity="receptance", isolated=False).reached(steps_per_period=200)
+    down = response(problem, (1.5, 0.5), 0.2, isolated=False).reached(steps_per_period=200)
+    assert up[["sweep_up", "sweep_down"]].values.tolist() == [[True, None]]
+    assert up.unknown[0].endswith("sweep_down: a motion of no curve at 0.23873 Hz")
+    assert down[["sweep_up", "sweep_down"]].values.tolist()[0][1] is False
+    assert up.amplitude[0] < 5.0  # a displacement, not a receptance
+
+
 def test_no_sweep_reaches_a_detached_curve():
     m, k, c = 0.05, 0.0454, 0.0073
     structure = ss.Structure(np.diag([1.0, m]), np.array([[1.0 + k, -k], [-k, k]]), ("1.x", "2.x"), C=[[0.0005 + c, -c], [-c, c]])
@@ -66,11 +77,12 @@ def test_no_sweep_reaches_a_detached_curve():
 def test_what_time_integration_does_not_settle_is_not_known(hardening):
     table = hardening.reached(steps_per_period=200, periods=2)
     assert table.from_rest.tolist() == [None, None]
+    assert table.unknown[0].startswith("from_rest: not periodic after 2 periods at 0.16107 Hz")
     assert table.sweep_up.tolist() == [True, True]  # no fold comes before the peak
-    assert table.sweep_down.tolist() == [True, False]  # the lower fold lies below the peak
+    assert table.sweep_down.tolist() == [None, None]  # where it begins is not known
 
 
 def test_listed_frequencies_are_refused():
     listed = ss.forced_response(oscillator(), [0.16], 0.1, harmonics=3, samples=64)
-    with pytest.raises(InputError, match="needs a response over a band"):
+    with pytest.raises(InputError, match="must be asked of a response over a band"):
         listed.reached()

@@ -153,3 +153,12 @@ def test_a_body_turns_as_its_points_do(axis):
     M = turn.T @ np.asarray(structure.M) @ turn
     rows = CentrifugalLoads.of(M, structure.dofs, {"centre": node}).about(about)[0]
     np.testing.assert_allclose(OMEGA**2 * rows, turn.T @ expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_a_body_on_a_skew_axis_is_not_pulled():
+    """Its mass centre lies on the axis to rounding, and its inertia is that of a ball: no load, and none of 1e-14 N."""
+    point, direction = np.array([0.1, -0.2, 0.05]), np.array([1.0, 2.0, -0.5])
+    body = ss.RigidBody(0.02, 1e-6 * np.eye(3), point + 0.37 * direction)
+    _, load = ss.in_rotation(body.structure(), SPEED, (point, direction))
+    assert load.resultant == (0.0, 0.0, 0.0)
+    assert load.static == 0.0

@@ -115,6 +115,9 @@ def test_spin_softening_counts_once(folder):
     np.testing.assert_allclose(at_rest, found[0], rtol=1e-9, atol=1e-9 * np.abs(found[0]).max())
     with pytest.raises(ss.InputError, match="must be that whose spin softening its K contains, 3000 rev/min"):
         job(text.replace("speed = 3000.0", "speed = 4000.0"), folder, "bar")
+    np.savez(folder / "bar.npz", **arrays)
+    with pytest.raises(ss.InputError, match=r"speed of \[rotation\] must leave a K without stress stiffening positive definite"):
+        job(text.replace("speed = 3000.0", "speed = 1e6"), folder, "bar")
 
 
 ROTATION = "[rotation]\nspeed = 3000.0\naxis = { point = [20.0, -300.0, 0.0] }\n"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from math import lcm
@@ -217,20 +217,29 @@ class ForcedResponse(Result):
         """Integrate one point in time from its own state, until periodic, and say how far harmonics and time are apart."""
         return verify_in_time(self.dataset, self.problem, case, point, steps_per_period, method, tolerance, periods)
 
-    def reached(self, output: int = 0, *, steps_per_period: int = 500, periods: int = 2000) -> pd.DataFrame:
+    def reached(
+        self,
+        output: int = 0,
+        *,
+        steps_per_period: int = 500,
+        periods: int = 2000,
+        progress: Callable[[float, str], None] | None = None,
+    ) -> pd.DataFrame:
         """Which of its motions a machine shows: of each curve the highest peak of an output, and whether it is reached.
 
-        Columns: force_level, curve, frequency [Hz], amplitude (of the measure of the response), next_lower (|X₁|, m), from_rest,
-        sweep_up, sweep_down: True, False, or None where time integration did not become periodic within `periods`, or ended on a
-        motion of no curve of the response. from_rest: the load begins at the frequency of the peak, as in `time_response`.
-        next_lower: the largest motion below the peak at its frequency; a disturbance has to exceed it, roughly, where nothing
-        else leads to the peak. A slow sweep through the band follows its curve to a fold, and goes on with the motion that time
-        integration ends on beyond it; that it may leave its curve elsewhere, where `with_stability` finds it unstable, is not
-        looked at. Seek detached curves first (`isolated=True`). Raises `InputError` for listed frequencies and subharmonic
-        motions.
+        Columns: force_level, curve, frequency [Hz], amplitude (|X₁|, m), next_lower (the largest |X₁| below it at that frequency,
+        which a disturbance has to exceed, roughly, where nothing else leads to the peak), stability, from_rest, sweep_up,
+        sweep_down: True, False, or None where time integration did not become periodic within `periods` or ended on a motion of
+        no curve of the response; unknown: which of these it was, and where. from_rest: the load begins at the frequency of the
+        peak, as in `time_response`. A slow sweep through the band begins at rest, follows its curve to a fold, and goes on with
+        the motion that time integration ends on beyond it; that it may leave its curve where this is unstable is not looked at.
+        progress(fraction, text) is called before each peak. Seek detached curves first (`isolated=True`).
+
+        Raises `InputError` for listed frequencies, subharmonic motions, and what time integration cannot take, such as a tuned
+        sector: solve the disk with all its sectors, `disk.full()`.
         """
         row = between("output", output, 0, self.dataset.sizes["output"] - 1)
-        return reached(self.dataset, self.problem, row, steps_per_period, periods)
+        return reached(self.dataset, self.problem, row, steps_per_period, periods, progress)
 
     def sensitivity(self, case: int, point: int, parameters: Mapping[str, Parameter]) -> Sensitivity:
         """dX/dθ of any solved point at its frequency, those of an overhanging branch included, as by `stickslip.sensitivity`.

@@ -6,22 +6,25 @@ from the motion at the fold, at a frequency one point further, ends on another o
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from stickslip.analyses.solved_points import SolvedPoints, response_at
 from stickslip.analyses.time_response import harmonics_of, time_response
 from stickslip.model.problem import Problem
+from stickslip.results.quantities import words_of_flags
 from stickslip.results.schema import CurveKind, kinds_in
 from stickslip.results.view import band_of, converged_points, highest_peak, is_listed, periods_of
 from stickslip.solve.time.march import TimeStart, from_harmonics
 from stickslip.support.checks import Array, InputError
 from stickslip.support.late import pd, xr
 
-SAME = 0.05
-"""Relative distance of a motion in time from one of a curve up to which they are one: what harmonics and steps leave."""
+SAME = 0.2
+"""Relative distance of a motion in time from the nearest one of a curve up to which they are one: in resonance 500 steps a period
+turn its phase by a tenth."""
 
 SETTLED = 1e-3 * SAME
 """Distance from its periodic motion, relative, at which a motion in time ends."""
@@ -32,12 +35,11 @@ TOLERANCE = 1e-3
 FURTHER = 1e-3
 """Share of its frequency by which a fold is passed, at least."""
 
-Answer = bool | None
-"""Whether a peak is reached; None where time integration did not become periodic, or ended on a motion of no known curve."""
+SWEEPS = {"sweep_up": 1, "sweep_down": -1}
+"""Directions of the frequency."""
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(NamedTuple):
     """A point of the curve of a case."""
 
     case: int
@@ -46,30 +48,31 @@ class Place:
 
 @dataclass(eq=False)
 class MotionsOfLevel:
-    """The curves of one force level: frequency [Hz] and response X (points, outputs · (H+1)) of each case."""
+    """The curves of one force level: frequency [Hz] and response X (points, outputs · (H+1)) of each case.
+
+    unknown: by question ("from_rest", "sweep_up", "sweep_down"), why what follows is not known."""
 
     dataset: xr.Dataset
     problem: Problem
     cases: list[int]
     steps_per_period: int
     periods: int
+    unknown: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.solved = SolvedPoints(self.dataset, self.problem)
-        low, high = band_of(self.dataset)
-        self.ends = {1: high, -1: low}
         self.level = float(self.dataset["force_level"].values[self.cases[0]])
         self.points = {case: converged_points(self.dataset, case) for case in self.cases}
         self.frequency = {case: self.dataset["frequency"].values[case, self.points[case]] for case in self.cases}
         parts = {case: self.dataset["response"].values[case, self.points[case]] for case in self.cases}
         self.response = {case: (each[..., 0] + 1j * each[..., 1]).reshape(len(each), -1) for case, each in parts.items()}
 
-    def settled(self, frequency: float, start: TimeStart | None) -> Array | None:
-        """X of the motion that time integration ends on, (outputs · (H+1),); None where it does not become periodic."""
+    def settled(self, question: str, frequency: float, start: TimeStart | None = None) -> Place | None:
+        """The place of the curves on which time integration at a frequency ends, from rest unless a start is given; None where it
+        does not become periodic, or ends on no curve."""
         harmonics = self.dataset.sizes["harmonic"] - 1
-        whole = self.problem.at_frequency(2.0 * np.pi * frequency)
         time = time_response(
-            whole,
+            self.problem.at_frequency(2.0 * np.pi * frequency),
             frequency,
             self.level,
             harmonics,
@@ -78,22 +81,23 @@ class MotionsOfLevel:
             periods=self.periods,
             start=start,
         )
-        return harmonics_of(time.cycle.outputs, harmonics).ravel() if time.periodic else None
-
-    def from_rest(self, peak: Place) -> Answer:
-        """Whether the motion that begins at rest at the frequency of a peak ends on it."""
-        motion = self.settled(float(self.frequency[peak.case][peak.point]), None)
-        return None if motion is None else _apart(motion, self.response[peak.case][peak.point]) <= SAME
-
-    def landed(self, frequency: float, motion: Array) -> Place | None:
-        """The place of the curves at a frequency that is nearest to a motion; None where none is near."""
-        nearest, least = None, SAME
+        if not time.periodic:
+            self.unknown[question] = f"not periodic after {time.cycle.periods} periods at {frequency:.5g} Hz"
+            return None
+        motion, nearest, least = harmonics_of(time.cycle.outputs, harmonics).ravel(), None, SAME
         for place, share in self._at(frequency):
             X, k = self.response[place.case], place.point
-            apart = _apart(motion, (1.0 - share) * X[k] + share * X[k + 1])
+            apart = _apart(motion, (1.0 - share) * X[k] + share * X[min(k + 1, len(X) - 1)])
             if apart <= least:
                 nearest, least = Place(place.case, k + round(share)), apart
+        if nearest is None:
+            self.unknown[question] = f"a motion of no curve at {frequency:.5g} Hz"
         return nearest
+
+    def from_rest(self, peak: Place) -> bool | None:
+        """Whether the motion that begins at rest at the frequency of a peak ends on it, or next to it on its curve."""
+        place = self.settled("from_rest", float(self.frequency[peak.case][peak.point]))
+        return None if place is None else place.case == peak.case and abs(place.point - peak.point) <= 1
 
     def next_lower(self, frequency: float, amplitude: float, output: int) -> float:
         """The largest |X₁| [m] at a frequency below that of a peak there, of all curves; NaN where there is none."""
@@ -103,38 +107,42 @@ class MotionsOfLevel:
         peak = int(np.searchsorted(known, (1.0 + TOLERANCE) * amplitude)) - 1  # at a fold the motion below is next to the peak
         return float(known[peak - 1]) if peak > 0 else np.nan
 
+    def swept(self, question: str) -> tuple[set[Place], float]:
+        """The points that a slow sweep through the band passes, and the frequency beyond which they are not known.
+
+        The solved curve begins at rest; where a sweep begins at its other end, time integration from rest says with which motion.
+        """
+        sign, passed = SWEEPS[question], set[Place]()
+        begin, end = band_of(self.dataset)[::sign]
+        sweep = next((case for case in self.cases if kinds_in(self.dataset)[case] == CurveKind.SWEEP), None)
+        if sweep is None:
+            self.unknown[question] = "no swept curve"
+            return passed, begin
+        f = self.frequency[sweep]
+        place = Place(sweep, 0) if abs(f[0] - begin) <= FURTHER * begin else self.settled(question, begin)
+        reached = begin
+        while place is not None and place not in passed:
+            place = self._followed(place, sign, passed)
+            f, k = self.frequency[place.case], place.point
+            step = max(abs(f[k] - f[max(k - 1, 0)]), abs(f[k] - f[min(k + 1, f.size - 1)]), FURTHER * f[k])
+            reached = float(f[k] + sign * step)
+            if sign * reached >= sign * end:
+                return passed, sign * np.inf
+            solved = self.solved.point(place.case, int(self.points[place.case][k]))
+            start = from_harmonics(self.solved.balance, solved.forces, solved.omega, solved.level)
+            place = self.settled(question, reached, start)
+        return passed, reached
+
     def _at(self, frequency: float) -> Iterator[tuple[Place, float]]:
         """The points after which the curves pass a frequency, and by which share of the way to the next one."""
         for case, f in self.frequency.items():
             for k in np.flatnonzero((f[:-1] - frequency) * (f[1:] - frequency) <= 0.0):
                 yield Place(case, int(k)), float((frequency - f[k]) / (f[k + 1] - f[k])) if f[k + 1] != f[k] else 0.0
 
-    def swept(self, sign: int) -> tuple[set[Place], float]:
-        """The points that a slow sweep through the band, up (1) or down (−1), passes, and the frequency beyond which they are not
-        known."""
-        sweep = next((case for case in self.cases if kinds_in(self.dataset)[case] == CurveKind.SWEEP), None)
-        if sweep is None:
-            return set(), -sign * np.inf
-        f, passed = self.frequency[sweep], set[Place]()
-        place = Place(sweep, 0 if sign * (f[-1] - f[0]) >= 0.0 else f.size - 1)
-        while True:
-            place = self._followed(place, sign, passed)
-            f, k = self.frequency[place.case], place.point
-            step = max(abs(f[k] - f[max(k - 1, 0)]), abs(f[k] - f[min(k + 1, f.size - 1)]), FURTHER * f[k])
-            beyond = float(f[k] + sign * step)
-            if sign * beyond >= sign * self.ends[sign]:
-                return passed, sign * np.inf
-            solved = self.solved.point(place.case, int(self.points[place.case][k]))
-            motion = self.settled(beyond, from_harmonics(self.solved.balance, solved.forces, solved.omega, solved.level))
-            landed = None if motion is None else self.landed(beyond, motion)
-            if landed is None or landed in passed:
-                return passed, beyond
-            place = landed
-
     def _followed(self, place: Place, sign: int, passed: set[Place]) -> Place:
         """The last point of a curve whose frequency goes on in one direction; those on the way are passed."""
         f, X, k = self.frequency[place.case], self.response[place.case], place.point
-        closed = f.size > 2 and abs(f[0] - f[-1]) <= FURTHER * f[0] and _apart(X[0], X[-1]) <= SAME
+        closed = f.size > 2 and abs(f[0] - f[-1]) <= FURTHER * f[0] and _apart(X[0], X[-1]) <= FURTHER
 
         def goes_on(to: int) -> bool:
             return bool((closed or 0 <= to < f.size) and sign * (f[to % f.size] - f[k % f.size]) > 0.0)
@@ -147,30 +155,48 @@ class MotionsOfLevel:
         return Place(place.case, k % f.size)
 
 
-def reached(dataset: xr.Dataset, problem: Problem, output: int, steps_per_period: int, periods: int) -> pd.DataFrame:
+def reached(
+    dataset: xr.Dataset,
+    problem: Problem,
+    output: int,
+    steps_per_period: int,
+    periods: int,
+    progress: Callable[[float, str], None] | None,
+) -> pd.DataFrame:
     """As `ForcedResponse.reached`."""
-    if is_listed(dataset) or periods_of(dataset) > 1:
-        raise InputError(
-            "What sweeps reach needs a response over a band whose motion repeats after one period of the excitation."
-        )
+    if is_listed(dataset):
+        raise InputError("What sweeps reach must be asked of a response over a band, but this one is at listed frequencies.")
+    if periods_of(dataset) > 1:
+        rule = "must be asked of a response with `periods` = 1"
+        raise InputError(f"What sweeps reach {rule}, but the motion of this one may last {periods_of(dataset)} periods.")
     rows = []
     levels = dataset["force_level"].values
     for level in dict.fromkeys(levels.tolist()):
         cases = np.flatnonzero(levels == level).tolist()
         motions = MotionsOfLevel(dataset, problem, cases, steps_per_period, periods)
-        sweeps = {name: motions.swept(sign) for name, sign in (("sweep_up", 1), ("sweep_down", -1))}
+        sweeps = {question: motions.swept(question) for question in SWEEPS}
         for case in cases:
+            if progress is not None:
+                progress(case / levels.size, f"force level {level:g}")
             peak = highest_peak(dataset, case, output)
             if peak is None:
                 continue
             place = Place(case, int(np.searchsorted(motions.points[case], peak.point)))
-            row = {"force_level": level, "curve": kinds_in(dataset)[case].name.lower(), "frequency": peak.frequency}
-            own = float(dataset["amplitude"].values[case, peak.point, output])
-            row |= {"amplitude": peak.amplitude, "next_lower": motions.next_lower(peak.frequency, own, output)}
-            row["from_rest"] = motions.from_rest(place)
-            for name, (passed, known) in sweeps.items():
-                sign = 1 if name == "sweep_up" else -1
-                row[name] = True if place in passed else False if sign * peak.frequency < sign * known else None
+            amplitude = float(dataset["amplitude"].values[case, peak.point, output])
+            row = {
+                "force_level": level,
+                "curve": kinds_in(dataset)[case].name.lower(),
+                "frequency": peak.frequency,
+                "amplitude": amplitude,
+                "next_lower": motions.next_lower(peak.frequency, amplitude, output),
+                "stability": words_of_flags(dataset["highest_stability"], dataset["highest_stability"].values[case, [output]])[0],
+                "from_rest": motions.from_rest(place),
+            }
+            for question, (passed, known) in sweeps.items():
+                before = SWEEPS[question] * peak.frequency < SWEEPS[question] * known
+                row[question] = True if place in passed else False if before else None
+            asked = [question for question in ("from_rest", *SWEEPS) if row[question] is None]
+            row["unknown"] = "; ".join(f"{question}: {motions.unknown[question]}" for question in asked)
             rows.append(row)
     return pd.DataFrame(rows)
 

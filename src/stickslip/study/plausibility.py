@@ -233,8 +233,8 @@ def _wiring(study: _Study) -> list[str]:
     ]
     if twice:
         found.append(
-            f"Warning: {', '.join(twice[:SHOWN])} has a preload beside the pull on {names}: both press. Leave out the one "
-            "that is not meant."
+            f"Warning: {', '.join(twice[:SHOWN])} {'has' if len(twice) == 1 else 'have'} a preload beside the pull on {names}: "
+            "both press. Leave out the one that is not meant."
         )
     return found + _standing_off(study)
 

@@ -38,6 +38,7 @@ from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.modes import rigid_motions
 from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.model.structure.rotation_axis import RotationAxis
+from stickslip.model.structure.spin import holds
 from stickslip.results.shown_units import in_system
 from stickslip.study import build
 from stickslip.study.faults import Found
@@ -142,6 +143,9 @@ def _softened(model: Model, speed: float, axis: RotationAxis) -> Model:
         elif not turning:
             square = (2.0 * np.pi * speed / 60.0) ** 2
             model = replace(model, K=model.K - square * softening(model.M, model.dofs, axis))
+            if not holds(model.K):
+                remedy = "Take a K with the stress stiffening of this speed, or a lower one."
+                raise fault("speed of [rotation]", "must leave a K without stress stiffening positive definite", speed, remedy)
         note = f"K contains no spin softening of {speed:g} rev/min: {done}. Its stress stiffening is that of the file"
     return replace(model, notes=(*model.notes, note))
 

@@ -112,7 +112,7 @@ class AxisTable(Table):
 
 class RotationTable(Table):
     """Steady rotation. The centrifugal load of every model and rigid body acts as a static load; `speed` and `axis` of
-    [structure] and `pull` of [[body]] are left out. Spin softening is added to the K of a supported model that has none."""
+    [structure] and `pull` of [[body]] must be left out. Spin softening is added to the K of a supported model that has none."""
 
     speed: Annotated[Positive, Field(description="rotor speed in rev/min")]
     axis: Annotated[AxisTable, Words("table")] = Field(default_factory=AxisTable)

@@ -73,7 +73,10 @@ class CentrifugalLoads:
     def about(self, axis: RotationAxis) -> tuple[Array, Array, Array]:
         """Load (n,), resultant (3,) and what else there is (k,) at Ω = 1 rad/s."""
         weights = np.concatenate([[axis.across[entry] for entry in ENTRIES], -axis.across @ np.array(axis.point)])
-        load, resultant, more = np.split(weights @ self.table, [self.size, self.size + 3])
+        acting = weights @ self.table
+        rounding = weights.size * np.finfo(float).eps * (np.abs(weights) @ np.abs(self.table))
+        acting[np.abs(acting) <= rounding] = 0.0  # a body on the axis is not pulled
+        load, resultant, more = np.split(acting, [self.size, self.size + 3])
         return load, resultant, more
 
 

@@ -28,16 +28,16 @@ def spinning(body: Solid, mesh: Any, material: Material, rate: float, joined: sp
     if rate == 0.0:
         return body
     K = sparse.csc_array(body.K + rate**2 * spin_stiffness(body, mesh, material, joined))
-    if not _holds(K if joined is None else sparse.csc_array(joined.T @ K @ joined)):
+    if not holds(K if joined is None else sparse.csc_array(joined.T @ K @ joined)):
         rule = "must leave the body its stiffness"
         raise fault("rotation", rule, rate / (2.0 * np.pi), "Its unit is turns a second; beyond a speed softening wins.")
     return replace(body, K=K)
 
 
-def _holds(K: sparse.csc_array) -> bool:
+def holds(K: Any) -> bool:
     """Whether a stiffness has positive eigenvalues alone."""
     try:
-        factor = Factor(K)
+        factor = Factor(sparse.csc_array(K))
     except Singular:
         return False
     return factor.negative == 0 and factor.weak == 0
