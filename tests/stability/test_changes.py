@@ -76,7 +76,7 @@ def duffing(force, static, damping):
 def test_period_doubling_of_a_loaded_duffing_oscillator():
     """q̈ + 0.05 q̇ + q + q³/2 = 2 + 3 cos ωt at about twice its natural frequency."""
     problem, masses = duffing(3.0, 2.0, 0.05)
-    dataset = ss.forced_response(problem, ss.Band(0.45, 0.9), harmonics=9).with_stability().dataset
+    dataset = ss.forced_response(problem, ss.Band(0.45, 0.9), harmonics=9, isolated=False).with_stability().dataset
     for change in (0, 1):
         found, exact, kind = located(masses, dataset, change)
         assert kind == PERIOD_DOUBLING
@@ -86,7 +86,7 @@ def test_period_doubling_of_a_loaded_duffing_oscillator():
 def test_folds_of_a_duffing_oscillator():
     """Where the period map has the eigenvalue 1."""
     problem, masses = duffing(1.0, 0.0, 0.1)
-    dataset = ss.forced_response(problem, ss.Band(0.1, 0.5), harmonics=15).with_stability().dataset
+    dataset = ss.forced_response(problem, ss.Band(0.1, 0.5), harmonics=15, isolated=False).with_stability().dataset
     assert dataset.stability_change.values[0].tolist() == [FOLD, FOLD]
     for found in dataset.stability_change_frequency.values[0]:
 
@@ -105,7 +105,7 @@ def ring_of_masses(coupling, engine_order):
     turned = np.roll(np.eye(5), 1, 0) + np.roll(np.eye(5), -1, 0)
     K = (1.0 + 2.0 * coupling) * np.eye(5) - coupling * turned
     phases = 2.0 * np.pi * engine_order * np.arange(5) / 5
-    dataset = ss.forced_response(problem, ss.Band(0.13, 0.24), harmonics=9).with_stability().dataset
+    dataset = ss.forced_response(problem, ss.Band(0.13, 0.24), harmonics=9, isolated=False).with_stability().dataset
     return dataset, Masses(K, 0.3, DAMPING, np.full(5, 0.15), phases)
 
 

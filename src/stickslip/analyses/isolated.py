@@ -365,7 +365,8 @@ class LevelCurves:
         found = self.isolated.found
         led = f"{counted(len(found), 'curve')} apart from the sweep" if found else "no motion that the sweep does not pass"
         short = f" At {self._hertz(self.lost)} the search ended before." if self.lost else ""
-        return f"Detached curves were sought at {self._hertz(list(self.fold))}, up to {reach}: {led} was met.{short}"
+        met = f"{led} {'were' if len(found) > 1 else 'was'} met"
+        return f"Detached curves were sought at {self._hertz(list(self.fold))}, up to {reach}: {met}.{short}"
 
     def _hertz(self, omegas: list[float]) -> str:
         return f"{', '.join(f'{self.curve.balance.hertz(omega):.5g}' for omega in sorted(set(omegas)))} Hz"

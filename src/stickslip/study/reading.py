@@ -34,6 +34,7 @@ from stickslip.study.structure import (
     AerodynamicsTable,
     Messages,
     Parts,
+    Whole,
     bodies_of,
     body_note,
     rotation_note,
@@ -436,9 +437,8 @@ def from_model(
     order = None if whole_disk or tables.aerodynamics or not tables.excitation else build.lowest_order(tables.excitation)
     meshed = meshed_surfaces(tables.contact) if modes_to is not None and tables.base is None and _on_stuck(damping) else ()
     rotation = found.attempt("[rotation]", build.rotation, tables.rotation, tables.own, units) if tables.rotation else None
-    structures = structures_of(
-        tables.structures, several, surfaces, damping, folder, units, found, messages, order, meshed, rotation
-    )
+    whole_of = Whole(damping, order, rotation)
+    structures = structures_of(tables.structures, several, surfaces, whole_of, folder, units, found, messages, meshed)
     bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found, tables.rotation is not None)
     messages[1].extend(body_note(name, body, units.system) for name, body in bodies.items())
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -84,24 +84,31 @@ class Built:
     sets: tuple[str, ...]
 
 
+class Whole(NamedTuple):
+    """What holds for all structures of a study."""
+
+    damping: Damping | None
+    engine_order: int | None
+    rotation: Rotation | None
+
+
 def structure(
     table: StructureTable,
-    damping: Damping | None,
+    whole: Whole,
     folder: Path,
     units: Units,
     progress: Progress,
     surfaces: Sequence[str],
     models: dict[str, Model],
-    engine_order: int | None,
     meshed: Sequence[str] = (),
-    rotation: Rotation | None = None,
 ) -> Built:
     """The structure of a model; of a sector for the nodal diameters that an engine order can excite, for all where it is None.
 
     surfaces: sets of nodes that contacts speak of; those that the model has are kept too. models: those of the study that were
     read already, to which this one is added: equal blades are read once. meshed: sets whose contacts may reduce a large
-    model; of many such rows none is kept. rotation: of the whole, whose spin softening K shall have.
+    model; of many such rows none is kept. K shall have the spin softening of the rotation of the whole.
     """
+    damping, engine_order, rotation = whole
     own = SYSTEMS[table.units] if table.units is not None else units
     key = repr([(name, value) for name, value in table if name not in OF_A_COPY])
     given = [name for name in ("speed", "axis") if getattr(table, name) is not None]
@@ -253,14 +260,12 @@ def structures_of(
     tables: Sequence[StructureTable | None],
     several: bool,
     surfaces: Sequence[str],
-    damping: Damping | None,
+    whole: Whole,
     folder: Path,
     units: Units,
     found: Found,
     messages: Messages,
-    engine_order: int | None,
     meshed: Sequence[str] = (),
-    rotation: Rotation | None = None,
 ) -> dict[str, Built]:
     """The structures that could be made, by name, "" for one alone; each keeps those `surfaces` that are its own, a sector the
     nodal diameters that an engine order can excite. meshed: as of `structure`."""
@@ -275,9 +280,7 @@ def structures_of(
         own = own_of(surfaces, name)
         if table is not None and table.sector is not None:
             own = list(dict.fromkeys(surface.removeprefix(NEXT) for surface in own))
-        built = found.attempt(
-            place, structure, table, damping, folder, units, progress, own, models, engine_order, own_of(meshed, name), rotation
-        )
+        built = found.attempt(place, structure, table, whole, folder, units, progress, own, models, own_of(meshed, name))
         if built:
             made[name] = built
             notes += [f"{name}: {note}" if name else note for note in built.notes]
