@@ -233,7 +233,7 @@ class ForcedResponse(Result):
         no curve of the response; unknown: which of these it was, and where. from_rest: the load begins at the frequency of the
         peak, as in `time_response`. A slow sweep through the band begins at rest, follows its curve to a fold, and goes on with
         the motion that time integration ends on beyond it; that it may leave its curve where this is unstable is not looked at.
-        progress(fraction, text) is called before each peak. Seek detached curves first (`isolated=True`).
+        progress(fraction, text) is called before each level and each peak. Seek detached curves first (`isolated=True`).
 
         Raises `InputError` for listed frequencies, subharmonic motions, and what time integration cannot take, such as a tuned
         sector: solve the disk with all its sectors, `disk.full()`.
@@ -458,10 +458,10 @@ def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
     periods p: of the excitation, after which a motion may repeat itself: it is expanded in multiples of ω/p, so that it may be
     subharmonic. A sweep begins where all repeat after one period; `branch` and `with_isolated` lead to those that do not.
     harmonics and samples stay those of one period, amplitudes those of the frequency of the excitation.
-    isolated: whether curves apart from the sweep are sought by following the force level at a few frequencies, which takes about
-    as long as the curve; each is a case marked `isolated`, and the attribute `isolated_search` says how far it went. Unless given
-    they are sought where a contact does not rub, as of gaps and cubic springs; with True of contacts under a varying load, too,
-    and it is said why none are sought elsewhere.
+    isolated: whether curves apart from the sweep are sought by following the force level at a few frequencies, which takes
+    somewhat longer than the sweep; each is a case marked `isolated`, and the attribute `isolated_search` says how far it went.
+    Unless given they are sought where a contact does not rub, as of gaps and cubic springs; with True of contacts under a
+    varying load, too, and it is said why none are sought elsewhere.
     workers: processes that compute force levels side by side, with the same results (a script that asks for more than one keeps
     its work under `if __name__ == "__main__":`), or a `DaskCluster`. checkpoint: keeps the curve of each completed
     force level for an interrupted run to resume from (`stickslip.CheckpointFolder`). progress(fraction, text) is called as

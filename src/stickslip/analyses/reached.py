@@ -169,15 +169,15 @@ def reached(
     if periods_of(dataset) > 1:
         rule = "must be asked of a response with `periods` = 1"
         raise InputError(f"What sweeps reach {rule}, but the motion of this one may last {periods_of(dataset)} periods.")
-    rows = []
+    rows, report = [], progress or (lambda fraction, text: None)
     levels = dataset["force_level"].values
     for level in dict.fromkeys(levels.tolist()):
         cases = np.flatnonzero(levels == level).tolist()
         motions = MotionsOfLevel(dataset, problem, cases, steps_per_period, periods)
+        report(len(rows) / levels.size, f"sweeps at force level {level:g}")
         sweeps = {question: motions.swept(question) for question in SWEEPS}
         for case in cases:
-            if progress is not None:
-                progress(case / levels.size, f"force level {level:g}")
+            report(len(rows) / levels.size, f"peak at force level {level:g}")
             peak = highest_peak(dataset, case, output)
             if peak is None:
                 continue
