@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -169,7 +169,8 @@ def reached(
     if periods_of(dataset) > 1:
         rule = "must be asked of a response with `periods` = 1"
         raise InputError(f"What sweeps reach {rule}, but the motion of this one may last {periods_of(dataset)} periods.")
-    rows, report = [], progress or (lambda fraction, text: None)
+    rows: list[dict[str, Any]] = []
+    report = progress or (lambda fraction, text: None)
     levels = dataset["force_level"].values
     for level in dict.fromkeys(levels.tolist()):
         cases = np.flatnonzero(levels == level).tolist()
