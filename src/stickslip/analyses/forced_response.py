@@ -26,7 +26,7 @@ from stickslip.analyses.isolated import Isolated, searched, sought_unasked, take
 from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
-from stickslip.analyses.peak_shapes import own_shapes_error, with_shapes_of_peaks
+from stickslip.analyses.peak_shapes import SETTLED, own_shapes_error, with_loaded_harmonics, with_shapes_of_peaks
 from stickslip.analyses.reached import reached
 from stickslip.analyses.response_dataset import (
     ContactRows,
@@ -540,15 +540,17 @@ class ForcedResponseWork(OneBalance):
         if self.problem.mesh is None or self.problem.mesh.solved:
             return self
         measure, curves = self.measure.over(self.periods), []
+
+        def balance_of(problem: Problem) -> HarmonicBalance:
+            return self.balance if problem is self.problem else replace(self, problem=problem).balance
+
         with one_blas_thread():
+            rough = with_loaded_harmonics(self.balance)
+            tolerance = max(SETTLED, self.settings.peak_tolerance)
             for case, words in enumerate(self.words):
                 progress(case / len(self.words), f"first solution: {words}")
-                curves.append(self._traced(case, lambda share: None))
-
-            def balance_of(problem: Problem) -> HarmonicBalance:
-                return self.balance if problem is self.problem else replace(self, problem=problem).balance
-
-            return replace(self, problem=with_shapes_of_peaks(self.problem, balance_of, curves, measure, progress))
+                curves.append(self._curve(rough, case, lambda share: None, tolerance))
+            return replace(self, problem=with_shapes_of_peaks(rough, balance_of, curves, measure, progress))
 
     @property
     def measure(self) -> Measure:
@@ -597,10 +599,15 @@ class ForcedResponseWork(OneBalance):
 
     def _traced(self, case: int, report: Report) -> Curve:
         """The curve of one force level."""
+        return self._curve(self.balance, case, report, self.settings.peak_tolerance)
+
+    def _curve(self, balance: HarmonicBalance, case: int, report: Report, tolerance: float) -> Curve:
+        """The curve of one force level with a balance; tolerance: relative, of the heights of its peaks."""
         omegas = [2.0 * np.pi * frequency / self.periods for frequency in self.settings.frequencies]
-        level, exactly, tolerance = self.levels[case], self.settings.listed, self.settings.peak_tolerance
         measure = self.measure.over(self.periods)
-        return solve_curve(self.balance, omegas, level, exactly, report, peak_tolerance=tolerance, measure=measure)
+        return solve_curve(
+            balance, omegas, self.levels[case], self.settings.listed, report, peak_tolerance=tolerance, measure=measure
+        )
 
     def _isolated(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of the curves that lie apart from that of a level, one beside the other, and what was searched."""

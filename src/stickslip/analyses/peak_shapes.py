@@ -1,8 +1,9 @@
 """The coordinates of a finite-element model that its solutions need: shapes of the contact forces at the highest peaks.
 
 Contacts deform a mesh beyond its low modes by what they carry. The peaks of all force levels are first solved without these
-deformations, then with the shapes of their own contact forces, until no output changes by more than `SETTLED`. One round leaves
-the square of what it changes, where contacts are not far stiffer than what they join.
+deformations, on curves with the harmonics of the loads alone, then with all harmonics and the shapes of their own contact forces,
+until no output changes by more than `SETTLED`. One round leaves the square of what it changes, where contacts are not far stiffer
+than what they join.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,6 +17,7 @@ from stickslip.model.problem.meshed import finer, with_forces
 from stickslip.runs.work import Progress
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.balance.measure import Measure
+from stickslip.solve.continuation.more_harmonics import pad
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array
 
@@ -36,16 +38,27 @@ class _Highest:
     size: float
 
 
+def with_loaded_harmonics(balance: HarmonicBalance) -> HarmonicBalance:
+    """The balance with the harmonics up to the highest of the loads alone, and as many samples for each."""
+    loaded = max([1, *(harmonic for force in balance.problem.forces for harmonic in force.factors)]) * balance.periods
+    if loaded >= balance.highest:
+        return balance
+    samples = balance.tables.E.shape[0] * loaded // balance.highest
+    few = balance.with_harmonics(loaded)
+    return few.with_samples(balance.problem.systems.enough_samples(max(samples, 4 * loaded + 2)))
+
+
 def with_shapes_of_peaks(
-    problem: Problem,
+    rough: HarmonicBalance,
     balance_of: Callable[[Problem], HarmonicBalance],
     curves: Sequence[Curve],
     measure: Measure,
     progress: Progress,
 ) -> Problem:
-    """A problem of a mesh with the shapes of the contact forces at the highest points of its curves."""
+    """A problem of a mesh with the shapes of the contact forces at the highest points of its curves; rough: their balance."""
+    problem = rough.problem
     few = balance_of(problem)
-    highest = [each for curve in curves for each in _highest(few, curve, measure)]
+    highest = [each for curve in curves for each in _highest(rough, curve, measure)]
     for _ in range(ROUNDS):
         forces = np.hstack([_scaled(each.point.forces) for each in highest])
         more = with_forces(problem, forces)
@@ -81,7 +94,8 @@ def _highest(balance: HarmonicBalance, curve: Curve, measure: Measure) -> Iterat
 
 def _again(balance: HarmonicBalance, few: HarmonicBalance, highest: _Highest, measure: Measure) -> _Highest:
     """The point with more shapes; as it is where it cannot be solved."""
-    solution = solved_again(balance, few, highest.point, highest.output, highest.peak)
+    start = replace(highest.point, forces=pad(highest.point.forces, balance.columns))
+    solution = solved_again(balance, few, start, highest.output, highest.peak)
     if solution is None:
         return highest
     X = solution.w[balance.rows + highest.output]

@@ -259,7 +259,7 @@ def storable(what: str, text: str) -> str:
     """`text` as it can stand in a results file and on one line of a table: without control characters."""
     if not isinstance(text, str):
         raise fault(what, "must be a text", text)
-    if any(unicodedata.category(character) in ("Cc", "Cs") for character in text):
+    if not text.isprintable() and any(unicodedata.category(character) in ("Cc", "Cs") for character in text):
         raise fault(what, "must hold no control characters", text)
     return text
 

@@ -62,9 +62,14 @@ HELD, STATIC, SLIPPING = 0, 1, 2
 def landing_shares(z: Array, limit: Array, slope: Array, landing: Array) -> None:
     """Fill, for each sample where an element is open, the share of the step to the next at which it lands, 0 where it does not:
     z moves straight between samples [m], and the limit L [N] grows from 0 with dL/dz = slope [N/m] of the next; all (Nt,)."""
+    open_ = 0
+    for n in range(limit.size):
+        landing[n] = 0.0
+        open_ += limit[n] <= 0.0
+    if open_ == 0:
+        return
     for n in range(limit.size):
         m = n + 1 if n + 1 < limit.size else 0
-        landing[n] = 0.0
         if limit[n] <= 0.0 < limit[m] and slope[m] > 0.0 and z[m] > z[n]:
             landing[n] = max(1.0 - limit[m] / (slope[m] * (z[m] - z[n])), 0.0)
 
@@ -76,9 +81,28 @@ def carried(ku: Array, landing: Array, n: int) -> float:
     return ku[n] + landing[n] * (ku[m] - ku[n])  # type: ignore[no-any-return]
 
 
+@inner
+def _common(ku: Array, limit: Array) -> tuple[float, float]:
+    """The y that all samples allow, from the largest −L − ku to the least L − ku; an empty interval where it is open at one.
+
+    Two of each, taken in turn, since a processor need not wait for one to go on with the other.
+    """
+    low, high, lower, higher, least = -np.inf, np.inf, -np.inf, np.inf, np.inf
+    for n in range(0, ku.size - 1, 2):
+        low, high = max(low, -limit[n] - ku[n]), min(high, limit[n] - ku[n])
+        lower, higher = max(lower, -limit[n + 1] - ku[n + 1]), min(higher, limit[n + 1] - ku[n + 1])
+        least = min(least, min(limit[n], limit[n + 1]))
+    n = ku.size - 1
+    low, high = max(max(low, lower), -limit[n] - ku[n]), min(min(high, higher), limit[n] - ku[n])
+    return (low, high) if min(least, limit[n]) > 0.0 else (np.inf, -np.inf)
+
+
 @kernel
 def stick_interval(ku: Array, limit: Array, landing: Array) -> tuple[float, float]:
     """[LO, HI] of the intercept y over samples 0..Nt−1 in this order. ku = kt u [N], limit L [N], `landing_shares`, (Nt,)."""
+    low, high = _common(ku, limit)
+    if low <= high:
+        return low, high
     low, high = -np.inf, np.inf
     for n in range(ku.size):
         place = carried(ku, landing, n)
@@ -112,8 +136,11 @@ def friction_period(
     wanted = start_intercept(kind, value, kt, ku, limit, mean)
     y0 = min(max(wanted, low), high)
     events = 0
-    previous = y0
     for n in range(samples):
+        y[n], event[n] = y0, STICK
+        events += (limit[n] <= 0.0) | (y0 > limit[n] - ku[n]) | (y0 < -limit[n] - ku[n])
+    previous = y0
+    for n in range(samples if events > 0 else 0):
         bottom, top = -limit[n] - ku[n], limit[n] - ku[n]
         event[n] = STICK
         if limit[n] <= 0.0:
@@ -123,11 +150,9 @@ def friction_period(
         elif previous < bottom:
             event[n] = SLIP_DOWN
         if event[n] == OPEN:
-            events += 1
             y[n], previous = -ku[n], -carried(ku, landing, n)
             continue
         if event[n] != STICK:
-            events += 1
             previous = min(max(previous, bottom), top)
         y[n] = previous
     if events > 0:

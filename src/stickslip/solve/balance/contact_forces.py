@@ -13,8 +13,11 @@ from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.point import ContactTable, bent, contact_data, contact_table
 from stickslip.model.contact.protocol import (
     HELD,
+    MEAN,
     NOT_PERIODIC,
+    OFFSET,
     OPEN,
+    RATIO,
     SLIPPING,
     STATIC,
     STICK,
@@ -24,7 +27,7 @@ from stickslip.model.contact.protocol import (
     law_period,
     no_forces,
 )
-from stickslip.solve.balance.fourier import Fourier, add_openings, add_product_sums, add_run, fourier
+from stickslip.solve.balance.fourier import Fourier, add_openings, add_product_sums, add_run, fourier, swing
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import compiled, inlined, inner, kernel, separate
 from stickslip.support.kernels.arrays import empty_line, fill, zero_line, zero_numbers, zero_table
@@ -81,11 +84,59 @@ def contact_forces(
         if table.kind[c] != SLIDERS:
             law_forces(table, c, w, omega, tables, z, loads, slopes, target, unknown, own, normal, cross, by_omega)
             continue
+        lowest = w[row, 0] - swing(w[row]) if row >= 0 else 0.0
         for r in range(table.first_row[c], table.first_row[c + 1]):
-            if r != row:
+            if r == row:
+                continue
+            if _sticks(table, r, lowest, w[r]):
+                unknown[r] = _stuck_forces(table, r, w[r], target[r], own[r], normal[r])
+            else:
                 unknown[r] = _friction_forces(
                     table, r, w[r], tables, table.normal_first[c], z, loads, slopes, target[r], own[r], normal[r]
                 )
+
+
+@inner
+def _asked(table: ContactTable, e: int, mean: float) -> float:
+    """The intercept y that the start of friction element e asks for, one whose rule reads no samples; mean: of kt u."""
+    if table.start_kind[e] == OFFSET:
+        return float(-table.stiffness[e] * table.start_value[e])
+    return float(table.start_value[e] - mean)
+
+
+@inner
+def _sticks(table: ContactTable, r: int, lowest: float, motion: Array) -> bool:
+    """Whether tangential row r certainly sticks, by the swing of its motion about its mean and the lowest normal motion.
+
+    The intercept y that its start asks for then stays inside the limits of each of its elements. False: it may slip.
+    """
+    for e in range(table.friction_first[r], table.friction_first[r + 1]):
+        if table.start_kind[e] == RATIO or table.bend_first[e] < table.bend_first[e + 1]:
+            return False
+        limit, kt = table.constant_limit[e], table.stiffness[e]
+        for k in range(table.load_first[e], table.load_last[e]):
+            limit += table.friction[e] * max(table.normal_stiffness[k] * lowest + table.normal_constant[k], 0.0)
+        mean = kt * motion[0]
+        if not abs(_asked(table, e, mean) + mean) + kt * swing(motion) < limit:
+            return False
+    return True
+
+
+@inner
+def _stuck_forces(table: ContactTable, r: int, motion: Array, target: Array, own: Array, normal: Array) -> int:
+    """λ̂ of a tangential row that sticks: what its starts ask for."""
+    fill(own, 0.0)
+    fill(normal, 0.0)
+    unknown = HELD
+    for i in range(target.size):
+        target[i] = 0.0
+    for e in range(table.friction_first[r], table.friction_first[r + 1]):
+        kt = table.stiffness[e]
+        target[0] += _asked(table, e, kt * motion[0])
+        if table.start_kind[e] == MEAN:
+            unknown = STATIC
+            own[0, 0] -= kt
+    return unknown
 
 
 @inlined

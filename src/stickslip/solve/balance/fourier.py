@@ -263,6 +263,15 @@ SHARE = 0.25
 at."""
 
 
+@inner
+def swing(motion: Array) -> float:
+    """Σ_h |X_h|: farther from its mean a motion (2H+1,) is at no time."""
+    total = 0.0
+    for h in range(1, (motion.size + 1) // 2):
+        total += np.hypot(motion[2 * h - 1], motion[2 * h])
+    return float(total)
+
+
 @inlined
 def add_openings(motion: Array, z: Array, level: float, sums: Array) -> bool:
     """Add the integrals of cos mθ and sin mθ over the part of the period where z < level; whether there is one.
@@ -274,6 +283,8 @@ def add_openings(motion: Array, z: Array, level: float, sums: Array) -> bool:
     step = 2.0 * np.pi / samples
     scale = 1.0 / step
     found = False
+    if motion[0] - swing(motion) > level:
+        return found
     if z[0] < level:
         sums[0, 0] += samples
         found = True

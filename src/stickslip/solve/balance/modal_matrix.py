@@ -41,7 +41,7 @@ from stickslip.solve.balance.system import (
 )
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import compiled, inlined, inner, separate
-from stickslip.support.kernels.arrays import empty_blocks, empty_line, empty_table, zero_numbers, zero_table
+from stickslip.support.kernels.arrays import empty_blocks, empty_line, empty_table, fill, zero_numbers, zero_table
 from stickslip.support.kernels.views import view_of
 
 ROWS = 64
@@ -138,17 +138,18 @@ def modal_matrix(
     for k in range(kept.size):
         firsts[k] = coordinates(modes, (kept[k] + 1) // 2)[0]
     size, rows, multiplications = starts[-1], normal.size, 0
+    turned = empty_table(ROWS, size)
     for begin in range(0, rows, ROWS):
         for k in range(kept.size):
             i, width = kept[k], starts[k + 1] - starts[k]
-            first = firsts[k]
-            taken, turned = empty_table(ROWS, width), zero_table(ROWS, size)
+            first, taken = firsts[k], empty_table(ROWS, width)
             count = 0
             for r in range(begin, min(begin + ROWS, rows)):
                 if k >= offsets[r + 1] - offsets[r]:
                     continue
                 for j in range(width):
                     taken[count, j] = received[r, first + j]
+                fill(turned[count : count + 1], 0.0)
                 _add_row(shape, kept, starts, firsts, own[r, i], r, turned[count])
                 if normal[r] >= 0:
                     _add_row(shape, kept, starts, firsts, coupling[r, i], normal[r], turned[count])
