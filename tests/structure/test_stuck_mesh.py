@@ -113,7 +113,7 @@ def test_directions_that_rounding_tells_apart_are_one():
 
 def test_coordinates_are_natural_ones_of_the_stuck_structure():
     mesh = stuck_mesh(clamped=False)
-    shapes, squares, modes = mesh.coordinates(mesh.new_forces(np.zeros((mesh.B.shape[0], 0)), mesh.forces_of_modes))
+    shapes, squares, modes = mesh.coordinates(mesh.new_forces(mesh.first_shapes, mesh.forces_of_modes))
     assert modes == mesh.modes[0].size
     assert shapes.T @ (mesh.stuck @ shapes) == pytest.approx(np.eye(squares.size), abs=1e-9)
     assert shapes.T @ (mesh.structure.M @ shapes) == pytest.approx(np.diag(squares), abs=1e-9 * squares[0])
@@ -137,10 +137,12 @@ def test_forces_whose_shapes_are_known_bring_nothing_new():
     mesh, draw = stuck_mesh(), np.random.default_rng(3)
     none = np.zeros((mesh.B.shape[0], 0))
     forces = draw.standard_normal((mesh.B.shape[0], 4))
-    new = mesh.new_forces(none, np.hstack([forces, forces @ draw.standard_normal((4, 3)), np.zeros((mesh.B.shape[0], 1))]))
+    new = mesh.new_forces(
+        mesh.first_shapes, np.hstack([forces, forces @ draw.standard_normal((4, 3)), np.zeros((mesh.B.shape[0], 1))])
+    )
     assert new.shape == (mesh.B.shape[0], 4)
-    assert mesh.new_forces(new, forces).shape[1] == 0
-    assert mesh.new_forces(none, none).shape[1] == 0
+    assert mesh.new_forces(mesh.coordinates(new).beyond, forces).shape[1] == 0
+    assert mesh.new_forces(mesh.first_shapes, none).shape[1] == 0
 
 
 def test_a_body_that_contacts_do_not_hold_is_refused_by_name():

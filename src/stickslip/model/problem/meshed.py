@@ -14,7 +14,7 @@ from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.problem import Mesh, Problem
 from stickslip.model.structure.sparse import Report
 from stickslip.model.structure.sparse_structure import SparseStructure
-from stickslip.model.structure.stuck_mesh import DEPENDENT, StuckMesh, quiet
+from stickslip.model.structure.stuck_mesh import StuckMesh, quiet
 from stickslip.support.checks import Array
 
 
@@ -45,8 +45,7 @@ def meshed_problem(
     named = _named(structure, [*directions, *loads, *others])
     rows = structure.rows(directions)
     stuck = StuckMesh(structure, rows, stuck_stiffness(contacts), structure.rows([*loads, *along]), modes_to, report)
-    none = np.zeros((rows.shape[0], 0))
-    known = stuck.new_forces(none, stuck.forces_of_modes)
+    known = stuck.new_forces(stuck.first_shapes, stuck.forces_of_modes)
     mesh = Mesh(stuck, named, known, stuck.coordinates(known))
     few = stuck.structure_on(mesh.coordinates, named)
     acting = [force for force in forces if not isinstance(force, CentrifugalLoad)]
@@ -66,7 +65,7 @@ def with_forces(problem: Problem, forces: Array) -> Problem:
     mesh = problem.mesh
     if mesh is None:
         raise ValueError("a problem without a mesh has all its shapes")
-    known = np.hstack([mesh.forces, mesh.stuck.new_forces(mesh.forces, forces)])
+    known = np.hstack([mesh.forces, mesh.stuck.new_forces(mesh.coordinates.beyond, forces)])
     return with_all_forces(problem, known)
 
 
@@ -76,8 +75,7 @@ def finer(problem: Problem, forces: Array) -> Problem:
     mesh = problem.mesh
     if mesh is None:
         raise ValueError("a problem without a mesh has all its shapes")
-    known = np.hstack([mesh.forces, mesh.stuck.new_forces(mesh.forces, forces, DEPENDENT**2)])
-    return _on(problem, replace(mesh, forces=known, coordinates=mesh.stuck.coordinates(known, inertia=True)))
+    return _on(problem, replace(mesh, coordinates=mesh.stuck.finer(mesh.coordinates, forces)))
 
 
 def with_all_forces(problem: Problem, forces: Array) -> Problem:

@@ -48,6 +48,11 @@ class Coordinates(NamedTuple):
     squares: Array
     modes: int
 
+    @property
+    def beyond(self) -> Array:
+        """V, the shapes beyond the modes, (n, m − modes)."""
+        return self.shapes[:, self.modes :]
+
 
 @dataclass(frozen=True, eq=False)
 class StuckMesh:
@@ -157,56 +162,67 @@ class StuckMesh:
         static = static[:, works > NEGLIGIBLE * (works + low.sum(axis=0))]
         return self._orthonormal(np.hstack([rigid, static]))
 
-    def _orthonormal(self, shapes: Array) -> Array:
-        """Shapes that span the same, XᵀK'X = 1; those that are combinations of others are left out."""
-        lengths = np.sqrt(np.einsum("ij,ij->j", shapes, self.stuck @ shapes))
-        shapes = shapes[:, lengths > 0.0] / lengths[lengths > 0.0]
-        for _ in range(2):  # the second time removes what rounding left of the first
-            energies, turned = linalg.eigh(shapes.T @ (self.stuck @ shapes))
+    def _orthonormal(self, shapes: Array, have: Array | None = None) -> Array:
+        """Shapes that span the same off those one has, XᵀK'X = 1; those that are combinations of others are left out.
+
+        have: (n, k), haveᵀK'have = 1.
+        """
+        pushed = np.asarray(self.stuck @ shapes)
+        lengths = np.sqrt(np.einsum("ij,ij->j", shapes, pushed))
+        shapes, pushed = (each[:, lengths > 0.0] / lengths[lengths > 0.0] for each in (shapes, pushed))
+        for again in (True, False):  # the second time removes what rounding left of the first
+            energies = shapes.T @ pushed
+            if have is not None:
+                along = have.T @ pushed
+                shapes, energies = shapes - have @ along, energies - along.T @ along
+            energies, turned = linalg.eigh(energies)
             kept = energies > DEPENDENT**2
             shapes = shapes @ (turned[:, kept] / np.sqrt(energies[kept]))
+            pushed = np.asarray(self.stuck @ shapes) if again else pushed
         return np.asarray(shapes)
 
-    def new_forces(self, known: Array, forces: Array, least: float = NEGLIGIBLE) -> Array:
-        """Combinations (rows, k) of contact forces (rows, j) whose shapes the coordinates with `known` forces lack.
+    def new_forces(self, have: Array, forces: Array) -> Array:
+        """Combinations (rows, k) of contact forces (rows, j) whose shapes are not among those one has, (n, m), haveᵀK'have = 1.
 
-        The work of the forces on what is left of their shapes off the others must be a share of their largest, `least`.
+        The work of the forces on what is left of their shapes off the others must be more than a share `NEGLIGIBLE` of their
+        largest.
         """
         forces = forces[:, np.any(forces != 0.0, axis=0)]
         if not forces.shape[1]:
             return forces
         shapes = self.flexible(np.asarray(self.B.T @ forces))
-        whole = float(np.max(np.einsum("ij,ij->j", shapes, self.stuck @ shapes)))
-        have = self._with_forces(known)
-        for _ in range(2):
-            shapes = shapes - have @ (have.T @ (self.stuck @ shapes))
-        energies, turned = linalg.eigh(shapes.T @ (self.stuck @ shapes))
-        kept = energies > least * whole
+        pushed = np.asarray(self.stuck @ shapes)
+        whole = float(np.max(np.einsum("ij,ij->j", shapes, pushed)))
+        shapes = shapes - have @ (have.T @ pushed)
+        pushed = np.asarray(self.stuck @ shapes)
+        along = have.T @ pushed
+        energies, turned = linalg.eigh(shapes.T @ pushed - along.T @ along)
+        kept = energies > NEGLIGIBLE * whole
         return np.asarray(forces @ (turned[:, kept] / np.sqrt(energies[kept])))
 
-    def _with_forces(self, forces: Array) -> Array:
-        """V with the shapes of contact forces (rows, k)."""
-        first = self.first_shapes
+    def _shapes_of(self, forces: Array, have: Array) -> Array:
+        """The shapes of contact forces (rows, k) beside those one has."""
         if not forces.shape[1]:
-            return first
-        shapes = self.flexible(np.asarray(self.B.T @ forces))
-        for _ in range(2):
-            shapes = shapes - first @ (first.T @ (self.stuck @ shapes))
-        return np.hstack([first, self._orthonormal(shapes)])
+            return have
+        return np.hstack([have, self._orthonormal(self.flexible(np.asarray(self.B.T @ forces)), have)])
 
-    def coordinates(self, forces: Array, inertia: bool = False) -> Coordinates:
-        """The coordinates with the shapes of contact forces (rows, k). inertia: with G M V too, what the inertia of V deforms.
+    def coordinates(self, forces: Array) -> Coordinates:
+        """The coordinates with the shapes of contact forces (rows, k)."""
+        return self._natural(self._shapes_of(forces, self.first_shapes))
+
+    def finer(self, coordinates: Coordinates, forces: Array) -> Coordinates:
+        """The coordinates with all shapes of contact forces (rows, k), and with G M V, what the inertia of V deforms.
 
         At a frequency ω far below the modes left out, the motion is the series (G + ω² G M G + ...) p, of which V has the first
         term and G M V the second.
         """
+        beyond = self._shapes_of(forces[:, np.any(forces != 0.0, axis=0)], coordinates.beyond)
+        more = self._orthonormal(self.flexible(self.structure.M @ beyond), beyond)
+        return self._natural(np.hstack([beyond, more]))
+
+    def _natural(self, beyond: Array) -> Coordinates:
+        """Modes, and combinations of V (n, k) with a frequency each."""
         squares, modes = self.modes
-        beyond = self._with_forces(forces)
-        if inertia:
-            more = self.flexible(self.structure.M @ beyond)
-            for _ in range(2):
-                more = more - beyond @ (beyond.T @ (self.stuck @ more))
-            beyond = np.hstack([beyond, self._orthonormal(more)])
         beyond = beyond - modes @ (modes.T @ (self.structure.M @ beyond))  # what rounding left of them, grown with short shapes
         values, turned = linalg.eigh(beyond.T @ (self.structure.M @ beyond), beyond.T @ (self.stuck @ beyond))
         shapes = np.hstack([modes / np.sqrt(squares), beyond @ turned[:, ::-1]])
