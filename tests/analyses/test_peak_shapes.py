@@ -70,6 +70,18 @@ def test_shapes_of_the_peaks_take_away_what_those_of_stuck_modes_leave(whole):
     assert left[1] < 0.1 * left[0]
 
 
+@pytest.mark.parametrize("band", [BAND, ss.hertz(700.0, 900.0)])
+def test_first_curves_with_the_harmonics_of_the_loads_lead_to_the_shapes_of_all(monkeypatch, band):
+    """Around the resonance, and where there is no peak."""
+    problem = meshed_problem(*parts(), modes_to=MODES_TO)
+    few = ss.forced_response(problem, band, LEVELS[2:], harmonics=3, samples=128)
+    monkeypatch.setattr("stickslip.analyses.forced_response.with_loaded_harmonics", lambda balance: balance)
+    whole = ss.forced_response(problem, band, LEVELS[2:], harmonics=3, samples=128)
+    most = [response.dataset.amplitude.max("point").values for response in (few, whole)]
+    assert most[0] == pytest.approx(most[1], rel=2e-5)
+    assert few.dataset.attrs["coordinates"] <= 1.3 * whole.dataset.attrs["coordinates"]
+
+
 def test_results_remember_the_shapes(meshed, tmp_path):
     """A problem that was read anew solves the kept points; without what they remember it does not."""
     kept = ss.open_results(meshed.save(tmp_path / "results.nc"))

@@ -133,6 +133,11 @@ def test_rigid_motions_of_a_body_on_contacts_stay_free():
     assert unresisted(structure.K, y).all()
 
 
+def test_indices_are_short_where_they_suffice():
+    mesh = stuck_mesh()
+    assert {each.indices.dtype for each in (mesh.structure.K, mesh.structure.M, mesh.B, mesh.stuck)} == {np.dtype(np.int32)}
+
+
 def test_forces_whose_shapes_are_known_bring_nothing_new():
     mesh, draw = stuck_mesh(), np.random.default_rng(3)
     none = np.zeros((mesh.B.shape[0], 0))

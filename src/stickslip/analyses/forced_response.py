@@ -549,7 +549,9 @@ class ForcedResponseWork(OneBalance):
             tolerance = max(SETTLED, self.settings.peak_tolerance)
             for case, words in enumerate(self.words):
                 progress(case / len(self.words), f"first solution: {words}")
-                curves.append(self._curve(rough, case, lambda share: None, tolerance))
+                curve = self._curve(rough, case, lambda share: None, tolerance)
+                # Without a peak the band may hold one of a higher harmonic.
+                curves.append(curve if any(curve.peaks) else self._curve(self.balance, case, lambda share: None, tolerance))
             return replace(self, problem=with_shapes_of_peaks(rough, balance_of, curves, measure, progress))
 
     @property

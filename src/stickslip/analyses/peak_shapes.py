@@ -1,9 +1,9 @@
 """The coordinates of a finite-element model that its solutions need: shapes of the contact forces at the highest peaks.
 
 Contacts deform a mesh beyond its low modes by what they carry. The peaks of all force levels are first solved without these
-deformations, on curves with the harmonics of the loads alone, then with all harmonics and the shapes of their own contact forces,
-until no output changes by more than `SETTLED`. One round leaves the square of what it changes, where contacts are not far stiffer
-than what they join.
+deformations, on curves with the harmonics of the loads alone where these have a peak. Then they are solved with all harmonics and
+the shapes of their own contact forces, until no output changes by more than `SETTLED`. One round leaves the square of what it
+changes, where contacts are not far stiffer than what they join.
 """
 
 from collections.abc import Callable, Iterator, Sequence

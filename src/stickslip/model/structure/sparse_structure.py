@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.model.structure.matrices import Structure, check_names
-from stickslip.model.structure.sparse import symmetric_sparse
+from stickslip.model.structure.sparse import symmetric_sparse, with_short_indices
 from stickslip.support.checks import Array, fault
 
 
@@ -40,4 +40,4 @@ class SparseStructure(Structure):
         columns = [self.index(dof) for direction in directions for dof in direction]
         values = [value for direction in directions for value in direction.values()]
         at = np.repeat(np.arange(len(directions)), [len(direction) for direction in directions])
-        return sparse.csr_array((values, (at, columns)), shape=(len(directions), self.size), dtype=float)
+        return with_short_indices(sparse.csr_array((values, (at, columns)), shape=(len(directions), self.size), dtype=float))
