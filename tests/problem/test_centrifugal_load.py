@@ -96,8 +96,6 @@ def test_what_has_no_coordinates_is_refused():
     ):
         with pytest.raises(ss.InputError, match=said):
             ss.in_rotation(structure, SPEED)
-    with pytest.raises(ss.InputError, match="must be a whole one, but is 'a sector of a disk'"):
-        ss.in_rotation(ss.rigs.lumped_blisk().structure, SPEED)
 
 
 def test_a_shifted_blade_is_loaded_where_it_stands():

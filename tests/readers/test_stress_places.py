@@ -360,7 +360,30 @@ def test_a_ring_in_rotation_has_the_hoop_stress_of_its_speed(ring):
     rig = TunedDisk(disk.with_damping(ss.ModalDamping(0.01)), (), (ss.Force("tip.x", 1.0),), ("tip.x",), engine_order=3)
     mean = ss.forced_response(rig, [100.0], harmonics=1).with_stress().dataset["stress_mean"].values[0, 0, 0]
     np.testing.assert_allclose(mean, found, rtol=1e-9)
-    assert ss.read_sector(deck, **options).stresses[0].rotation is None
+    at_rest = ss.read_sector(deck, **options)
+    assert at_rest.stresses[0].rotation is None
+    # The same by the load, of which few modes show a part, and what these lack.
+    turning, load = ss.in_rotation(at_rest.with_damping(ss.ModalDamping(0.01)), 3000.0, "z")
+    assert load.name == "centrifugal load of a sector"
+    rig = TunedDisk(turning, (), (ss.Force("tip.x", 1.0), load), ("tip.x",), engine_order=3)
+    loaded = ss.forced_response(rig, [100.0], harmonics=1).with_stress().dataset["stress_mean"].values[0, 0, 0]
+    np.testing.assert_allclose(loaded, found, atol=1e-7 * hoop)
+    grown = np.linalg.solve(turning.K, load.static * turning.row(load.direction))[turning.index("tip.x")]
+    assert grown == pytest.approx(hoop * 0.1 / STEEL.young, rel=0.02)
+
+
+def test_a_sector_rotates_about_the_axis_of_its_disk(ring):
+    """Lines that differ by less than the digits of coordinates are one; those of a chain of masses have no places."""
+    deck, _ = ring
+    disk = ss.read_sector(deck, sectors=12, faces=("LOW", "HIGH"), keep={"tip": "TIP"}, modes=4)
+    size = float(np.linalg.norm(next(iter(disk.nodes.values()))))
+    along = ss.in_rotation(disk, 3000.0, ((0.0, 0.0, 7.0), (0.0, 0.0, -2.0)))[1]
+    assert along.static == pytest.approx(ss.in_rotation(disk, 3000.0, ((5e-7 * size, 0.0, 0.0), (0.0, 0.0, 1.0)))[1].static)
+    for axis in ("x", ((2e-6 * size, 0.0, 0.0), (0.0, 0.0, 1.0)), ((0.0, 0.0, 0.0), (2e-6, 0.0, 1.0))):
+        with pytest.raises(ss.InputError, match="must be that of the disk"):
+            ss.in_rotation(disk, 3000.0, axis)
+    with pytest.raises(ss.InputError, match="must know the coordinates of all its nodes"):
+        ss.in_rotation(ss.rigs.lumped_blisk().structure, 3000.0)
 
 
 def test_a_place_on_a_face_of_a_sector_is_refused(disk_deck):
@@ -480,6 +503,14 @@ def test_a_study_of_a_sector_at_speed_does_not_count_the_rotation_twice(ring):
     assert made.plan.recovery.rotation[0, 1] == pytest.approx(STEEL.density * (100.0 * np.pi * 0.1) ** 2, rel=0.015)
     limit = "[fatigue]\nfatigue_strength = 4e8\nultimate_strength = 9e8\n"
     job(text + limit, deck.parent, "ring")
+    table = "[rotation]\nspeed = 3000.0\n[damping]"
+    turning = job(text.replace("speed = 3000.0\n", "").replace("[damping]", table), deck.parent, "ring")
+    assert any("centrifugal load of a sector" in note for note in turning.notes)
+    assert any("it is added, −Ω² M (1 − d dᵀ)" in note for note in turning.notes)
+    loaded = turning.sweep.problem.forces[-1]
+    assert loaded.static > 0.0
+    with pytest.raises(ss.InputError, match=r"speed of \[structure.sector\] must be left out beside \[rotation\]"):
+        job(text.replace("[damping]", table), deck.parent, "ring")
     with pytest.raises(ss.InputError, match=r"speed must be given in \[structure.sector\] for a sector"):
         job(text.replace("modes = 4", "modes = 4\nspeed = 3000.0"), deck.parent, "ring")
     with pytest.raises(ss.InputError, match=r"\[fatigue\]: mean must not be given together with the speed"):

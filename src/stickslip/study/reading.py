@@ -520,7 +520,7 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
         found.messages.append("[excitation] must stay away from a speed sweep, whose engine_orders stand in [speed_sweep].")
     if speeds := tables.own.get("speed_sweep"):
         found.attempt("", build.check_speeds, speeds, sector.speed)
-    for key in ("dashpot", "base", "rotation"):
+    for key in ("dashpot", "base"):
         if key in document:
             found.messages.append(f"{key} must go with another model than a sector of a bladed disk. Leave it out.")
 

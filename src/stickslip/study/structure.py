@@ -108,19 +108,20 @@ def structure(
     read already, to which this one is added: equal blades are read once. meshed: sets whose contacts may reduce a large
     model; of many such rows none is kept. K shall have the spin softening of the rotation of the whole.
     """
-    damping, engine_order, rotation = whole
+    damping, _, rotation = whole
     own = SYSTEMS[table.units] if table.units is not None else units
     key = repr([(name, value) for name, value in table if name not in OF_A_COPY])
     given = [name for name in ("speed", "axis") if getattr(table, name) is not None]
     if rotation is not None and given:
         raise fault(" and ".join(given), "must be left out beside [rotation], which holds for all models", "given")
     if key not in models:
-        models[key] = _model(table, folder, own) if rotation is None else _softened(_model(table, folder, own), *rotation)
+        model = _model(table, folder, own)
+        models[key] = model if rotation is None else _softened(model, *rotation, table.sector is not None)
     model = models[key]
     keep = {} if table.keep is None else table.keep
     stress = None if table.stress is None else stress_rows_of(model, _stress_places(table.stress), own.system.metres)
     if table.sector is not None:
-        return _disk(table, table.sector, model, surfaces, folder, own, progress, stress, engine_order)
+        return _disk(table, table.sector, model, surfaces, folder, own, progress, stress, whole)
     besides = [name for name in surfaces if name in model.sets and name not in keep]
     rows = [row for name in meshed if name in model.sets for node in model.sets[name] for row in model.directions.get(node, ())]
     sparse = len(rows) >= MANY_KEPT and model.size > WHOLE_SIZE and model.C is None
@@ -135,22 +136,23 @@ def structure(
     return Built(made, (*notes, *found), {}, tuple(model.sets))
 
 
-def _softened(model: Model, speed: float, axis: RotationAxis) -> Model:
+def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> Model:
     """The model with the spin softening −Ω² M (1 − d dᵀ) in K, and a note on what K held of the rotation.
 
-    The K of a body that contacts alone hold keeps its rigid motions free: by these such a body is recognised.
+    The K of a body that contacts alone hold keeps its rigid motions free: by these such a body is recognised. A sector is held by
+    its neighbours too, and its reduction says where that is not enough.
     """
     centrifugal_loads(model)  # says what is missing for them, before a reduction that takes long
     note = prestress_note(model, axis, speed)
     if not spin_softening(model, axis):
         turning = [dof for dof in model.dofs if dof.rpartition(".")[2] not in ("x", "y", "z")]
         done = f"none is added to a model with rows such as {turning[0]}" if turning else "it is added, −Ω² M (1 − d dᵀ)"
-        if rigid_motions(model.K, model.dofs, model.nodes).shape[1]:
+        if not sector and rigid_motions(model.K, model.dofs, model.nodes).shape[1]:
             done = "none is added to a model that contacts alone hold"
         elif not turning:
             square = (2.0 * np.pi * speed / 60.0) ** 2
             model = replace(model, K=model.K - square * softening(model.M, model.dofs, axis))
-            if not holds(model.K):
+            if not sector and not holds(model.K):
                 remedy = "Take a K with the stress stiffening of this speed, or a lower one."
                 raise fault("speed of [rotation]", "must leave a K without stress stiffening positive definite", speed, remedy)
         note = f"K contains no spin softening of {speed:g} rev/min: {done}. Its stress stiffening is that of the file"
@@ -178,7 +180,7 @@ def _disk(
     units: Units,
     progress: Progress,
     stress: StressRows | None,
-    engine_order: int | None,
+    whole: Whole,
 ) -> Built:
     """The disk of which a model is one sector; its damping follows, with the bodies."""
     if table.shift is not None:
@@ -191,6 +193,8 @@ def _disk(
     if not places:
         raise InputError("keep must name the places of outputs and loads of the sector, but is missing.")
     speeds = [] if sector.speed is None else [sector.speed]
+    if whole.rotation is not None and speeds:
+        raise fault("speed of [structure.sector]", "must be left out beside [rotation], which holds for all models", "given")
     if sector.at_speeds and not speeds:
         raise InputError("sector: speed, of the model itself, must be given beside at_speeds, but is missing.")
     speeds += [each.speed for each in sector.at_speeds]
@@ -198,7 +202,8 @@ def _disk(
         raise fault("sector: at_speeds", "must be of different speeds, and not of that of the model itself", speeds)
     others = [_model(table.model_copy(update={"model": each.model}), folder, units) for each in sector.at_speeds]
     faces = Faces(sector.sectors, sector.low, sector.high, _axis(sector.axis, units), sector.faces == "interpolated")
-    chosen = None if engine_order is None else HeldDiameters.excited(sector.sectors, engine_order)
+    order = whole.engine_order
+    chosen = None if order is None else HeldDiameters.excited(sector.sectors, order)
     disks, notes = disks_of([model, *others], faces, places, table.modes, None, progress, speeds, stress, chosen)
     by_speed = dict(zip(speeds, disks, strict=bool(speeds)))
     return Built(disks[0], (*notes, *model.notes, *implausible(model)), by_speed, tuple(model.sets))
@@ -371,7 +376,8 @@ def together(
         def whole_disk(sector: CyclicStructure) -> CyclicStructure:
             return (with_bodies(sector, free) if free else sector).with_damping(damping)
 
-        return Parts(whole_disk(disk), bodies, {speed: whole_disk(each) for speed, each in built[""].disks.items()}, sets)
+        disks = {speed: whole_disk(each) for speed, each in built[""].disks.items()}
+        return Parts(whole_disk(disk), bodies, disks, sets, tuple(loads))
     if not bodies and list(structures) == [""]:
         return Parts(structures[""], {}, sets=sets, loads=tuple(loads))
     bare = {name: part if part.damping is None else part.with_damping(None) for name, part in structures.items()}

@@ -30,23 +30,40 @@ def in_rotation(
     speed: in rev/min; axis: "x", "y" or "z" through the origin, or (point [m], direction); part: name of the structure in an
     assembly, whose problem takes the load. A rigid body gets m Ω² r⊥ at its mass centre and the moment −Ω × (J Ω). To the mean
     stress at places of a reduced model is added what its modes lack of it. The stiffness stays as it is: spin softening and
-    stress stiffening are those of K. Raises `InputError` for a sector, and where coordinates of nodes are not known.
+    stress stiffening are those of K. A sector of a disk rotates about the axis of the disk alone. Raises `InputError` for another
+    one, and where coordinates of nodes are not known.
     """
-    square = (2.0 * np.pi * finite("speed", speed) / 60.0) ** 2
+    square, about = (
+        (2.0 * np.pi * finite("speed", speed) / 60.0) ** 2,
+        axis if isinstance(axis, RotationAxis) else RotationAxis.of(axis),
+    )
     if isinstance(structure, CyclicStructure):
-        remedy = "State its load by static forces: on its nodes, or on a surface."
-        raise fault("A structure with a centrifugal load", "must be a whole one", "a sector of a disk", remedy)
+        about = _axis_of(structure, about)
     if any(recovery.rotation is not None for recovery in structure.stresses):
         raise fault("A model with a centrifugal load", "must be read without speed", "one whose mean stress has the rotation")
     loads = structure.centrifugal or CentrifugalLoads.of(structure.M, structure.dofs, structure.nodes)
-    load, resultant, lacking = loads.about(axis if isinstance(axis, RotationAxis) else RotationAxis.of(axis))
+    load, resultant, lacking = loads.about(about)
     size = float(np.linalg.norm(load))
     along = {prefixed(part, structure.dofs[row]): float(load[row]) / size for row in np.flatnonzero(load)}
     x, y, z = (square * resultant).tolist()
-    name = f"centrifugal load of {part}" if part else "centrifugal load"
+    whole = "a sector" if isinstance(structure, CyclicStructure) else part
+    name = f"centrifugal load of {whole}" if whole else "centrifugal load"
     stresses = [
         replace(each, rotation=(square * lacking if lacking.size else np.zeros(6 * len(each.places))).reshape(-1, 6))
         for each in structure.stresses
     ]
     turning = replace(structure, stresses=tuple(stresses)) if stresses else structure
     return turning, CentrifugalLoad(along, static=square * size, name=name, resultant=(x, y, z))
+
+
+def _axis_of(disk: CyclicStructure, axis: RotationAxis) -> RotationAxis:
+    """The axis of a disk, about which it must rotate for all sectors to have the same load."""
+    if disk.centrifugal is None:
+        remedy = "Read the sector from a model, or state its load by static forces."
+        raise fault("A sector with a centrifugal load", "must know the coordinates of all its nodes", "one without", remedy)
+    size = max((float(np.linalg.norm(np.subtract(point, disk.axis.point))) for point in disk.nodes.values()), default=1.0)
+    if not disk.axis.is_line_of(axis, size):
+        given = f"point {axis.point} m, direction {axis.direction}"
+        own = f"point {disk.axis.point} m, direction {disk.axis.direction}"
+        raise fault("The axis of rotation", "must be that of the disk", given, f"Take that of the disk: {own}.")
+    return disk.axis

@@ -156,7 +156,7 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, 
         raise fault("M", "must have no negative eigenvalue", "indefinite", "Check the sign and the export of the mass.")
     sizes = f"{model.size} rows to {len(kept)} kept and {modes} modes; the basis takes {basis / 2**20:.0f} MiB"
     progress(0.0, f"reducing {sizes}")
-    loads = _loads(model)
+    loads = loads_of(model)
     reduction = craig_bampton(model.M, model.K, kept, modes, progress, None if loads is None else loads.table[:, : loads.size].T)
     T = reduction.transformation
     C = np.zeros((0, 0)) if model.C is None else np.asarray(T.T @ (model.C @ T))
@@ -175,7 +175,7 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, 
     return {"M": reduction.structure.M, "K": K, "C": C} | rest
 
 
-def _loads(model: Model) -> CentrifugalLoads | None:
+def loads_of(model: Model) -> CentrifugalLoads | None:
     """The centrifugal loads of a model where its rows have all that they need."""
     try:
         return centrifugal_loads(model)
@@ -234,7 +234,7 @@ def structure_of(
     else:
         made, counted = reduced(model, places, modes, damping, progress, stress)
         notes = (counted,)
-    made = made if made.centrifugal else replace(made, centrifugal=_loads(model))
+    made = made if made.centrifugal else replace(made, centrifugal=loads_of(model))
     if rotation is None:
         return made, notes
     if stress is None:

@@ -19,8 +19,18 @@ from stickslip.model.readers import stress_places
 from stickslip.model.readers.deck import OWN_AXES
 from stickslip.model.readers.model import ROTATIONS, Model
 from stickslip.model.readers.read import Paths, read_model
-from stickslip.model.readers.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, quiet, to_cache
+from stickslip.model.readers.reduction import (
+    Progress,
+    cache_folder,
+    from_cache,
+    kept_nodes,
+    kept_sets,
+    loads_of,
+    quiet,
+    to_cache,
+)
 from stickslip.model.readers.sector_faces import interpolation_error, paired
+from stickslip.model.structure.centrifugal import CentrifugalLoads
 from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names, reduced_waves
@@ -38,6 +48,8 @@ SAME_MASS = 1e-6
 OTHER_SUPPORT = 100.0
 """Ratio of two entries on the diagonals of K beyond which a support has changed and not the speed."""
 AT_SPEEDS, SAME_SUPPORTS = "The models of a sector at several speeds", "Fix the same nodes at every speed."
+WAVE = ("M", "K", "stress", "count", "loads")
+"""What is kept of the reduction of a nodal diameter."""
 COUPLING = 1e-6
 """Mass between different directions, relative to the largest, that is more than rounding."""
 
@@ -191,6 +203,7 @@ def disks_of(
             mesh_triangles=np.zeros((0, 3), dtype=np.int64) if surface is None else surface.triangles,
             damping=damping,
             stresses=recoveries,
+            centrifugal=CentrifugalLoads(arrays["loads"], len(dofs)) if arrays["loads"].size else None,
         )
         for waves in arrays["K"]
     ]
@@ -241,20 +254,27 @@ def _reduced(
     key = repr((stickslip.__version__, *reduction, stress and stress.bytes, speed))
     files = {part: cache_folder() / f"{sha256(f'{key} {part}'.encode()).hexdigest()[:32]}.npz" for part in ("", *diameters.held)}
     sector = read.sector
-    rows = None if stress is None else stress.rows[:, np.flatnonzero(read.rows >= 0)]
-    waves = {n: found for n in diameters.held if (found := from_cache(files[n], ("M", "K", "stress", "count"))) is not None}
+    free = np.flatnonzero(read.rows >= 0)
+    rows = None if stress is None else stress.rows[:, free]
+    centrifugal = loads_of(models[0])
+    acting = None if centrifugal is None else centrifugal.table[:, free].T
+    waves = {n: found for n in diameters.held if (found := from_cache(files[n], WAVE)) is not None}
     wanted = [n for n in diameters.held if n not in waves]
     if not wanted:
         progress(1.0, f"reduction found in {files[0]}")
     mean = stiffnesses[0] if len(stiffnesses) == 1 else sparse.csc_array(0.5 * (stiffnesses[0] + stiffnesses[-1]))
     meshed = replace(sector, solid=replace(sector.solid, K=mean))
-    for n, wave in zip(wanted, reduced_waves(meshed, kept, modes, wanted, progress), strict=True):
+    for n, wave in zip(wanted, reduced_waves(meshed, kept, modes, wanted, progress, acting), strict=True):
         T = wave.transformation
+        lacking = np.zeros((0, 9)) if rows is None else rows @ wave.beyond
+        # All sectors have the same load: it is one of nodal diameter 0.
+        own = None if centrifugal is None or n else centrifugal.on_rows(free).projected(T.real, lacking.real)
         waves[n] = {
             "M": wave.M,
             "K": np.array([wave.K] if len(stiffnesses) == 1 else [hermitian(T.conj().T @ (K @ T)) for K in stiffnesses]),
             "stress": np.zeros((0, len(wave.M))) if rows is None else rows @ T,
             "count": wave.counted.numbers,
+            "loads": np.zeros(0) if own is None else own.table,
         }
         to_cache(files[n], waves[n])
     rest = from_cache(files[""], ("error", "rotation"))
@@ -268,7 +288,7 @@ def _reduced(
         to_cache(files[""], rest)
     M, K, recovery = (np.array([waves[n][part] for n in diameters.held], dtype=complex) for part in ("M", "K", "stress"))
     counts = np.array([waves[n]["count"] for n in diameters.held])
-    return {"M": M, "K": K.swapaxes(0, 1), "stress": recovery, "counts": counts, **rest}
+    return {"M": M, "K": K.swapaxes(0, 1), "stress": recovery, "counts": counts, "loads": waves[0]["loads"], **rest}
 
 
 def _count_notes(counts: Mapping[int, ModeCount], modes: int) -> Iterator[str]:

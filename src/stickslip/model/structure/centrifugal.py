@@ -14,7 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.model.structure.rotation_axis import RotationAxis
-from stickslip.support.checks import Array, fault
+from stickslip.support.checks import Array, Index, fault
 
 ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Of a symmetric matrix (3, 3), that are given once."""
@@ -65,6 +65,10 @@ class CentrifugalLoads:
         """Those of the same structure elsewhere, `by` (3,) [m]."""
         rest = self.table[6:]
         return replace(self, table=np.vstack([self.table[:6] + UNITS @ by @ rest, rest]))
+
+    def on_rows(self, rows: Index) -> CentrifugalLoads:
+        """Those on some of the rows: the others are held."""
+        return CentrifugalLoads(np.hstack([self.table[:, rows], self.table[:, self.size :]]), rows.size)
 
     def projected(self, T: Array, held: Array) -> CentrifugalLoads:
         """Those on few coordinates y of the motion T y, with more that is linear in them, `held` (k, 9)."""

@@ -301,7 +301,8 @@ def hermitian(matrix: Any) -> Any:
 
 class ReducedWave(NamedTuple):
     """One nodal diameter on its kept and modal coordinates: M, K (m, m), motion of the whole sector from them (n, m), ω² of the
-    fixed-interface modes [1/s²], (modes,), and how many of those there are up to the last these are, with its equals.
+    fixed-interface modes [1/s²], (modes,), and how many of those there are up to the last these are, with its equals. beyond
+    (n, k): what given loads deform beyond `transformation`.
     """
 
     M: NDArray[Any]
@@ -309,6 +310,7 @@ class ReducedWave(NamedTuple):
     transformation: NDArray[Any]
     squares: Array
     counted: ModeCount
+    beyond: NDArray[Any]
 
 
 def reduced_waves(
@@ -317,8 +319,13 @@ def reduced_waves(
     modes: int,
     nodal_diameters: Sequence[int],
     progress: Progress = lambda share, text: None,
+    loads: Array | None = None,
 ) -> Iterator[ReducedWave]:
-    """The reduction of each of the nodal diameters, one after the other, since each may take as much memory as the sector."""
+    """The reduction of each of the nodal diameters, one after the other, since each may take as much memory as the sector.
+
+    loads (n, k): static ones on all rows of the sector, none unless given.
+    """
+    acting = np.zeros((sector.solid.size, 0)) if loads is None else loads
     refuse_on_faces(sector, kept)
     inside = sector.solid.size - sector.dependent.size - len(kept)
     if not 1 <= modes <= inside:
@@ -326,10 +333,10 @@ def reduced_waves(
     for done, n in enumerate(nodal_diameters):
         which = f"nodal diameter {n}, {done + 1} of {len(nodal_diameters)}"
         progress(done / len(nodal_diameters), f"reducing {which}, {sector.solid.size} rows")
-        yield _reduced_wave(sector, np.array(list(kept.values()), dtype=int), modes, n)
+        yield _reduced_wave(sector, np.array(list(kept.values()), dtype=int), modes, n, acting)
 
 
-def _reduced_wave(sector: Sector, kept: Index, modes: int, nodal_diameter: int) -> ReducedWave:
+def _reduced_wave(sector: Sector, kept: Index, modes: int, nodal_diameter: int, acting: Array) -> ReducedWave:
     """Craig–Bampton of one nodal diameter on its independent degrees of freedom, then the motion of the whole sector."""
     T = sector.constraint(nodal_diameter)
     M, K = (sparse.csc_array(hermitian(T.conj().T @ A @ T)) for A in (sector.solid.M, sector.solid.K))
@@ -352,9 +359,13 @@ def _reduced_wave(sector: Sector, kept: Index, modes: int, nodal_diameter: int) 
     found = held_modes(body, modes)
     if found.squares.size < modes:
         raise fault("modes", f"must be at most {found.squares.size}, the modes that the sector has with mass", modes)
-    basis[interior, kept.size :] = found.shapes[:, :modes]
+    shapes, squares = found.shapes[:, :modes], found.squares[:modes]
+    basis[interior, kept.size :] = shapes
+    inside = (T.conj().T @ acting)[interior]
+    beyond = np.zeros((independent.size, acting.shape[1]), dtype=K.dtype)
+    beyond[interior] = body.solve(inside) - shapes @ ((shapes.conj().T @ inside) / squares[:, None])
     mass_of_basis, stiffness = (hermitian(basis.conj().T @ (A @ basis)) for A in (M, K))
-    return ReducedWave(mass_of_basis, stiffness, T @ basis, found.squares[:modes], found.count)
+    return ReducedWave(mass_of_basis, stiffness, T @ basis, squares, found.count, T @ beyond)
 
 
 def lowest_frequencies(sector: Sector, nodal_diameter: int, number: int) -> Array:

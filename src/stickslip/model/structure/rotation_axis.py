@@ -14,6 +14,10 @@ AxisLike = str | tuple[Sequence[float], Sequence[float]]
 """An axis through the origin, "x", "y" or "z", or (a point of it [m], its direction)."""
 
 
+SAME_LINE = 1e-6
+"""Share of the size of a body by which two lines may be apart that are one but for the digits in which they are written."""
+
+
 @dataclass(frozen=True)
 class RotationAxis:
     """An axis by a point of it [m] and its unit direction. Sectors are numbered counter-clockwise about it."""
@@ -42,6 +46,12 @@ class RotationAxis:
         """The axis whose point was given in units of `metres`."""
         x, y, z = self.point
         return RotationAxis((metres * x, metres * y, metres * z), self.direction)
+
+    def is_line_of(self, other: RotationAxis, size: float) -> bool:
+        """Whether both are one line, to rounding of coordinates of this size [m]."""
+        apart = self.across @ (np.array(other.point) - self.point)
+        turned = size * np.linalg.norm(self.across @ other.direction)
+        return bool(np.linalg.norm(apart) + turned <= SAME_LINE * size)
 
     @property
     def across(self) -> Array:
