@@ -205,6 +205,8 @@ def _disk(
     order = whole.engine_order
     chosen = None if order is None else HeldDiameters.excited(sector.sectors, order)
     disks, notes = disks_of([model, *others], faces, places, table.modes, None, progress, speeds, stress, chosen)
+    if whole.rotation is not None:  # the model says what K held before its softening was added
+        notes = tuple(note for note in notes if note != prestress_note(model, faces.axis, None))
     by_speed = dict(zip(speeds, disks, strict=bool(speeds)))
     return Built(disks[0], (*notes, *model.notes, *implausible(model)), by_speed, tuple(model.sets))
 
