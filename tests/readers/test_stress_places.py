@@ -13,6 +13,7 @@ import stickslip as ss
 from stickslip.analyses.mistuning.population import blade_margins, smallest_blade_margin
 from stickslip.analyses.stress import margins, own_recovery, smallest_margin
 from stickslip.model.disks.tuned import TunedDisk
+from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.model.readers.deck import OWN_AXES
 from stickslip.model.readers.read import read_model
 from stickslip.model.readers.sector import Faces, sector_of_model
@@ -365,11 +366,18 @@ def test_a_ring_in_rotation_has_the_hoop_stress_of_its_speed(ring):
     # The same by the load, of which few modes show a part, and what these lack.
     turning, load = ss.in_rotation(at_rest.with_damping(ss.ModalDamping(0.01)), 3000.0, "z")
     assert load.name == "centrifugal load of a sector"
-    rig = TunedDisk(turning, (), (ss.Force("tip.x", 1.0), load), ("tip.x",), engine_order=3)
+    rig_parts = (ss.Force("tip.x", 1.0), load), ("tip.x",)
+    rig = TunedDisk(turning, (), *rig_parts, engine_order=3)
     loaded = ss.forced_response(rig, [100.0], harmonics=1).with_stress().dataset["stress_mean"].values[0, 0, 0]
     np.testing.assert_allclose(loaded, found, atol=1e-7 * hoop)
     grown = np.linalg.solve(turning.K, load.static * turning.row(load.direction))[turning.index("tip.x")]
     assert grown == pytest.approx(hoop * 0.1 / STEEL.young, rel=0.02)
+    # Pressed against the ground by it, the sector has the loads of the disk with all its sectors.
+    law = ss.Macroslip(kt=1e6, kn=2e6, mu=0.3)
+    pressed = TunedDisk(turning, (ss.Contact("c", law, ({"tip.y": 1.0},), {"tip.x": 1.0}),), *rig_parts, engine_order=3)
+    (own,) = normal_loads_at_rest(pressed).values()
+    assert own > 0.0
+    assert list(normal_loads_at_rest(pressed.full()).values()) == pytest.approx(12 * [own], rel=1e-9)
 
 
 def test_a_sector_rotates_about_the_axis_of_its_disk(ring):
