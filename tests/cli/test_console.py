@@ -144,18 +144,18 @@ def test_a_title_does_not_command_the_terminal(capsys, show):
     assert "".join(capsys.readouterr()) == "a\ufffd]0;evil\ufffdb\ufffd2Jc\ufffdd\ne\n"
 
 
-def test_progress_without_a_terminal_is_a_line_every_half_minute(capfd, monkeypatch):
-    """At 0, 10, 31, 40 and 70 s; a share that is too small says nothing of the time left."""
-    clock = iter([0.0, 10.0, 31.0, 40.0, 70.0, 250.0])
+def test_progress_without_a_terminal_is_a_line_every_ten_seconds_and_later_every_half_minute(capfd, monkeypatch):
+    """At 9, 11, 20, 31, 930 and 955 s; a share that is too small says nothing of the time left."""
+    clock = iter([0.0, 9.0, 11.0, 20.0, 31.0, 930.0, 955.0])
     monkeypatch.setattr("stickslip.support.console.monotonic", lambda: next(clock))
     with progress_bar("Forced response") as report:
-        for fraction, words in ((0.0, "preparing"), (0.01, "level 1"), (0.2, "level 1"), (0.5, "level 2"), (0.75, "level 3")):
-            report(fraction, words)
+        for fraction in (0.0, 0.01, 0.1, 0.2, 0.75, 0.8):
+            report(fraction, "level 1")
     lines = capfd.readouterr().err.splitlines()
     assert lines == [
-        "Forced response: level 1: 1 % after 31 s",
-        "Forced response: level 2: 50 % after 70 s, about 40 s left",
-        "Forced response: level 3: 75 % after 4 min, about 3 min left",
+        "Forced response: level 1: 1 % after 11 s",
+        "Forced response: level 1: 20 % after 31 s, about 84 s left",
+        "Forced response: level 1: 75 % after 16 min, about 7 min left",
     ]
 
 

@@ -476,8 +476,9 @@ def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
     return work.gathered(curves)
 
 
-TRACING = 0.9
-"""Progress of a case when its curve is traced: the errors and the stability of its highest peaks follow."""
+TRACED, DRAWN, ESTIMATED = 0.5, 0.6, 0.85
+"""Progress of a case when its curve is traced, is dense enough to draw, and the errors along it are known, in the share of the
+time that this takes where contacts are many; other motions and what finer coordinates change follow."""
 
 LARGE = 0.1
 """Largest motion over the size of the structure from where on a theory of small motions is left."""
@@ -548,10 +549,14 @@ class ForcedResponseWork(OneBalance):
             rough = with_loaded_harmonics(self.balance)
             tolerance = max(SETTLED, self.settings.peak_tolerance)
             for case, words in enumerate(self.words):
-                progress(case / len(self.words), f"first solution: {words}")
-                curve = self._curve(rough, case, lambda share: None, tolerance)
+
+                def report(share: float, case: int = case, words: str = words) -> None:
+                    progress((case + share) / len(self.words), f"first solution: {words}")
+
+                report(0.0)
+                curve = self._curve(rough, case, report, tolerance)
                 # Without a peak the band may hold one of a higher harmonic.
-                curves.append(curve if any(curve.peaks) else self._curve(self.balance, case, lambda share: None, tolerance))
+                curves.append(curve if any(curve.peaks) else self._curve(self.balance, case, report, tolerance))
             return replace(self, problem=with_shapes_of_peaks(rough, balance_of, curves, measure, progress))
 
     @property
@@ -581,8 +586,8 @@ class ForcedResponseWork(OneBalance):
         """The arrays of the curve of one force level."""
         started, curve = time.process_time(), None
         try:
-            curve = self._traced(case, lambda share: report(TRACING * share))
-            arrays = self.arrays(curve) | self._isolated(curve)
+            curve = self._traced(case, lambda share: report(TRACED * share))
+            arrays = self.arrays(curve, report) | self._isolated(curve)
             return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
         except KeyboardInterrupt as stop:
             if isinstance(stop, CurveStopped):
@@ -687,14 +692,16 @@ class ForcedResponseWork(OneBalance):
             return finer, self.balance
         return finer, finer if modes_to is None else HarmonicBalance(few, *how)
 
-    def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
+    def arrays(self, curve: Curve, report: Report = lambda share: None) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
         curve = self._dense(curve)
+        report(DRAWN)
         arrays = self._plain_arrays(curve)
         measure = self.measure.over(self.periods)
         stability = judged(self.balance, curve, measure)
         errors = discretisation_errors(self.balance, curve, measure)
         along = point_errors(self.balance, curve, measure, self.settings.listed)
+        report(ESTIMATED)
         names = self.problem.output_names
         finer, by_finer, held_mean = {}, "", ""
         if self.finer is not None and self.finer_balances is not None:

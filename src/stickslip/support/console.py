@@ -74,8 +74,8 @@ def progress_bar(title: str, remedy: str = "") -> Iterator[Report]:
         with stickslip.progress_bar("Forced response") as bar:
             response = stickslip.forced_response(problem, band, force, progress=bar)
 
-    A notebook keeps the time that it took. Where nobody sees a bar, as in files of output, a line every half minute takes its
-    place, which names the `remedy` where a curve does not advance.
+    A notebook keeps the time that it took. Where nobody sees a bar, as in files of output, a line takes its place every ten
+    seconds, later every half minute, which names the `remedy` where a curve does not advance.
     """
     console = _console(stderr=True)
     with deferred():
@@ -100,14 +100,14 @@ def progress_bar(title: str, remedy: str = "") -> Iterator[Report]:
 
 
 def _lines(title: str, remedy: str) -> Report:
-    """Progress in lines on the error stream, for files of output: every half minute what is done and the remaining time."""
+    """Progress in lines on the error stream, for files of output: what is done and the remaining time."""
     began = said = monotonic()
     known = [(began, 0.0)]
 
     def report(fraction: float, text: str) -> None:
         nonlocal said
         now = monotonic()
-        if now - said < EVERY:
+        if now - said < min(EVERY, max(EVERY / 3.0, (now - began) / EVERY)):
             return
         said = now
         known.append((now, fraction))

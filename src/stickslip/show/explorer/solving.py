@@ -19,7 +19,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from stickslip.analyses.forced_response import TRACING, ForcedResponse, ForcedResponseWork
+from stickslip.analyses.forced_response import TRACED, ForcedResponse, ForcedResponseWork
 from stickslip.analyses.performance.curve import PerformanceCurve, performance_curve
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model import rigs
@@ -367,11 +367,11 @@ class Solver:
 
         def report(words: str, share: float) -> None:
             self._refuse_outdated(tab, version)
-            self.doing[tab] = Doing("Estimating the errors" if fine and share >= TRACING else words, share, started)
+            self.doing[tab] = Doing("Estimating the errors" if fine and share >= TRACED else words, share, started)
 
         fine = output is None
         report("Reading the model", 0.0)
-        sweep = self._sweep(values, lambda share, text: report("Reading the model", TRACING * share))
+        sweep = self._sweep(values, lambda share, text: report("Reading the model", TRACED * share))
         sweep = replace(sweep, isolated=False)  # sliders wait for the curve alone
         words = "Solving the curve" if fine else "Solving a preview"
         report(words, 0.0)
