@@ -82,10 +82,9 @@ def seated(problem: Problem) -> Rest | None:
     rest, before = _AtRest(problem, seating=True), np.inf
     while (motion := rest.found()) is not None:
         found = rest.rest(motion)
-        along = rest.free * (rest.seat * (found.motion - rest.sliders))
-        carried = float(np.linalg.norm(along))
+        carried = float(np.linalg.norm(found.forces[rest.free]))
         if carried <= SEATED * float(np.linalg.norm(found.forces)):
-            return found._replace(forces=found.forces - along)
+            return found._replace(forces=np.where(rest.free, 0.0, found.forces))
         if carried > 0.5 * before:
             return None
         rest.sliders, before = found.motion, carried
