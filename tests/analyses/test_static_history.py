@@ -1,13 +1,16 @@
 """What the history of the static load changes: against two Jenkins oscillators, time integration, and curves of their own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from analyses.test_peak_shapes import BAND, LEVELS, MODES_TO, parts
 
 import stickslip as ss
 from stickslip.analyses.static_history import seated_balance
+from stickslip.analyses.truncation import finer_sentences
 from stickslip.model.contact.point import SliderOffset
-from stickslip.model.problem.at_rest import seated
+from stickslip.model.problem.at_rest import at_friction_limit, at_rest, seated
 from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.structure.matrices import Structure
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -136,6 +139,26 @@ def test_where_the_history_does_not_matter_it_is_said_why():
     change, why = found(ss.Problem(loose, (held,), forces, ("1.x",)))
     assert np.isnan(change)
     assert why.startswith("What the history of the static load changes is not known: no balance of this load without friction")
+
+
+@pytest.mark.parametrize(("weak", "said"), [(2e-3, False), (8e-3, True), (0.5, True)])
+def test_small_vibrations_of_contacts_that_are_open_at_rest(weak, said):
+    """A pull lifts one of two pads off; the other one, which it drags to its friction limit, sticks."""
+    structure = ss.Structure(np.eye(2), np.diag([1.0, 5.0]), ("1.x", "1.y"), C=1e-3 * np.eye(2))
+    law = ss.Macroslip(kt=1.0, mu=0.3, kn=1.0)
+    lifted = ss.Contact("lifted", replace(law, kt=weak), ({"1.x": 1.0},), {"1.y": 1.0})
+    pressed = ss.Contact("pressed", law, ({"1.x": 1.0},), {"1.y": -1.0})
+    problem = ss.Problem(
+        structure, (lifted, pressed), (ss.Force("1.x", 1.0, static=1.0), ss.Force("1.y", 0.0, static=-1.0)), ("1.x",)
+    )
+    assert at_friction_limit(problem, at_rest(problem)) == ["pressed"]
+    response = ss.forced_response(problem, ss.hertz(0.2, 0.3), 1e-6)
+    (found,) = response.dataset.peak_frequency.values[0, 0]
+    stuck = np.sqrt(2.0 + weak) / (2.0 * np.pi)
+    assert found == pytest.approx(np.sqrt(2.0) / (2.0 * np.pi), rel=1e-5)
+    sentence = f"(lifted): small vibrations have the natural frequency {found:.5g} Hz, not the {stuck:.5g} Hz of contacts"
+    assert (sentence in response.dataset.attrs["static_history"]) == said
+    assert any(sentence in line for line in finer_sentences(response.dataset)) == said
 
 
 def pressed_beam():

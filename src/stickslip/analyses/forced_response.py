@@ -51,7 +51,7 @@ from stickslip.analyses.solved_points import (
     with_shapes,
 )
 from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
-from stickslip.analyses.static_history import history_change
+from stickslip.analyses.static_history import history_change, opened
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
 from stickslip.analyses.time_response import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
@@ -658,6 +658,11 @@ class ForcedResponseWork(OneBalance):
         low, high = min(self.settings.frequencies), max(self.settings.frequencies)
         return negative_damping(self.problem.at_frequency(2.0 * np.pi * 0.5 * (low + high)))
 
+    @cached_property
+    def opened(self) -> str:
+        """What to say of contacts that the static load leaves open."""
+        return opened(self.problem, min(self.settings.frequencies), max(self.settings.frequencies))
+
     @property
     def finer_problem(self) -> FinerProblem:
         """What `finer` has more."""
@@ -747,7 +752,8 @@ class ForcedResponseWork(OneBalance):
         kinds = [*(kinds or [CurveKind.SWEEP] * len(sentences)), *[CurveKind.ISOLATED] * len(apart)]
         if any(sentences):
             attrs |= {"isolated_search": _by_level(self.levels, sentences), "isolated_curves": len(apart)}
-        attrs["static_history"] = next(filter(None, (str(curve.get("static_history", "")) for curve in curves)), "")
+        histories = [str(curve.get("static_history", "")) for curve in curves]
+        attrs["static_history"] = " ".join(filter(None, (self.opened, next(filter(None, histories), ""))))
         with one_blas_thread():
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, levels, curves, ends, attrs, self.measure, plain)

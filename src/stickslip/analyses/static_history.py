@@ -17,8 +17,10 @@ import numpy as np
 
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.truncation import SEATED, highest_points, same_motion
-from stickslip.model.problem.at_rest import begins, seated
+from stickslip.model.problem import Problem
+from stickslip.model.problem.at_rest import at_rest, begins, open_stiffness, seated
 from stickslip.model.problem.meshed import with_forces
+from stickslip.model.structure.modes import natural_modes
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.curve_points import CurvePoint
@@ -26,7 +28,13 @@ from stickslip.solve.continuation.finer_peak import finer_peak
 from stickslip.solve.continuation.newton import TOLERANCE
 from stickslip.solve.curves.curve import Curve
 from stickslip.solve.peaks.climb import PeakSolver, followed, settled
-from stickslip.support.checks import Array
+from stickslip.support.checks import Array, first_of
+
+SHOWN = 3
+"""Names of contacts that a sentence lists."""
+
+SEEN = 1e-3
+"""Relative difference of two natural frequencies from which on it is seen in tables and figures."""
 
 ROUNDING = 1e-9
 """Friction kt |u₀| over the forces of the contacts at rest, below which it is rounding."""
@@ -36,6 +44,28 @@ UNSEATED = (
     "What the history of the static load changes is not known: no balance of this load without friction was found, in which "
     "parts are seated before friction acts."
 )
+
+
+def opened(problem: Problem, low: float, high: float) -> str:
+    """A sentence where parts of contacts are open at rest, so that small vibrations between two frequencies [Hz] have another
+    natural frequency than those of contacts that are stuck as a whole: of K without the stiffness that is open."""
+    problem = problem.at_frequency(problem.first_omega_at_rest)
+    rest = at_rest(problem)
+    if rest is None or not (released := open_stiffness(problem, rest)).any():
+        return ""
+    owners = [contact.name for contact in problem.contacts for _ in contact.directions]
+    names = first_of(list(dict.fromkeys(owners[row] for row in np.flatnonzero(released))), SHOWN)
+    for harmonic in problem.systems.excited:
+        M, _, K, B, _ = problem.systems.at(harmonic)
+        stuck, small = natural_modes(M, K), natural_modes(M, K - B.conj().T @ (released[:, None] * B))
+        alike = np.argmax(np.abs(small.shapes.conj().T @ M @ stuck.shapes), axis=0)
+        for one, other in zip(stuck.frequencies / harmonic, small.frequencies[alike] / harmonic, strict=True):
+            if low <= one <= high and other < (1.0 - SEEN) * one:
+                return (
+                    f"At rest contacts or parts of them are open ({names}): small vibrations have the natural frequency "
+                    f"{other:.5g} Hz, not the {one:.5g} Hz of contacts that are closed and stuck as a whole."
+                )
+    return ""
 
 
 def history_change(balance: HarmonicBalance, curve: Curve, measure: Measure) -> tuple[Array, str, str]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.model.contact.law import NormalElements
+from stickslip.model.contact.law import FrictionElements, NormalElements
 from stickslip.model.contact.point import Contact, MeanTraction, SliderOffset, TractionRatio
 from stickslip.support.checks import Array
 
@@ -98,6 +98,32 @@ def normal_loads_at_rest(problem: Problem) -> dict[str, float]:
         return {}
     ends = np.cumsum([len(contact.directions) for contact in problem.contacts])
     return {c.name: float(rest.forces[end - 1]) for c, end in zip(problem.contacts, ends, strict=True) if c.normal is not None}
+
+
+def open_stiffness(problem: Problem, rest: Rest) -> Array:
+    """The share of K_c that is open at rest, N/m, (rows,): of normal elements, and of friction elements that these alone load."""
+    shares: list[float] = []
+    for contact, state in zip(problem.contacts, rest.states, strict=True):
+        shares += [float(group.stiffness[~_loaded(group, state)].sum()) for group in contact.elements.friction]
+        if (normal := contact.elements.normal) is not None:
+            shares.append(float(normal.stiffness[~state.closed].sum()))
+    return np.array(shares)
+
+
+def at_friction_limit(problem: Problem, rest: Rest) -> list[str]:
+    """The names of contacts of which loaded friction elements stand at their limit at rest."""
+    return [
+        contact.name
+        for contact, state in zip(problem.contacts, rest.states, strict=True)
+        if any(np.any(signs[_loaded(group, state)]) for group, signs in zip(contact.elements.friction, state.slips, strict=True))
+    ]
+
+
+def _loaded(group: FrictionElements, state: State) -> NDArray[np.bool_]:
+    """The friction elements of a direction that have a limit at all: a normal element closed that loads them, or one of their
+    own."""
+    closed = np.concatenate([[0], np.cumsum(state.closed)])
+    return np.asarray((closed[group.last] > closed[group.first]) | (group.constant_limit > 0.0))
 
 
 def begins(contact: Contact) -> list[bool]:
