@@ -175,7 +175,7 @@ class _AtRest:
         """The contacts at a motion (n,)."""
         w, states = (self.B @ motion).real, self.states(motion)
         S, constant = self.linear(states)
-        return Rest(w, np.concatenate([s @ w[r] for s, r in zip(S, self.rows, strict=True)]) + constant, states)
+        return Rest(w, np.concatenate([w[:0], *(s @ w[r] for s, r in zip(S, self.rows, strict=True))]) + constant, states)
 
     def states(self, motion: NDArray[Any]) -> list[State]:
         w = (self.B @ motion).real
