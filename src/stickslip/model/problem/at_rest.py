@@ -9,6 +9,7 @@ state of rest, and no steady vibration either. Of a limit that bends with the lo
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -96,17 +97,22 @@ def normal_loads_at_rest(problem: Problem) -> dict[str, float]:
     rest = at_rest(problem)
     if rest is None:
         return {}
-    ends = np.cumsum([len(contact.directions) for contact in problem.contacts])
-    return {c.name: float(rest.forces[end - 1]) for c, end in zip(problem.contacts, ends, strict=True) if c.normal is not None}
+    rows = zip(problem.contacts, _rows(problem.contacts), strict=True)
+    return {contact.name: float(rest.forces[own][-1]) for contact, own in rows if contact.normal is not None}
 
 
 def open_stiffness(problem: Problem, rest: Rest) -> Array:
-    """The share of K_c that is open at rest, N/m, (rows,): of normal elements, and of friction elements that these alone load."""
+    """The share of K_c that is open at rest, N/m, (rows,): of normal elements, and of friction elements that these alone load.
+    What touches without load is not."""
     shares: list[float] = []
-    for contact, state in zip(problem.contacts, rest.states, strict=True):
+    for contact, rows, state in zip(problem.contacts, _rows(problem.contacts), rest.states, strict=True):
+        normal = contact.elements.normal
+        if normal is not None:
+            pressed = normal.stiffness * rest.motion[rows][-1]
+            closed = pressed + normal.constant >= -LOOSE * (np.abs(pressed) + np.abs(normal.constant))
+            state = state._replace(closed=closed)
         shares += [float(group.stiffness[~_loaded(group, state)].sum()) for group in contact.elements.friction]
-        if (normal := contact.elements.normal) is not None:
-            shares.append(float(normal.stiffness[~state.closed].sum()))
+        shares += [] if normal is None else [float(normal.stiffness[~state.closed].sum())]
     return np.array(shares)
 
 
@@ -126,6 +132,12 @@ def _loaded(group: FrictionElements, state: State) -> NDArray[np.bool_]:
     return np.asarray((closed[group.last] > closed[group.first]) | (group.constant_limit > 0.0))
 
 
+def _rows(contacts: Sequence[Contact]) -> list[slice]:
+    """The rows of each contact."""
+    ends = np.cumsum([len(contact.directions) for contact in contacts])
+    return [slice(int(end) - len(c.directions), int(end)) for c, end in zip(contacts, ends, strict=True)]
+
+
 def begins(contact: Contact) -> list[bool]:
     """Of each direction of a contact, whether sliders begin there, at rest: the history of its static load then matters."""
     sliding = contact.law.rubs and contact.law.remembers_start
@@ -143,8 +155,7 @@ class _AtRest:
         system = problem.systems.at(0)
         self.contacts, self.load = problem.contacts, problem.static_load
         self.B, self.K = system.B, system.without_contacts(problem.contact_stiffness)
-        ends = np.cumsum([len(contact.directions) for contact in self.contacts])
-        self.rows = [slice(int(end) - len(c.directions), int(end)) for c, end in zip(self.contacts, ends, strict=True)]
+        self.rows = _rows(self.contacts)
         self.free = np.array([seating and each for contact in self.contacts for each in begins(contact)], dtype=bool)
         self.seat, self.sliders = SEATING * problem.contact_stiffness, np.zeros(self.free.size)
 
@@ -290,9 +301,8 @@ def unbearable_loads(problem: Problem, sign: float = 1.0) -> list[str]:
     system = problem.systems.at(0)
     if np.any(np.imag(system.B)):
         return []
-    bodies, ends = _loose_bodies(problem, system), np.cumsum([len(contact.directions) for contact in problem.contacts])
-    rows = [system.B.real[end - len(contact.directions) : end] for contact, end in zip(problem.contacts, ends, strict=True)]
-    forces = [_forces(contact, own) for contact, own in zip(problem.contacts, rows, strict=True)]
+    bodies, rows = _loose_bodies(problem, system), _rows(problem.contacts)
+    forces = [_forces(contact, system.B.real[own]) for contact, own in zip(problem.contacts, rows, strict=True)]
     load = sign * problem.static_load.real
     unbearable = [body.name for body in bodies if not _carried(forces, [body], load)]
     if unbearable or len(bodies) < 2 or _carried(forces, bodies, load):
