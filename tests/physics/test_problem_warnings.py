@@ -92,3 +92,24 @@ def test_sectors_of_a_disk_have_axes_of_their_own(octopus):
 @pytest.fixture(scope="module")
 def octopus():
     return ss.rigs.octopus_blisk(modes=2)
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "changed", "said"),
+    [
+        (9.0, {}, ""),
+        (11.0, {}, "The preload of pad, 30 N, is an interference, of which 14.3 N are left at rest without other loads"),
+        (105.0, {}, "The preload of pad, 30 N, is an interference, of which 2.61 N are left at rest"),
+        (105.0, {"balanced": True}, ""),
+        (9.0, {"static": -20.0}, ""),
+    ],
+)
+def test_a_preload_that_the_structure_takes_away_is_named(stiffness, changed, said):
+    """Two pads of one surface on a mass with a spring of 10 N/m: 10/(10 + kn) of the preload is left, whatever lifts them."""
+    static = changed.pop("static", 0.0)
+    law = ss.Macroslip(kt=stiffness, mu=0.3, kn=0.5 * stiffness, preload=15.0)
+    pads = [ss.Contact(f"pad {k}", law, (ss.between("1.x", "ground"),), ss.between("1.y", "ground"), **changed) for k in (1, 2)]
+    structure = ss.Structure(np.eye(2), 10.0 * np.eye(2), ("1.x", "1.y"))
+    found = ss.Problem(structure, pads, (ss.Force("1.x", 1.0), ss.Force("1.y", 0.0, static=static)), ("1.x",)).warnings
+    assert len(found) == bool(said)
+    assert said in "".join(found)

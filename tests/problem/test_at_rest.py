@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from problem.loose_wedge import wedge_between
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize
 
 import stickslip as ss
-from stickslip.model.problem.at_rest import normal_loads_at_rest
+from stickslip.model.problem.at_rest import normal_loads_at_rest, seated
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.sweep import solve_cold
 from stickslip.study import job
@@ -49,3 +49,44 @@ def test_a_wedge_that_slips_at_rest_carries_what_the_coefficient_of_its_load_let
     )
     load = brentq(lambda N: np.sqrt(2.0) * (N + float(mu.limit(N))) - pull, 0.1, pull)
     np.testing.assert_allclose(list(normal_loads_at_rest(problem).values()), [load, load], rtol=1e-9)
+
+
+def test_contacts_seated_without_friction_have_the_least_energy_and_slide_no_farther_than_they_must():
+    """Of the chain masses slide on pads along x, off and on them along y; SciPy minimises ½ qᵀKq − pᵀq + Σ kn max(y, 0)²/2, and
+    beside it a small Σ kt u²: the last mass is held along x by nothing else."""
+    rng, size = np.random.default_rng(3), 4
+    chain = 2.0 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1)
+    K = np.block([[3.0 * chain, 0.4 * chain], [0.4 * chain, chain]])
+    K[size - 1], K[:, size - 1] = 0.0, 0.0
+    dofs = tuple(f"{k}.{axis}" for axis in "xy" for k in range(size))
+    kt, kn = np.array([1.0, 200.0, 5.0, 7.0]), 20.0
+    tied = dofs[size - 1], dofs[0]  # one pad joins the loose mass to the first one
+    for _ in range(5):
+        p = rng.normal(size=2 * size)
+        p[size - 1] = 0.0
+        pads = tuple(
+            ss.Contact(
+                f"pad {k}",
+                ss.Macroslip(float(kt[k]), 0.3, kn),
+                (ss.between(*tied) if k == size - 1 else {dofs[k]: 1.0},),
+                {dofs[size + k]: 1.0},
+            )
+            for k in range(size)
+        )
+        forces = tuple(ss.Force(dof, 0.0, static=float(each)) for dof, each in zip(dofs, p, strict=True))
+        problem = ss.Problem(ss.Structure(np.eye(2 * size), K, dofs), pads, (ss.Force("0.y", 1.0), *forces), ("0.y",))
+
+        def energy(q, p=p):
+            N, u = kn * np.maximum(q[size:], 0.0), q[size - 1] - q[0]
+            slope = K @ q - p + np.concatenate([np.zeros(size), N])
+            slope[size - 1] += u
+            slope[0] -= u
+            return 0.5 * q @ K @ q - p @ q + 0.5 * N @ N / kn + 0.5 * u**2, slope
+
+        q = minimize(energy, 0.0 * p, jac=True, method="L-BFGS-B", options={"ftol": 1e-16, "gtol": 1e-11}).x
+        found = seated(problem)
+        expected = np.column_stack([[*q[: size - 1], q[size - 1] - q[0]], q[size:]]).ravel()
+        np.testing.assert_allclose(found.motion, expected, atol=1e-6)
+        assert expected[-2] == pytest.approx(0.0, abs=1e-6)
+        assert not found.forces[::2].any()
+        np.testing.assert_allclose(found.forces[1::2], kn * np.maximum(q[size:], 0.0), atol=1e-5)

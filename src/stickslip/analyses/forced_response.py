@@ -51,6 +51,7 @@ from stickslip.analyses.solved_points import (
     with_shapes,
 )
 from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
+from stickslip.analyses.static_history import history_change, opened
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
 from stickslip.analyses.time_response import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
@@ -394,7 +395,8 @@ class ForcedResponse(Result):
             parts[0]["cpu_seconds"] = np.array(dataset.attrs["cpu_seconds"])
             curves += parts
         joined = self._work(levels, periods).gathered(curves, kinds)
-        kept = {name: value for name, value in self.dataset.attrs.items() if name.startswith(("isolated", "coordinates_chosen"))}
+        own = ("isolated", "coordinates_chosen", "static_history")
+        kept = {name: value for name, value in self.dataset.attrs.items() if name.startswith(own)}
         joined = replace(joined, dataset=joined.dataset.assign_attrs(kept | {"study": self.dataset.attrs["study"]}))
         return joined.with_stability() if has_stability(self.dataset) else joined
 
@@ -670,6 +672,11 @@ class ForcedResponseWork(OneBalance):
         low, high = min(self.settings.frequencies), max(self.settings.frequencies)
         return negative_damping(self.problem.at_frequency(2.0 * np.pi * 0.5 * (low + high)))
 
+    @cached_property
+    def opened(self) -> str:
+        """What to say of contacts that the static load leaves open."""
+        return opened(self.problem, min(self.settings.frequencies), max(self.settings.frequencies))
+
     @property
     def finer_problem(self) -> FinerProblem:
         """What `finer` has more."""
@@ -714,6 +721,7 @@ class ForcedResponseWork(OneBalance):
             finer, by_finer = {OWN_FORCES.variable: change}, OWN_FORCES.warning(names, change)
             springs = len(self.problem.mean_springs) - len(self.settings.problem.mean_springs)
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
+        history, by_history, unsought = history_change(self.balance, curve, measure)
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
             self._other_motion(curve),
@@ -721,6 +729,7 @@ class ForcedResponseWork(OneBalance):
             or away_warning(self.balance, curve, measure, along),
             work_warning(self.harmonics, names, errors["work_error"]),
             by_finer,
+            by_history,
             held_mean,
             large_motion_warning(self.problem, self.measure, np.delete(arrays["max_abs"], curve.places_outside, axis=0)),
             sampling_warning(self.balance, curve)
@@ -731,7 +740,8 @@ class ForcedResponseWork(OneBalance):
         message = np.array(" ".join(filter(None, (curve.message, *warnings))))
         errors["point_truncation_error"] = np.full(arrays["amplitude"].shape, np.nan)
         errors["point_truncation_error"][arrays["outcome"] == Outcome.CONVERGED] = along
-        return arrays | errors | finer | stability.flags(len(names)) | {"case_message": message}
+        said = {"case_message": message, "history_change": history, "static_history": np.array(unsought)}
+        return arrays | errors | finer | stability.flags(len(names)) | said
 
     def _other_motion(self, curve: Curve) -> str:
         """What to say of another motion in the band; nothing at listed frequencies, and where there is one motion only."""
@@ -758,6 +768,8 @@ class ForcedResponseWork(OneBalance):
         kinds = [*(kinds or [CurveKind.SWEEP] * len(sentences)), *[CurveKind.ISOLATED] * len(apart)]
         if any(sentences):
             attrs |= {"isolated_search": _by_level(self.levels, sentences), "isolated_curves": len(apart)}
+        histories = [str(curve.get("static_history", "")) for curve in curves]
+        attrs["static_history"] = " ".join(filter(None, (self.opened, next(filter(None, histories), ""))))
         with one_blas_thread():
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, levels, curves, ends, attrs, self.measure, plain)

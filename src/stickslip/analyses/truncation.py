@@ -97,6 +97,7 @@ MORE_POINTS = "So large a change is known roughly, to a factor of two or so: tak
 ALL_MODES = FinerProblem("modal_error", "on all coordinates of the structure", ALLOWED)
 OWN_FORCES = FinerProblem("modal_error", "on the mesh with all shapes of its contact forces and their inertia", ALLOWED)
 ALL_NODES = FinerProblem("patch_error", "with a contact at each node of the patches", 0.01, MORE_POINTS)
+SEATED = FinerProblem("history_change", "with contacts that the static load seats before friction acts", 0.01)
 
 SAMPLES_PER_HARMONIC = 8
 
@@ -411,7 +412,7 @@ def finer_sentences(dataset: xr.Dataset) -> list[str]:
     sentences = (
         [shown_sentence(str(dataset.attrs["coordinates_chosen"]), dataset)] if "coordinates_chosen" in dataset.attrs else []
     )
-    for finer in (OWN_FORCES if SHAPE_FORCE in dataset else ALL_MODES, ALL_NODES):
+    for finer in (OWN_FORCES if SHAPE_FORCE in dataset else ALL_MODES, ALL_NODES, SEATED):
         if finer.variable in dataset and np.isfinite(dataset[finer.variable].values).any():
             errors, levels = dataset[finer.variable].values, dataset["force_level"].values
             case, output = np.unravel_index(np.nanargmax(np.abs(errors)), errors.shape)
@@ -421,4 +422,4 @@ def finer_sentences(dataset: xr.Dataset) -> list[str]:
                 f"({dataset['output'].values[output]} at force level {levels[case]:g})"
                 + (f"; at force level {', '.join(unknown)} this solution failed, and the change is unknown." if unknown else ".")
             )
-    return sentences
+    return [*sentences, *filter(None, [str(dataset.attrs.get("static_history", ""))])]

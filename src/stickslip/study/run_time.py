@@ -13,9 +13,10 @@ import numpy as np
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.settings import ForcedResponseSettings
+from stickslip.analyses.static_history import opened
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
-from stickslip.model.problem.at_rest import normal_loads_at_rest
+from stickslip.model.problem.at_rest import at_friction_limit, at_rest, normal_loads_at_rest
 from stickslip.model.problem.systems import soft_springs
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.results.shown_units import in_system
@@ -47,7 +48,8 @@ def model_summary(sweep: ForcedResponseSettings, condition: str = "", system: Un
     lines += _waves(sweep.problem)
     if held_by_friction_alone(sweep.problem):
         lines.append(f"{HELD_BY_FRICTION} {_proposed(sweep.problem, system)}")
-    return lines + _loads(sweep.problem, when, system)
+    lines += _loads(sweep.problem, when, system)
+    return lines + list(filter(None, [opened(sweep.problem, min(sweep.frequencies), max(sweep.frequencies))]))
 
 
 def _waves(problem: Problem) -> list[str]:
@@ -77,20 +79,20 @@ def _listed(frequencies: Array) -> str:
 
 
 def _loads(problem: Problem, when: str, system: UnitSystem | None) -> list[str]:
-    """Normal loads at rest of contacts where they vary; those that are open by name."""
-    loads = normal_loads_at_rest(problem)
-    if not loads:
-        if not any(contact.normal is not None for contact in problem.contacts):
-            return []
+    """Normal loads at rest of contacts where they vary; those that are open, or whose friction is at its limit, by name."""
+    loads, rest = normal_loads_at_rest(problem), at_rest(problem)
+    if rest is None and any(contact.normal is not None for contact in problem.contacts):
         held = " and that friction can hold them" if any(contact.law.rubs for contact in problem.contacts) else ""
         unknown = f"No static equilibrium was found{when}, so normal loads at rest are unknown."
         return [f"{unknown} Check that the static loads close the contacts{held}."]
     open_ = [name for name, load in loads.items() if load == 0.0]
+    slipped = [] if rest is None else at_friction_limit(problem, rest)
     factor, unit = in_system("N", system)
     closed = [f"{name} {factor * load:.4g}" for name, load in loads.items() if load > 0.0]
     return [
         *([f"Normal loads at rest in {unit}{when}: {first_of(closed, SHOWN)}."] if closed else []),
         *([f"Open at rest{when}: {first_of(open_, SHOWN)}."] if open_ else []),
+        *([f"At the friction limit at rest{when}: {first_of(slipped, SHOWN)}."] if slipped else []),
     ]
 
 

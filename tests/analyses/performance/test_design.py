@@ -15,6 +15,8 @@ from stickslip.show.plots.performance_curve import design_space
 from stickslip.show.report.performance import design_failures as failures
 from stickslip.show.report.performance import design_sentences as sentences
 from stickslip.show.report.performance import design_tables as tables
+from stickslip.solve.peaks import climb
+from stickslip.solve.peaks.climb import NoPeakError
 
 KD = 0.5
 
@@ -222,7 +224,7 @@ def test_a_peak_is_followed_to_a_drawn_start_state_where_no_curve_of_it_can_be_s
     """The way there in steps ends on the peak that the leap finds where it succeeds, but for another cusp of the samples."""
     conditions = one_level(one_mass, 8.0, starts=1, harmonics=3, samples=128).conditions
 
-    climbed, met, calls, sizes = worst_case._Search._climbed, worst_case._Search._met, [], {}
+    met, shares, sizes = worst_case._Search._met, [], {}
 
     def kept(search, mu, level, start, peak, balance):
         sizes[start] = peak.amplitude
@@ -235,19 +237,28 @@ def test_a_peak_is_followed_to_a_drawn_start_state_where_no_curve_of_it_can_be_s
         found = worst_case.worst_case(lambda mu: ss.rigs.blade_and_wedge(mu=mu), {}, conditions, {})
         return found.failed, sizes.get(1)
 
-    def no_leap(search, balance, known):
-        calls.append(balance)
-        return None if len(calls) == 1 else climbed(search, balance, known)
+    def without(lost):
+        def followed(solver_at, known):
+            def at(share):
+                shares.append(share)
+                if len(shares) <= lost:
+                    raise NoPeakError
+                return solver_at(share)
+
+            return climb.followed(at, known)
+
+        return followed
 
     failed, leapt = worst()
     assert failed == ()
     monkeypatch.setattr(worst_case._Search, "_swept", lambda *_: None)
-    monkeypatch.setattr(worst_case._Search, "_climbed", no_leap)
+    monkeypatch.setattr(worst_case._Search, "_climbed", lambda *_: None)
+    monkeypatch.setattr(worst_case, "followed", without(1))
     failed, followed = worst()
-    assert len(calls) > 2
+    assert shares == [1.0, 0.5, 1.0]
     assert failed == ()
     assert followed == pytest.approx(leapt, rel=60.0 / 128**2)
-    monkeypatch.setattr(worst_case._Search, "_climbed", lambda *_: None)
+    monkeypatch.setattr(worst_case, "followed", without(np.inf))
     assert worst() == (((8.0, 0.4, 1),), None)
 
 

@@ -24,9 +24,9 @@ from stickslip.solve.balance.energy import contact_cycle, friction_reach
 from stickslip.solve.balance.fourier import Harmonics
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.solve.continuation.curve_points import LostCurveError
-from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
+from stickslip.solve.peaks.climb import NoPeakError, PeakSolver, SolvedPeak, followed
 from stickslip.solve.peaks.continuation import PeakContinuation, swept_peaks
-from stickslip.solve.starts.states import SHORTEST, UnsolvedError
+from stickslip.solve.starts.states import UnsolvedError
 from stickslip.support.checks import Array, InputError, fault, finite, positive
 
 
@@ -296,11 +296,17 @@ class _Search:
     ) -> None:
         """The peak from a sampled start state: every slider off its virgin place, in a direction drawn for each contact row."""
         reach, _ = friction_reach(balance.table, balance.tables, virgin.evaluation.w)
-        first = balance.table.friction_first
-        drawn = np.random.default_rng((self.conditions.seed, start)).choice([-1.0, 1.0], first.size - 1)
+        conditions, first = self.conditions, balance.table.friction_first
+        drawn = np.random.default_rng((conditions.seed, start)).choice([-1.0, 1.0], first.size - 1)
         offsets = SHARE * np.repeat(drawn, np.diff(first)) * reach
         other = balance.with_starts(offsets, kind=0)
-        peak = self._climbed(other, virgin) or self._swept(other, level, band) or self._followed(balance, offsets, virgin)
+        peak = self._climbed(other, virgin) or self._swept(other, level, band)
+        if peak is None:  # no curve can be solved from end to end
+
+            def solver_at(share: float) -> PeakSolver:
+                return PeakSolver(balance.with_starts(share * offsets, kind=0), conditions.output, conditions.measure)
+
+            peak = followed(solver_at, virgin)
         if peak is None:
             self.failed.append((level, mu, start))
         else:
@@ -312,20 +318,6 @@ class _Search:
             return PeakSolver(balance, self.conditions.output, self.conditions.measure).from_near(known.point, known.plane)
         except NoPeakError:
             return None
-
-    def _followed(self, balance: HarmonicBalance, offsets: Array, virgin: SolvedPeak) -> SolvedPeak | None:
-        """The virgin peak followed as all sliders go to their places together, where no curve can be solved from end to end."""
-        near, done, step = virgin, 0.0, 0.5
-        while done < 1.0:
-            share = min(done + step, 1.0)
-            peak = self._climbed(balance.with_starts(share * offsets, kind=0), near)
-            if peak is not None:
-                near, done, step = peak, share, 2.0 * step
-            elif step <= SHORTEST:
-                return None
-            else:
-                step *= 0.5
-        return near
 
     def _swept(self, balance: HarmonicBalance, level: float, band: tuple[float, float]) -> SolvedPeak | None:
         """The highest peak of a full sweep, where none lies near the virgin one."""

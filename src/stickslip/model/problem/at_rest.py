@@ -9,6 +9,7 @@ state of rest, and no steady vibration either. Of a limit that bends with the lo
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,8 +18,8 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.model.contact.law import NormalElements
-from stickslip.model.contact.point import Contact, MeanTraction, TractionRatio
+from stickslip.model.contact.law import FrictionElements, NormalElements
+from stickslip.model.contact.point import Contact, MeanTraction, SliderOffset, TractionRatio
 from stickslip.support.checks import Array
 
 if TYPE_CHECKING:
@@ -31,6 +32,10 @@ ROUNDS = 60
 
 SHORTEST = 1e-3
 """Least share of a step towards the equilibrium of the contacts' present states."""
+
+SEATING, SEATED = 1e-6, 1e-9
+"""Share of kt that seats contacts, of which sliders follow, and the share of the contact forces at which it carries nothing more:
+places do not depend on the first."""
 
 
 class State(NamedTuple):
@@ -47,79 +52,165 @@ class State(NamedTuple):
         return all(np.array_equal(one, two) for one, two in pairs)
 
 
-def normal_loads_at_rest(problem: Problem) -> dict[str, float]:
-    """Normal load of each contact with a normal direction, N, at K q + Bᵀ f(B q) = p; 0 of those that are open.
+class Rest(NamedTuple):
+    """Contacts at rest: their motion w and forces f by their rows, (rows,), m and N, and the state of each."""
+
+    motion: Array
+    forces: Array
+    states: list[State]
+
+
+def at_rest(problem: Problem) -> Rest | None:
+    """The contacts at K q + Bᵀ f(B q) = p, sliders there before the static load p, which drags them.
 
     f = S w + f₀ by the start states: T = kt (u − s) of slider offsets, ±μN where that is more, m μ N of traction ratios, T̄ of
     mean tractions; friction that forgets its start carries nothing at rest. Newton's method: the equilibrium of the states at a
-    motion, of which a share is gone that reduces what is left over. Empty where such contacts do not hold the structure, or where
+    motion, of which a share is gone that reduces what is left over. None where such contacts do not hold the structure, or where
     the search does not end.
     """
     rest = _AtRest(problem)
-    stuck = []
-    for contact in problem.contacts:
-        slips = [np.zeros(group.stiffness.size) for group in contact.elements.friction]
+    motion = rest.found()
+    return None if motion is None else rest.rest(motion)
+
+
+def seated(problem: Problem) -> Rest | None:
+    """The contacts where the static load seats them without friction: K q + Bᵀ f(B q) = p with T = 0 where sliders begin.
+
+    What friction alone restrains stays as near to where it was as it can, Σ kt u² least: the limit of ever less friction. Springs
+    of a small share of kt seat the contacts, again and again from where they are, until they carry nothing. Contacts with a start
+    state of their own, other than a slider at rest, keep it. None where nothing but friction balances the load.
+    """
+    rest, before = _AtRest(problem, seating=True), np.inf
+    while (motion := rest.found()) is not None:
+        found = rest.rest(motion)
+        carried = float(np.linalg.norm(found.forces[rest.free]))
+        if carried <= SEATED * float(np.linalg.norm(found.forces)):
+            return found._replace(forces=np.where(rest.free, 0.0, found.forces))
+        if carried > 0.5 * before:
+            return None
+        rest.sliders, before = found.motion, carried
+    return None
+
+
+def normal_loads_at_rest(problem: Problem) -> dict[str, float]:
+    """Normal load of each contact with a normal direction `at_rest`, N; 0 of those that are open. Empty where there is none."""
+    rest = at_rest(problem)
+    if rest is None:
+        return {}
+    rows = zip(problem.contacts, _rows(problem.contacts), strict=True)
+    return {contact.name: float(rest.forces[own][-1]) for contact, own in rows if contact.normal is not None}
+
+
+def open_stiffness(problem: Problem, rest: Rest) -> Array:
+    """The share of K_c that is open at rest, N/m, (rows,): of normal elements, and of friction elements that these alone load.
+    What touches without load is not."""
+    shares: list[float] = []
+    for contact, rows, state in zip(problem.contacts, _rows(problem.contacts), rest.states, strict=True):
         normal = contact.elements.normal
-        passed = [np.zeros(group.bend.shape, dtype=bool) for group in contact.elements.friction]
-        stuck.append(State(slips, passed, np.ones(0 if normal is None else normal.stiffness.size, dtype=bool)))
-    motion = rest.equilibrium(stuck)
-    for _ in range(ROUNDS):
-        if motion is None:
-            return {}
-        states = rest.states(motion)
-        target = rest.equilibrium(states)
-        if target is None or all(one.same(other) for one, other in zip(states, rest.states(target), strict=True)):
-            motion = target
-            break
-        # On the way contacts may change their states, for which the step is too long: it must bring a tenth of what it promises.
-        share, left = 1.0, rest.left_over(motion)
-        while share > SHORTEST and rest.left_over(motion + share * (target - motion)) >= (1.0 - 0.1 * share) * left:
-            share *= 0.5
-        motion = motion + share * (target - motion)
-    else:
-        return {}
-    if motion is None:
-        return {}
-    return {
-        contact.name: float(normal.forces(w[-1]).sum())
-        for contact, w in zip(problem.contacts, rest.moved(motion), strict=True)
-        if (normal := contact.elements.normal) is not None
-    }
+        if normal is not None:
+            pressed = normal.stiffness * rest.motion[rows][-1]
+            closed = pressed + normal.constant >= -LOOSE * (np.abs(pressed) + np.abs(normal.constant))
+            state = state._replace(closed=closed)
+        shares += [float(group.stiffness[~_loaded(group, state)].sum()) for group in contact.elements.friction]
+        shares += [] if normal is None else [float(normal.stiffness[~state.closed].sum())]
+    return np.array(shares)
+
+
+def at_friction_limit(problem: Problem, rest: Rest) -> list[str]:
+    """The names of contacts of which loaded friction elements stand at their limit at rest."""
+    return [
+        contact.name
+        for contact, state in zip(problem.contacts, rest.states, strict=True)
+        if any(np.any(signs[_loaded(group, state)]) for group, signs in zip(contact.elements.friction, state.slips, strict=True))
+    ]
+
+
+def _loaded(group: FrictionElements, state: State) -> NDArray[np.bool_]:
+    """The friction elements of a direction that have a limit at all: a normal element closed that loads them, or one of their
+    own."""
+    closed = np.concatenate([[0], np.cumsum(state.closed)])
+    return np.asarray((closed[group.last] > closed[group.first]) | (group.constant_limit > 0.0))
+
+
+def _rows(contacts: Sequence[Contact]) -> list[slice]:
+    """The rows of each contact."""
+    ends = np.cumsum([len(contact.directions) for contact in contacts])
+    return [slice(int(end) - len(c.directions), int(end)) for c, end in zip(contacts, ends, strict=True)]
+
+
+def begins(contact: Contact) -> list[bool]:
+    """Of each direction of a contact, whether sliders begin there, at rest: the history of its static load then matters."""
+    sliding = contact.law.rubs and contact.law.remembers_start
+    virgin = [isinstance(start, SliderOffset) and not np.any(start.value) for start in contact.starts]
+    return [*(sliding and each for each in virgin), *[False] * (contact.normal is not None)]
 
 
 class _AtRest:
-    """The equilibrium of a problem under its static loads, contacts in given states."""
+    """The equilibrium of a problem under its static loads, contacts in given states.
 
-    def __init__(self, problem: Problem) -> None:
+    seating: with springs `seat` [N/m] along the directions that are `free` of friction, (rows,), off `sliders` [m].
+    """
+
+    def __init__(self, problem: Problem, seating: bool = False) -> None:
         system = problem.systems.at(0)
         self.contacts, self.load = problem.contacts, problem.static_load
         self.B, self.K = system.B, system.without_contacts(problem.contact_stiffness)
-        ends = np.cumsum([len(contact.directions) for contact in self.contacts])
-        self.rows = [slice(int(end) - len(c.directions), int(end)) for c, end in zip(self.contacts, ends, strict=True)]
+        self.rows = _rows(self.contacts)
+        self.free = np.array([seating and each for contact in self.contacts for each in begins(contact)], dtype=bool)
+        self.seat, self.sliders = SEATING * problem.contact_stiffness, np.zeros(self.free.size)
 
-    def moved(self, motion: NDArray[Any]) -> list[Array]:
-        """The motion of each contact by its directions, m."""
-        w = (self.B @ motion).real
-        return [w[rows] for rows in self.rows]
+    def found(self) -> NDArray[Any] | None:
+        """The motion (n,) at rest."""
+        stuck = []
+        for contact in self.contacts:
+            slips = [np.zeros(group.stiffness.size) for group in contact.elements.friction]
+            normal = contact.elements.normal
+            passed = [np.zeros(group.bend.shape, dtype=bool) for group in contact.elements.friction]
+            stuck.append(State(slips, passed, np.ones(0 if normal is None else normal.stiffness.size, dtype=bool)))
+        motion = self.equilibrium(stuck)
+        for _ in range(ROUNDS):
+            if motion is None:
+                return None
+            states = self.states(motion)
+            target = self.equilibrium(states)
+            if target is None or all(one.same(other) for one, other in zip(states, self.states(target), strict=True)):
+                return target
+            # On the way contacts may change their states, for which the step is too long: it must bring a tenth of its promise.
+            share, left = 1.0, self.left_over(motion)
+            while share > SHORTEST and self.left_over(motion + share * (target - motion)) >= (1.0 - 0.1 * share) * left:
+                share *= 0.5
+            motion = motion + share * (target - motion)
+        return None
+
+    def rest(self, motion: NDArray[Any]) -> Rest:
+        """The contacts at a motion (n,)."""
+        w, states = (self.B @ motion).real, self.states(motion)
+        S, constant = self.linear(states)
+        return Rest(w, np.concatenate([w[:0], *(s @ w[r] for s, r in zip(S, self.rows, strict=True))]) + constant, states)
 
     def states(self, motion: NDArray[Any]) -> list[State]:
-        return [_state(contact, w) for contact, w in zip(self.contacts, self.moved(motion), strict=True)]
+        w = (self.B @ motion).real
+        return [_state(contact, w[rows]) for contact, rows in zip(self.contacts, self.rows, strict=True)]
+
+    def linear(self, states: list[State]) -> tuple[list[Array], Array]:
+        """S of each contact and f₀ (rows,) of contacts in these states."""
+        matrices, constant = [], np.zeros(self.B.shape[0])
+        for contact, rows, state in zip(self.contacts, self.rows, states, strict=True):
+            S, constant[rows] = _linear(contact, state)
+            free = self.free[rows]
+            S[free], constant[rows] = 0.0, np.where(free, -self.seat[rows] * self.sliders[rows], constant[rows])
+            matrices.append(S + np.diag(np.where(free, self.seat[rows], 0.0)))
+        return matrices, constant
 
     def equilibrium(self, states: list[State]) -> NDArray[Any] | None:
         """The motion (n,) at which contacts of these states carry the loads; None where they do not hold the structure."""
-        pressed, constant = np.zeros_like(self.B), np.zeros(self.B.shape[0])
-        for contact, rows, state in zip(self.contacts, self.rows, states, strict=True):
-            S, constant[rows] = _linear(contact, state)
-            pressed[rows] = S @ self.B[rows]
+        S, constant = self.linear(states)
+        pressed = np.vstack([np.zeros_like(self.B[:0]), *(s @ self.B[r] for s, r in zip(S, self.rows, strict=True))])
         return _solved(self.K + self.B.conj().T @ pressed, self.load - self.B.conj().T @ constant)
 
     def left_over(self, motion: NDArray[Any]) -> float:
         """‖K q + Bᵀ f(B q) − p‖, N."""
-        forces = np.zeros(self.B.shape[0])
-        for contact, rows, w in zip(self.contacts, self.rows, self.moved(motion), strict=True):
-            S, constant = _linear(contact, _state(contact, w))
-            forces[rows] = S @ w + constant
-        return float(np.linalg.norm(self.K @ motion + self.B.conj().T @ forces - self.load))
+        return float(np.linalg.norm(self.K @ motion + self.B.conj().T @ self.rest(motion).forces - self.load))
 
 
 def _solved(stiffness: NDArray[Any], load: NDArray[Any]) -> NDArray[Any] | None:
@@ -210,9 +301,8 @@ def unbearable_loads(problem: Problem, sign: float = 1.0) -> list[str]:
     system = problem.systems.at(0)
     if np.any(np.imag(system.B)):
         return []
-    bodies, ends = _loose_bodies(problem, system), np.cumsum([len(contact.directions) for contact in problem.contacts])
-    rows = [system.B.real[end - len(contact.directions) : end] for contact, end in zip(problem.contacts, ends, strict=True)]
-    forces = [_forces(contact, own) for contact, own in zip(problem.contacts, rows, strict=True)]
+    bodies, rows = _loose_bodies(problem, system), _rows(problem.contacts)
+    forces = [_forces(contact, system.B.real[own]) for contact, own in zip(problem.contacts, rows, strict=True)]
     load = sign * problem.static_load.real
     unbearable = [body.name for body in bodies if not _carried(forces, [body], load)]
     if unbearable or len(bodies) < 2 or _carried(forces, bodies, load):

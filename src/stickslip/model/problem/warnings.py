@@ -5,7 +5,9 @@ Each function returns a sentence, empty where there is nothing to warn of.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +36,10 @@ LARGEST_RATIO = 0.1
 SOFTEST_NORMAL, STIFFEST_NORMAL = 0.1, 1e3
 """kn over kt of a contact: of bodies of one material 1 to 1.5, of thin layers and strips up to a hundred."""
 
+LEFT, NUMBER = 0.5, re.compile(r" \d+$")
+"""Share of a preload that is left at rest, below which what contacts join is softer than they are; the end of the name of a
+contact among those of its surface."""
+
 LEAST_RATIO = 1e-9
 """A damping ratio below which rounding may decide its sign."""
 
@@ -59,6 +65,7 @@ def warnings_of(problem: Problem) -> tuple[str, ...]:
         _friction(problem),
         _friction_over_load(problem),
         _normal_stiffness(problem),
+        _preloads(problem),
         _starts(problem),
         _damping(problem),
         negative_damping(problem),
@@ -176,6 +183,34 @@ def _normal_stiffness(problem: Problem) -> str:
         f"Normal and tangential stiffnesses that do not fit ({_named(list(odd))}): kn is {worst:.2g} times kt. Between two "
         "bodies of one material it is 1 to 1.5 times kt. Check the units of both."
     )
+
+
+def _preloads(problem: Problem) -> str:
+    """Preloads, as interferences, of which what the contacts join takes more than they do: stiffer contacts than what they join.
+
+    Contacts of one surface share theirs, and static loads, which may unload contacts, do not count.
+    """
+    stated: dict[str, float] = {}
+    for contact in problem.contacts:
+        normal = contact.elements.normal
+        if normal is not None and not contact.balanced:
+            stated[contact.name] = float(normal.forces(0.0).sum())
+    if not any(stated.values()):
+        return ""
+    shaking = [replace(force, static=0.0) for force in problem.forces if any(force.amplitudes.values())]
+    loads = normal_loads_at_rest(problem.with_forces(shaking))
+    groups: dict[str, list[str]] = {}
+    for name in loads.keys() & stated.keys():
+        groups.setdefault(NUMBER.sub("", name), []).append(name)
+    for group, names in sorted(groups.items()):
+        whole, left = (sum(values[name] for name in names) for values in (stated, loads))
+        if left < LEFT * whole:
+            return (
+                f"The preload of {group}, {whole:.4g} N, is an interference, of which {left:.3g} N are left at rest without "
+                "other loads, since what the contacts join yields more than they do. If it is the normal load at rest, write "
+                "balanced = true; else raise it until the load at rest is right."
+            )
+    return ""
 
 
 def _damping(problem: Problem) -> str:

@@ -10,6 +10,7 @@ peak is no measure of it: sampling divides a flat top into facets, and a peak is
 solved, beyond the facets.
 """
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import sqrt
@@ -262,6 +263,26 @@ class PeakSolver:
         forces, motion, omega, _ = self.balance.tangent(evaluation, "omega", factors)
         size, slope = self.measure.slope(evaluation.w[self.row], evaluation.point.omega, motion[self.row], omega)
         return _Sample(s, size, float(slope), forces, omega, evaluation)
+
+
+SHORTEST = 1.0 / 32.0
+"""The shortest step of a problem that changes, as a share of the whole change, before its peak counts as lost."""
+
+
+def followed(solver_at: Callable[[float], PeakSolver], known: SolvedPeak) -> SolvedPeak | None:
+    """The known peak followed while its problem changes, from share 0 to 1 of the change; None where it is lost."""
+    done, step = 0.0, 1.0
+    while done < 1.0:
+        share = min(done + step, 1.0)
+        try:
+            known = solver_at(share).from_near(known.point, known.plane)
+        except NoPeakError:
+            if step <= SHORTEST:
+                return None
+            step *= 0.5
+        else:
+            done, step = share, 2.0 * step
+    return known
 
 
 def _moved(sample: _Sample, s: float) -> Point:

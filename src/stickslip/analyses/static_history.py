@@ -1,0 +1,152 @@
+"""What the history of the static load changes at the highest peaks of a curve.
+
+Where a contact sticks, its friction depends on where its slider stood when the vibration began. Two histories are limits of what
+may have been before:
+
+* dragged: sliders are there before the static load p₀, s = 0. It drags them, and contacts carry friction at rest. Curves are
+  computed so;
+* seated: p₀ acts before there is friction, as when parts are lubricated, shaken or tapped in. Contacts carry normal forces alone,
+  and the sliders begin there, s = u₀ of K q₀ + B_nᵀ N(B_n q₀) = p₀ (`model/problem/at_rest.py`).
+
+A steady motion follows from the places of the sliders by the rule of the start states, T = kt (u − s) within the limits. So the
+other history is another offset of each slider, and a peak is followed while all sliders go from 0 to u₀ together. The two are no
+bounds: between and beyond them lie all other start states (`response_bounds`).
+"""
+
+import numpy as np
+
+from stickslip.analyses.response_dataset import levels_are_newtons
+from stickslip.analyses.truncation import SEATED, highest_points, same_motion
+from stickslip.model.problem import Problem
+from stickslip.model.problem.at_rest import at_rest, begins, open_stiffness, seated
+from stickslip.model.problem.meshed import with_forces
+from stickslip.model.structure.modes import natural_modes
+from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
+from stickslip.solve.balance.measure import Measure
+from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.continuation.finer_peak import finer_peak
+from stickslip.solve.continuation.newton import TOLERANCE
+from stickslip.solve.curves.curve import Curve
+from stickslip.solve.peaks.climb import PeakSolver, followed, settled
+from stickslip.support.checks import Array, first_of
+
+SHOWN = 3
+"""Names of contacts that a sentence lists."""
+
+SEEN = 1e-3
+"""Relative difference of two natural frequencies from which on it is seen in tables and figures."""
+
+ROUNDING = 1e-9
+"""Friction kt |u₀| over the forces of the contacts at rest, below which it is rounding."""
+
+UNMOVED = "The history of the static load does not matter: it moves no slider."
+UNSEATED = (
+    "What the history of the static load changes is not known: no balance of this load without friction was found, in which "
+    "parts are seated before friction acts."
+)
+
+
+def opened(problem: Problem, low: float, high: float) -> str:
+    """A sentence where parts of contacts are open at rest, so that small vibrations between two frequencies [Hz] have another
+    natural frequency than those of contacts that are stuck as a whole: of K without the stiffness that is open."""
+    problem = problem.at_frequency(problem.first_omega_at_rest)
+    rest = at_rest(problem)
+    if rest is None or not (released := open_stiffness(problem, rest)).any():
+        return ""
+    owners = [contact.name for contact in problem.contacts for _ in contact.directions]
+    names = first_of(list(dict.fromkeys(owners[row] for row in np.flatnonzero(released))), SHOWN)
+    for harmonic in problem.systems.excited:
+        M, _, K, B, _ = problem.systems.at(harmonic)
+        stuck, small = natural_modes(M, K), natural_modes(M, K - B.conj().T @ (released[:, None] * B))
+        alike = np.argmax(np.abs(small.shapes.conj().T @ M @ stuck.shapes), axis=0)
+        for one, other in zip(stuck.frequencies / harmonic, small.frequencies[alike] / harmonic, strict=True):
+            if low <= one <= high and other < (1.0 - SEEN) * one:
+                return (
+                    f"At rest contacts or parts of them are open ({names}): small vibrations have the natural frequency "
+                    f"{other:.5g} Hz, not the {one:.5g} Hz of contacts that are closed and stuck as a whole."
+                )
+    return ""
+
+
+def history_change(balance: HarmonicBalance, curve: Curve, measure: Measure) -> tuple[Array, str, str]:
+    """The relative change of each output (outputs,) at its highest peak in the other history; a warning where one is large; why
+    none is known. Both sentences are empty where there is nothing to say.
+
+    NaN for outputs without a peak, and where the histories do not differ or the other one is not known.
+    """
+    names, rows = balance.problem.output_names, balance.rows
+    changes, words = np.full(len(names), np.nan), [""] * len(names)
+    found: list[tuple[CurvePoint, Evaluation | None]] = []
+    for output, peak in highest_points(balance, curve, measure).items():
+        if not (curve.peaks and curve.peaks[output]):
+            continue
+        if not any(same_motion(peak, known) for known, _ in found):
+            other = seated_balance(balance, peak.point.omega)
+            if isinstance(other, str):
+                return changes, "", other
+            found.append((peak, _peak(balance, *other, output, peak, measure)))
+        solution = next(each for known, each in found if same_motion(peak, known))
+        if solution is None:
+            words[output] = f"What the history of the static load changes at the highest peak of {names[output]} is not known: "
+            words[output] += "the peak was lost on the way to contacts that are seated without friction."
+            continue
+        points = peak.evaluation, solution
+        sizes = [measure.size(e.w[rows + output], e.point.omega) / measure.per(peak.point.level) for e in points]
+        changes[output] = sizes[1] / sizes[0] - 1.0
+        if abs(changes[output]) > SEATED.allowed:
+            unit = measure.reported_units(levels_are_newtons(balance.problem))
+            dragged, other = (
+                f"{s:.4g} {unit} at {balance.hertz(e.point.omega):.5g} Hz" for s, e in zip(sizes, points, strict=True)
+            )
+            words[output] = (
+                f"The history of the static load changes {names[output]} at its highest peak: {dragged} where the load drags "
+                f"sliders that are there before it, as computed; {other}, {100.0 * changes[output]:+.1f} %, where it seats the "
+                "contacts before friction acts. The two are no bounds: compute these with `response_bounds`."
+            )
+    worst = int(np.argmax(np.nan_to_num(np.abs(changes), nan=-1.0)))
+    return changes, words[worst] or next(filter(None, words), ""), ""
+
+
+def seated_balance(balance: HarmonicBalance, omega: float) -> tuple[HarmonicBalance, Array, Array] | str:
+    """The balance, on coordinates of a mesh that show it, and of all friction elements whether their sliders begin at rest, and
+    where the static load at a frequency seats them, u₀ [m]; or why there is none.
+    """
+    problem = balance.problem
+    free = [each for contact in problem.contacts for each in begins(contact)]
+    if balance.kept[0] != 0 or not any(free):
+        return ""
+    rest = seated(problem.at_frequency(omega))
+    while rest is not None and problem.mesh is not None:
+        more = with_forces(problem, (rest.forces - problem.contact_stiffness * rest.motion)[:, None])
+        if more.structure.size == problem.structure.size:
+            break
+        problem, rest = more, seated(more.at_frequency(omega))
+    if rest is None:
+        return UNSEATED
+    table = balance.table
+    row = np.repeat(np.arange(table.rows), np.diff(table.friction_first))
+    begin = np.array(free)[row]
+    friction = table.stiffness * np.abs(rest.motion[row]) * begin
+    if friction.max() <= ROUNDING * float(np.linalg.norm(rest.forces)):
+        return UNMOVED if np.any(rest.forces) else ""
+    if problem is not balance.problem:
+        balance = HarmonicBalance(problem, balance.harmonics, balance.tables.E.shape[0], balance.periods)
+    return balance, begin, rest.motion[row]
+
+
+def _peak(
+    few: HarmonicBalance, balance: HarmonicBalance, begin: Array, places: Array, output: int, peak: CurvePoint, measure: Measure
+) -> Evaluation | None:
+    """The peak of an output with sliders at `places`: climbed to, else solved at the phase that it had; None where it is lost."""
+
+    def solver_at(share: float) -> PeakSolver:
+        start = np.where(begin, share * places, balance.table.start_value)
+        return PeakSolver(balance.with_starts(start), output, measure)
+
+    other = solver_at(1.0).balance
+    if few.problem is balance.problem and other.evaluate(peak.point).error <= TOLERANCE:
+        return peak.evaluation  # every contact slips: its start is forgotten
+    found = followed(solver_at, PeakSolver(few, output, measure).from_top(peak.evaluation))
+    if found is not None:
+        return settled(solver_at(1.0), found)[0].evaluation
+    return finer_peak(other, other, peak.point, output, peak.evaluation.w[few.rows + output, few.first])
