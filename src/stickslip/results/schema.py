@@ -15,17 +15,14 @@ from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from stickslip.support.checks import Faults, InputError, fault, nearest
-from stickslip.support.late import xr
+from stickslip.support.late import Figure, xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import FIGURES, SENTENCES
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 class Result:

@@ -36,12 +36,10 @@ from stickslip.show.plots.interactive import Combination, description, escaped
 from stickslip.show.plots.look import colour, house_style
 from stickslip.show.plots.moving_picture import MovingPicture
 from stickslip.support.checks import Array, fault
-from stickslip.support.late import pd, xr
+from stickslip.support.late import Figure, pd, xr
 from stickslip.support.units import UnitSystem
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from stickslip.show.plots.paper import Figures
 
 
