@@ -67,6 +67,10 @@ class Result:
         return FIGURES.known("Result")["in the units of the study"](drawn, self)
 
 
+class Row(str):
+    """A sentence that says a row of the table of the answer: a page shows the table in its stead."""
+
+
 FILE_FORMAT = 1
 COMMON_ATTRIBUTES = ("title", "study", "stickslip_version", "file_format")
 """What the results of every analysis carry."""
@@ -94,6 +98,11 @@ class Variable:
 def _tables() -> dict[str, dict[str, tuple[str, ...]]]:
     """The tables of `variables.toml`."""
     return tomllib.loads(files("stickslip.results").joinpath("variables.toml").read_text(encoding="utf-8"))
+
+
+def named(dims: Any, values: Any, words: str, units: str = "1") -> tuple[Any, Any, dict[str, Any]]:
+    """A variable or coordinate as xarray takes it, with its meaning and its units, "1" of a pure number."""
+    return dims, values, {"units": units, "long_name": words}
 
 
 def variables_in(table: str) -> dict[str, tuple[tuple[str, ...], str, str]]:
