@@ -18,7 +18,7 @@ from stickslip.analyses.time_response import time_response
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.results.files import save
-from stickslip.results.schema import Result, stamped
+from stickslip.results.schema import Result, named, stamped
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -212,17 +212,14 @@ def beside_modes(dataset: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
     shows them."""
     axes = ("mode", "mode_point")
 
-    def named(dims: tuple[str, ...], values: Array, words: str, units: str) -> tuple[Any, ...]:
-        return dims, values, {"units": units, "long_name": words}
-
     damping = modes["decay_damping_ratio"].values[..., 0]
     found = {
         "mode_amplitude": named((*axes, "output"), modes["swing"].values, "amplitude of the nonlinear mode", "m"),
         "mode_frequency": named(axes, modes["frequency"].values, "frequency of the nonlinear mode", "Hz"),
-        "mode_damping_ratio": named(axes, damping, "damping ratio of a free decay along it", "1"),
-        "mode_message": named(("mode",), modes["decay_message"].values, "where a decay is not one of the mode", "1"),
+        "mode_damping_ratio": named(axes, damping, "damping ratio of a free decay along it"),
+        "mode_message": named(("mode",), modes["decay_message"].values, "where a decay is not one of the mode"),
     }
-    numbers = named(("mode",), modes["mode_number"].values, "number of the stuck mode", "1")
+    numbers = named(("mode",), modes["mode_number"].values, "number of the stuck mode")
     return dataset.assign(found).assign_coords(mode=numbers)
 
 
@@ -231,16 +228,8 @@ def beside_phase_resonance(dataset: xr.Dataset, test: xr.Dataset) -> xr.Dataset:
     frequency = test["frequency"].values
     size = test["amplitude"].values / (2.0 * np.pi * frequency) ** quantity_named(str(test.attrs["quantity"]))[0].order
     return dataset.assign(
-        resonance_amplitude=(
-            "resonance",
-            size,
-            {"units": "m", "long_name": "displacement where force and displacement are at 90°"},
-        ),
-        resonance_frequency=(
-            "resonance",
-            frequency,
-            {"units": "Hz", "long_name": "frequency where force and displacement are at 90°"},
-        ),
+        resonance_amplitude=named("resonance", size, "displacement where force and displacement are at 90°", "m"),
+        resonance_frequency=named("resonance", frequency, "frequency where force and displacement are at 90°", "Hz"),
     )
 
 
@@ -325,12 +314,9 @@ def _dataset(work: FreeDecayWork, arrays: Arrays) -> xr.Dataset:
         "damping_ratio": (half, table[4], "1", "damping ratio of the half cycle, from the logarithmic decrement"),
     }
     return xr.Dataset(
-        {
-            name: (dims, values, {"units": units, "long_name": long_name})
-            for name, (dims, values, units, long_name) in variables.items()
-        },
+        {name: named(dims, values, long_name, units) for name, (dims, values, units, long_name) in variables.items()},
         coords={
-            name: (name, values, {"units": units, "long_name": words})
+            name: named(name, values, words, units)
             for name, values, units, words in (
                 ("time", times, "s", "time"),
                 ("output", list(problem.output_names), "1", "output"),

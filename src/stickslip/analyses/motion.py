@@ -22,6 +22,7 @@ from stickslip.model.contact.protocol import OPEN, STICK
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.structure.rigid_body import arm_of
+from stickslip.results.schema import named
 from stickslip.results.shown_units import system_of
 from stickslip.results.view import highest_peak, level_text, periods_of
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
@@ -340,7 +341,7 @@ def with_motion(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     points = [-1 if peak is None else peak.point for peak in peaks]
     variables["section_motion_point"] = ("case",), np.array(points), "1", "point whose motion is kept"
     return dataset.assign(
-        {name: (dims, values, {"units": units, "long_name": words}) for name, (dims, values, units, words) in variables.items()}
+        {name: named(dims, values, words, units) for name, (dims, values, units, words) in variables.items()}
     ).assign_attrs(
         sections=[body.name for body in known.bodies], touching=[point.name for point in known.points], loops_in_motion=labels
     )

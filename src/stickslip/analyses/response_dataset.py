@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.loads import BaseMotion, excited_harmonics
 from stickslip.model.problem import Problem
-from stickslip.results.schema import SCHEMA, Variable, labelled
+from stickslip.results.schema import SCHEMA, Variable, labelled, named
 from stickslip.results.view import periods_of
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
@@ -117,7 +117,7 @@ def response_dataset(
             dataset[name].attrs["units"] = measure.reported_units(newtons)
     areas = [contact.area for contact in problem.contacts]
     if any(areas):
-        dataset["contact_area"] = "contact", areas, {"units": "m2", "long_name": "area that the contact stands for, 0: not known"}
+        dataset["contact_area"] = named("contact", areas, "area that the contact stands for, 0: not known", "m2")
     return dataset
 
 

@@ -26,6 +26,7 @@ from stickslip.model.dampers.between_platforms import RIGHT, BetweenPlatforms, P
 from stickslip.model.loads import Force
 from stickslip.model.rigs.laboratory_damper import platform_problem
 from stickslip.model.structure.matrices import Structure
+from stickslip.results.schema import named
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
@@ -51,8 +52,8 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
     variables = _platforms(rig, model, march) | _contact_forces(model, march) | _contact_motions(rig, model, march)
     variables |= _states(model, march) | _energies(model, march) | _section(rig)
     return xr.Dataset(
-        {name: (dims, values, {"units": units, "long_name": words}) for name, (dims, values, units, words) in variables.items()},
-        coords={name: (dim, values, {"units": "1", "long_name": words}) for name, dim, values, words in _coordinates(rig)},
+        {name: named(dims, values, words, units) for name, (dims, values, units, words) in variables.items()},
+        coords={name: named(dim, values, words) for name, dim, values, words in _coordinates(rig)},
         attrs={
             "title": rig.title or rig.damper.name,
             "pull": float(np.hypot(*np.asarray(rig.damper.pull)[:2])),

@@ -21,6 +21,7 @@ from stickslip.analyses.modes.synthesis import Synthesis
 from stickslip.analyses.settings import Execution, OfProblem, OutputNumber, Samples, Setting, Settings, output_of
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
+from stickslip.results.schema import named
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
 from stickslip.solve.balance.fourier import Harmonics, attribute, checked_harmonics, fourier, harmonics_for, highest, of_attribute
@@ -171,14 +172,14 @@ def with_peaks(dataset: xr.Dataset, problem: Problem, levels: Sequence[float] = 
             _fill_levels(data, case, synthesis, levels, dataset, problem)
             said.append(_misses(np.array(levels), *(data[name][case] for name in ("level_amplitude", "level_solved_amplitude"))))
         warnings.append(" ".join(filter(None, said)))
-    described = {name: (dims, data[name], {"units": units, "long_name": words}) for name, (dims, units, words) in names.items()}
-    why = {"units": "1", "long_name": "why there are no peaks of force levels"}
-    found = dataset.assign(described).assign(synthesis_message=("case", np.array(messages, dtype=np.str_), why))
-    close = {"units": "1", "long_name": "why peaks of force levels may be wrong"}
-    found = found.assign(synthesis_warning=("case", np.array(warnings, dtype=np.str_), close))
+    described = {name: named(dims, data[name], words, units) for name, (dims, units, words) in names.items()}
+    found = dataset.assign(described).assign(
+        synthesis_message=named("case", np.array(messages, dtype=np.str_), "why there are no peaks of force levels"),
+        synthesis_warning=named("case", np.array(warnings, dtype=np.str_), "why peaks of force levels may be wrong"),
+    )
     if not levels:
         return found
-    return found.assign_coords(force_level=("force_level", list(levels), {"units": "1", "long_name": "force level"}))
+    return found.assign_coords(force_level=named("force_level", list(levels), "force level"))
 
 
 def _others_move(levels: Array, shares: Array) -> str:

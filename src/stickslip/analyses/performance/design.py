@@ -34,7 +34,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.schema import Result, variables_in
+from stickslip.results.schema import Result, named, variables_in
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.balance.fourier import MOST_SAMPLES, attribute
@@ -343,7 +343,7 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
 
     def described(name: str, value: Any) -> tuple[Any, Any, dict[str, str]]:
         dims, unit, words = VARIABLES[name]
-        return dims, value, {"units": unit or units, "long_name": words}
+        return named(dims, value, words, unit or units)
 
     attrs: dict[str, Any] = {
         "title": "Design of a damper",

@@ -25,7 +25,7 @@ from stickslip.laboratory.measurement.records import LONGEST_CLIP, longest_run
 from stickslip.laboratory.measurement.universal_file import is_universal
 from stickslip.laboratory.measurement.universal_response import time_history
 from stickslip.results.files import save
-from stickslip.results.schema import Result, stamped
+from stickslip.results.schema import Result, named, stamped
 from stickslip.support.checks import Array, InputError, among, existing, fault, finite, of_kind, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.units import Band
@@ -312,11 +312,9 @@ def _dataset(record: Record, windows: Sequence[Window], quantity: str, name: str
         "damping_ratio_error": (delta_error / np.hypot(delta, omega), "1", "standard error of the damping ratio"),
     }
     units = ("m", "m/s", "m/s2")[order]
-    data: dict[str, Any] = {
-        key: ("window", each, {"units": unit, "long_name": words}) for key, (each, unit, words) in values.items()
-    }
-    data["signal"] = "time", record.x, {"units": units, "long_name": f"measured {quantity}"}
-    coords = {"time": ("time", record.t, {"units": "s", "long_name": "time"})}
+    data: dict[str, Any] = {key: named("window", each, words, unit) for key, (each, unit, words) in values.items()}
+    data["signal"] = named("time", record.x, f"measured {quantity}", units)
+    coords = {"time": named("time", record.t, "time", "s")}
     length = float(windows[0].motion.size * record.step * omega[0] / (2.0 * np.pi))
     others = {"window_cycles": length, "second_mode": float(windows[0].second / (2.0 * np.pi))}
     return xr.Dataset(data, coords, {"title": name or "Measured decay", "quantity": quantity, **others})

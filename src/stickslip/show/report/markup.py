@@ -322,7 +322,7 @@ def presentation_named(analysis: str) -> Presentation:
     own = known[analysis]
 
     def sentences(dataset: xr.Dataset) -> list[str]:
-        return [shown_sentence(sentence, dataset) for sentence in own.sentences(dataset)]
+        return [type(sentence)(shown_sentence(sentence, dataset)) for sentence in own.sentences(dataset)]
 
     def failures(dataset: xr.Dataset) -> list[str]:
         return [shown_sentence(sentence, dataset) for sentence in own.failures(dataset)]

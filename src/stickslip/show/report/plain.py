@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.results.schema import Row
 from stickslip.results.view import energy_unit, shown_unit
 from stickslip.show.report.answer import warnings_at_a_glance
 from stickslip.show.report.markup import Charts, cell, number, presentation_of, section, table, text
@@ -34,8 +35,7 @@ SYMBOL = re.compile(r"\w+_\w+|\w+ (=|≥|×|is not found)")
 def overview(datasets: Datasets, charts: Charts) -> str:
     """What came out: the answer in a sentence or a table, warnings, the first figure, everything else in sentences.
 
-    A table stands for the sentences that begin with what its first column holds: a name or a size; before a number of a thing
-    stands the head of the column, as in "cycle 2".
+    A table stands for the sentences that are its rows.
     """
     parts = []
     for place, (label, dataset) in enumerate(datasets.items()):
@@ -44,12 +44,14 @@ def overview(datasets: Datasets, charts: Charts) -> str:
         warnings: list[str] = []
         sentences: list[str] = []
         answer = ""
-        for line in map(str.strip, shown.sentences(dataset)):
-            sentence = PREFIX.sub("", line)
-            (warnings if sentence in warned or line.startswith("warning, ") else sentences).append(sentence)
         if (frame := shown.tables(dataset).get(shown.answer)) is not None:
             answer = _table(place, shown.answer, frame, stacked=len(frame.columns) > BESIDE)
-            sentences = [sentence for sentence in sentences if not _is_row(sentence, frame)]
+        for line in shown.sentences(dataset):
+            sentence = PREFIX.sub("", line.strip())
+            if sentence in warned or line.strip().startswith("warning, "):
+                warnings.append(sentence)
+            elif not (answer and isinstance(line, Row)):
+                sentences.append(sentence)
         first, *rest = sentences
         lines = "".join(f"<li>{text(sentence)}</li>" for sentence in rest)
         seconds = dataset.attrs.get("cpu_seconds")
@@ -61,15 +63,6 @@ def overview(datasets: Datasets, charts: Charts) -> str:
             f"<ul>{lines}</ul>{note}"
         )
     return section("overview", "Overview", *parts)
-
-
-def _is_row(sentence: str, frame: pd.DataFrame) -> bool:
-    """Whether a sentence says a row of a table again."""
-    begins = {f"{value:.4g}" if isinstance(value, float) else str(value).split()[0] for value in frame.iloc[:, 0]}
-    first, second = (word.rstrip(":,") for word in (*sentence.split(), "")[:2])
-    if frame.iloc[:, 0].dtype.kind == "i":
-        return first == frame.columns[0] and second in begins
-    return first in begins
 
 
 def figures(datasets: Datasets, charts: Charts) -> str:

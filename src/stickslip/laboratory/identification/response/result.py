@@ -24,7 +24,7 @@ from stickslip.laboratory.identification.response.prediction_result import Respo
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units
 from stickslip.model.problem import Problem
 from stickslip.results.files import save
-from stickslip.results.schema import Result, stamped
+from stickslip.results.schema import Result, Row, named, stamped
 from stickslip.support.checks import Array, counted, digits_between, first_of, rounded
 from stickslip.support.late import xr
 
@@ -288,14 +288,11 @@ def dataset_of_fit(
 
     def of_parameters(variables: Any, words: str) -> tuple[Any, ...]:
         values = [fit.free[name].value(float(v)) if np.isfinite(v) else np.nan for name, v in zip(names, variables, strict=True)]
-        return "parameter", values, {"units": "as given", "long_name": words}
+        return named("parameter", values, words, "as given")
 
     def of_points(rows: Any, units: str, words: str, fill: float = np.nan) -> tuple[Any, ...]:
         whole = [np.pad(np.asarray(row, dtype=float), (0, longest - len(row)), constant_values=fill) for row in rows]
-        return ("test", "point"), np.array(whole), {"units": units, "long_name": words}
-
-    def named(dims: Any, values: Any, words: str, units: str = "1") -> tuple[Any, ...]:
-        return dims, values, {"units": units, "long_name": words}
+        return named(("test", "point"), np.array(whole), words, units)
 
     data = {
         "value": of_parameters(x[fit.shared], "identified value"),
@@ -370,7 +367,7 @@ def summary(dataset: xr.Dataset) -> list[str]:
     """Parameters with intervals, what each test has by itself, misfit of each test, notes; mistakes that are suspected first."""
     said = [note for note in str(dataset.attrs.get("notes", "")).split("\n") if note]
     suspected = said.index(SUSPICION) + 1 if SUSPICION in said else 0
-    lines = [_parameter(dataset, k) for k in range(dataset.sizes["parameter"])]
+    lines: list[str] = [Row(_parameter(dataset, k)) for k in range(dataset.sizes["parameter"])]
     lines += [_of_each_test(dataset, str(name)) for name in dataset["own"].values]
     sizes, predicted = 100.0 * dataset["misfit"].values, 100.0 * dataset["held_out"].values
     worst = int(np.argmax(sizes))
