@@ -11,8 +11,8 @@ import numpy as np
 
 from stickslip.solve.balance.balance import HarmonicBalance, Parameter
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, solve_at
+from stickslip.solve.continuation.finer_peak import resolved
 from stickslip.solve.continuation.held_amplitude import first_held
-from stickslip.solve.continuation.more_harmonics import resolved
 from stickslip.solve.continuation.newton import Correction, correct, fixed
 from stickslip.solve.continuation.steps import StepControl, Steps
 
