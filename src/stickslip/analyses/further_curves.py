@@ -19,7 +19,7 @@ from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.branch_points import BranchPoint, branch_points, determinant_jumps, starts
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.continuation.interpolation import Interpolation
-from stickslip.solve.continuation.two_ways import Followed, joined, one_way
+from stickslip.solve.continuation.sweep import Followed, joined, one_way
 from stickslip.solve.curves.curve import Curve, with_peaks
 from stickslip.support.checks import Array, InputError, fault, first_of, positive, whole
 from stickslip.support.late import pd, xr

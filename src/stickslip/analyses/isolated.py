@@ -37,7 +37,7 @@ from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.continuation.finer_peak import pad, resolved
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.continuation.steps import StepControl
-from stickslip.solve.continuation.two_ways import Followed, followed_both_ways
+from stickslip.solve.continuation.sweep import Followed, followed_both_ways
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import SMALLEST, Array, counted
 from stickslip.support.late import xr

@@ -274,7 +274,7 @@ def listed(words: Sequence[str]) -> str:
     return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
-LISTED = 5
+LISTED = 6
 """Of many things, those that a sentence names."""
 
 
