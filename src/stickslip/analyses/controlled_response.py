@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked
+from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked_curves
 from stickslip.analyses.settings import (
     Execution,
     Frequencies,
@@ -32,7 +32,7 @@ from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.files import save
-from stickslip.results.schema import SCHEMA, Result, named
+from stickslip.results.schema import SCHEMA, Result, named, stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
@@ -197,21 +197,19 @@ class ControlledResponseWork(HeldMotion, Execution):
         """The response of the curves of all amplitudes."""
         names = self.problem.output_names
         kept = [variable for variable in SCHEMA if variable.name in curves[0]]
-        data = {v.name: named(v.dims, stacked(v, [c[v.name] for c in curves]), v.long_name, v.units) for v in kept}
+        data = {v.name: named(v.dims, stacked_curves(v, [c[v.name] for c in curves]), v.long_name, v.units) for v in kept}
         level = _level_units(self)
-        longest = [max(np.size(curve[name]) for curve in curves) for name in ("force_level", "resonance_frequency")]
 
-        def padded(name: str, size: int) -> Array:
-            rows = [np.pad(curve[name], (0, size - np.size(curve[name])), constant_values=np.nan) for curve in curves]
-            return np.array(rows, dtype=float)
+        def together(name: str) -> Array:
+            return stacked([curve[name] for curve in curves])
 
         along = ("case", "point")
-        data["force_level"] = named(along, padded("force_level", longest[0]), "force level that holds the amplitude", level)
+        data["force_level"] = named(along, together("force_level"), "force level that holds the amplitude", level)
         of = "displacement of the output against the force"
-        data["phase"] = named(along, padded("phase", longest[0]), f"phase of the {of}", "degree")
+        data["phase"] = named(along, together("phase"), f"phase of the {of}", "degree")
         for name, (units, words) in RESONANCE.items():
             own = level if name.endswith("level") else units
-            data[name] = named(("case", "resonance"), padded(name, longest[1]), words, own)
+            data[name] = named(("case", "resonance"), together(name), words, own)
         held = f"held amplitude of the {self.quantity} of {names[self.output]}"
         coords = {
             "held_amplitude": named("case", list(self.amplitudes), held, self.held_quantity.units),

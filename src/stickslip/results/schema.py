@@ -10,7 +10,7 @@ What kind of curve a case of a forced response is: of a sweep, a branch, or isol
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
@@ -18,6 +18,7 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.support.checks import Faults, InputError, fault, nearest
 from stickslip.support.late import Figure, xr
@@ -103,6 +104,19 @@ def _tables() -> dict[str, dict[str, tuple[str, ...]]]:
 def named(dims: Any, values: Any, words: str, units: str = "1") -> tuple[Any, Any, dict[str, Any]]:
     """A variable or coordinate as xarray takes it, with its meaning and its units, "1" of a pure number."""
     return dims, values, {"units": units, "long_name": words}
+
+
+def stacked(pieces: Sequence[ArrayLike], empty: Any = np.nan, kind: Any = float) -> NDArray[Any]:
+    """Arrays of one number of axes as one with a first axis, the shorter ones filled up with what means "not there"."""
+    arrays = [np.asarray(piece) for piece in pieces]
+    if arrays[0].dtype.kind == "U":
+        empty, kind = "", object
+    whole = np.full((len(arrays), *np.max([array.shape for array in arrays], axis=0).astype(int)), empty, dtype=kind)
+    for row, array in zip(whole, arrays, strict=True) if whole.ndim > 1 else ():
+        row[tuple(map(slice, array.shape))] = array
+    if whole.ndim == 1:
+        whole[:] = arrays
+    return whole.astype(np.str_) if kind is object else whole
 
 
 def variables_in(table: str) -> dict[str, tuple[tuple[str, ...], str, str]]:

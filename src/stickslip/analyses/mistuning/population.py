@@ -20,7 +20,7 @@ from stickslip.analyses.settings import takes
 from stickslip.analyses.stress import SIZES, Equivalent, has_fatigue, with_fatigue
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.structure.stress import COMPONENTS, FatigueLimit
-from stickslip.results.schema import Result, named
+from stickslip.results.schema import Result, named, stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.fourier import attribute
@@ -70,12 +70,7 @@ def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Da
 
 def _samples(samples: Sequence[Arrays], units: str, words: str) -> dict[str, Any]:
     """Curves, maxima and outcomes."""
-    longest = max(arrays["frequency"].size for arrays in samples)
-    frequency = np.full((len(samples), longest), np.nan)
-    amplitude = np.full((len(samples), longest, samples[0]["peak"].size), np.nan)
-    for k, arrays in enumerate(samples):
-        frequency[k, : arrays["frequency"].size] = arrays["frequency"]
-        amplitude[k, : arrays["frequency"].size] = arrays["amplitude"]
+    frequency, amplitude = (stacked([arrays[name] for arrays in samples]) for name in ("frequency", "amplitude"))
     curve, each = ("sample", "point"), ("sample", "blade")
     peak, place, work = (np.array([arrays[name] for arrays in samples]) for name in ("peak", "peak_frequency", "damper_work"))
     busiest = np.where(np.nan_to_num(work).max(axis=1) > NO_WORK, np.nan_to_num(work).argmax(axis=1) + 1, 0)

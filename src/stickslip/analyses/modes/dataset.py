@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.modes.slow_decay import SlowDecay, slow_decay
-from stickslip.analyses.performance.work import stacked
 from stickslip.analyses.response_dataset import ContactRows
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
-from stickslip.results.schema import named, variables_in
+from stickslip.results.schema import named, stacked, variables_in
 from stickslip.results.view import length_text
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.balance import Evaluation
@@ -143,7 +142,7 @@ def _parts(values: NDArray[np.complex128]) -> Array:
 def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, Any]) -> xr.Dataset:
     """All curves as one labelled dataset."""
     data = {
-        name: named(dims, stacked([np.asarray(result[name]) for result in results]), words, units)
+        name: named(dims, stacked([result[name] for result in results]), words, units)
         for name, (dims, units, words) in (VARIABLES | OF_DECAYS).items()
         if name in results[0]
     }
@@ -268,7 +267,7 @@ def limit_cycles_dataset(
 ) -> xr.Dataset:
     """The limit cycles of all modes as one labelled dataset."""
     data = {
-        name: named(dims, stacked([np.asarray(result[name]) for result in results]), words, units)
+        name: named(dims, stacked([result[name] for result in results]), words, units)
         for name, (dims, units, words) in CYCLE_VARIABLES.items()
     }
     ratio = named("aerodynamic_damping", list(ratios), "aerodynamic damping ratio, added to that of the mode")

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, no_resonance, resonance_band
-from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Pull, stacked
+from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Pull
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     Execution,
@@ -43,7 +43,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.analyses.variability.bounds import BoundsWork
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result, named, variables_in
+from stickslip.results.schema import Result, named, stacked, variables_in
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Progress
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -146,7 +146,7 @@ def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCur
         balance = HarmonicBalance(work.problem, work.harmonics, work.samples)
         raise no_resonance(balance, work.output, (float(low), float(high)), " at one of the values of F_C/F_E")
     data = {
-        name: (dims, stacked([np.asarray(result[name]) for result in results]), described(work.measured, name, units, words))
+        name: (dims, stacked([result[name] for result in results]), described(work.measured, name, units, words))
         for name, (dims, units, words) in VARIABLES.items()
     }
     coords: dict[str, Any] = {

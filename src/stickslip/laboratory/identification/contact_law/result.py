@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.laboratory.identification.contact_law.fit import ContactLoop, force_lag, force_of, interval, work_along
 from stickslip.model.contact.law import LoadDependentFriction
-from stickslip.results.schema import Result, named
+from stickslip.results.schema import Result, named, stacked
 from stickslip.support.checks import Array, Index, counted, fault, rounded
 from stickslip.support.late import xr
 
@@ -112,10 +112,7 @@ def contact_law_dataset(
     forces = [np.asarray(loop.force) for loop in work.loops]
 
     def of_loops(rows: Sequence[Any], words: str, units: str) -> tuple[Any, ...]:
-        found = np.full((len(rows), max(map(len, rows))), np.nan)
-        for place, row in enumerate(rows):
-            found[place, : len(row)] = row
-        return named(("loop", "sample"), found, words, units)
+        return named(("loop", "sample"), stacked(rows), words, units)
 
     def of_laws(key: str, words: str, units: str = "1") -> tuple[Any, ...]:
         values = [getattr(fit, key) for fit in fits.values()]

@@ -35,7 +35,7 @@ from stickslip.laboratory.identification.response.prediction_result import (
 )
 from stickslip.laboratory.measurement.decay import MeasuredDecay
 from stickslip.results.files import save
-from stickslip.results.schema import Result, Row, named, stamped
+from stickslip.results.schema import Result, Row, named, stacked, stamped
 from stickslip.results.view import length_text
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
@@ -94,9 +94,7 @@ def compared_decays(dataset: xr.Dataset, decays: Sequence[xr.Dataset]) -> xr.Dat
     names, which = _names(decays), [windows_between(one, size[0], size[-1]) for one in decays]
 
     def along(values: Sequence[Array], words: str, unit: str) -> tuple[Any, ...]:
-        longest = max(windows.size for windows in which)
-        rows = [np.pad(row, (0, longest - row.size), constant_values=np.nan) for row in values]
-        return named(("decay", "window"), np.array(rows), words, unit)
+        return named(("decay", "window"), stacked(values), words, unit)
 
     pairs = list(zip(decays, which, strict=True))
     sizes, at = [one["amplitude"].values[windows] for one, windows in pairs], np.log(size)

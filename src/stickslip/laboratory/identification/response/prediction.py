@@ -27,7 +27,7 @@ from stickslip.laboratory.identification.response.prediction_result import FINER
 from stickslip.laboratory.measurement.measured_response import at_frequencies, curve_peak
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.schema import named
+from stickslip.results.schema import named, stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -432,8 +432,7 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
         unit, words = PEAK[name]
         key = name if name.startswith("damping") else f"peak_{name}"
         data |= of_draws(key, ("level", "draw"), drawn, words, unit or units)
-    padded = np.array([np.pad(grid, (0, longest - grid.size), constant_values=np.nan) for grid in grids])
-    data["frequency"] = named(("level", "point"), padded, "frequency", "Hz")
+    data["frequency"] = named(("level", "point"), stacked(grids), "frequency", "Hz")
     data |= of_draws("amplitude", ("level", "draw", "point"), curves, "response", units)
     for column, key in enumerate(("frequency", "amplitude")):
         words = f"estimated error of the peak's {PEAK[key][1]} due to harmonics and samples, relative"

@@ -24,7 +24,7 @@ from stickslip.laboratory.identification.response.prediction_result import Respo
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units
 from stickslip.model.problem import Problem
 from stickslip.results.files import save
-from stickslip.results.schema import Result, Row, named, stamped
+from stickslip.results.schema import Result, Row, named, stacked, stamped
 from stickslip.support.checks import Array, counted, digits_between, first_of, rounded
 from stickslip.support.late import xr
 
@@ -275,7 +275,7 @@ def dataset_of_fit(
 ) -> xr.Dataset:
     """The labelled result; solution: what the fit gave beside x, outliers and the variables without them, lower bounds of
     friction, and of a fit against bounds these and the ends of the profiles, which have no correlation."""
-    tests, longest = [model.test for model in fit.tests], max(np.size(model.test.frequency) for model in fit.tests)
+    tests = [model.test for model in fit.tests]
     names = [fit.variables[k].name for k in fit.shared]
     reach, enclosed = statistics.quantile * statistics.error, "bounds" in solution
     ends = [np.clip(x + side * reach, *fit.bounds)[fit.shared] for side in (-1.0, 1.0)]
@@ -291,8 +291,7 @@ def dataset_of_fit(
         return named("parameter", values, words, "as given")
 
     def of_points(rows: Any, units: str, words: str, fill: float = np.nan) -> tuple[Any, ...]:
-        whole = [np.pad(np.asarray(row, dtype=float), (0, longest - len(row)), constant_values=fill) for row in rows]
-        return named(("test", "point"), np.array(whole), words, units)
+        return named(("test", "point"), stacked(rows, fill), words, units)
 
     data = {
         "value": of_parameters(x[fit.shared], "identified value"),
@@ -325,9 +324,8 @@ def dataset_of_fit(
             np.asarray(solution["x_without"])[fit.shared], "value without the outliers"
         )
     starts = [fit.starts(x, t) for t in range(len(tests))]
-    if widest := max(one.size for one in starts):
-        rows = np.array([np.pad(one, (0, widest - one.size), constant_values=np.nan) for one in starts])
-        data["start_variables"] = named(("test", "variable"), rows, "start state of each test")
+    if any(one.size for one in starts):
+        data["start_variables"] = named(("test", "variable"), stacked(starts), "start state of each test")
     if enclosed:
         for end, bounds in zip(("lower", "upper"), np.moveaxis(np.asarray(solution["bounds"]), 1, 0), strict=True):
             data[end] = named(("test", "point"), bounds, f"{end} bound of the response per force over all start states", "SI")
