@@ -98,7 +98,7 @@ def test_rooms_and_their_tests_exist():
 def test_tests_that_name_the_broken_file_come_first():
     change = Drawable("model/structure/centrifugal.py", 0, 1, "", "sign")
     order = drawn_mutants.nearest_first(drawn_mutants.tests_of("model/structure"), (SOURCE / change.file).read_text(), change)
-    assert order[0] == "tests/structure/test_spin.py"
+    assert order[0] == "tests/structure/test_centrifugal.py"
     assert len(order) == len(drawn_mutants.tests_of("model/structure"))
 
 
