@@ -48,7 +48,7 @@ class BliskSector:
     shank, platform and blade stand on the rim; width: of their section along the stagger; thicknesses: of
     shank and blade, tangential. damper_radius, damper_length: of the cylinder whose lines touch the lower platform edges;
     platform_angle: of the contact planes. cells: layers of elements in disk, shank and blade. rotation: steady, of the whole disk
-    [Hz, turns a second]: the centrifugal load stiffens and softens the structure (`structure.spin`).
+    [Hz, turns a second]: the centrifugal load stiffens and softens the structure (`structure.centrifugal`).
     """
 
     sectors: int = 24
