@@ -8,7 +8,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -31,7 +30,7 @@ from stickslip.analyses.settings import (
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.files import save
+from stickslip.results.files import SavedResult
 from stickslip.results.schema import SCHEMA, Result, named, stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
@@ -49,7 +48,7 @@ from stickslip.support.units import Band
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControlledResponse(Result):
+class ControlledResponse(SavedResult):
     """Curves at held amplitudes: `dataset`, axes (case, point, ...), a case for each amplitude `held_amplitude`, and the problem.
 
     force_level: the factor on every harmonic force that holds the amplitude, in N where `units` says so; phase: of the output's
@@ -67,10 +66,6 @@ class ControlledResponse(Result):
         table = self.dataset[names].to_dataframe().reset_index().dropna(subset=[names[0]])
         short = {name: name.removeprefix("resonance_") for name in names}
         return table.rename(columns=short)[["held_amplitude", *short.values()]].reset_index(drop=True)
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF."""
-        return save(self.dataset, path)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

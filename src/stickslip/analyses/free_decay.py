@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -17,8 +16,8 @@ from stickslip.analyses.settings import OfProblem, Setting, Settings, Whole, tak
 from stickslip.analyses.time_response import time_response
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
-from stickslip.results.files import save
-from stickslip.results.schema import Result, named, stamped
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import named
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -48,7 +47,7 @@ SMALLEST = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FreeDecay(Result):
+class FreeDecay(SavedResult):
     """`dataset`, with time [s], the motion of the outputs (output, time) [m], motions and forces of the contacts (contact,
     direction, time) [m, N], friction work (contact,) and viscous work [J].
 
@@ -79,10 +78,6 @@ class FreeDecay(Result):
         if test.problem.fingerprint != self.problem.fingerprint or held != first:
             raise InputError(f"The test must hold the first output, {first}, of the problem that decays, but is another one.")
         return replace(self, dataset=beside_phase_resonance(self.dataset, test.dataset))
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF."""
-        return save(stamped(self.dataset, "free_decay"), path)
 
 
 Motions = Mapping[str, float]

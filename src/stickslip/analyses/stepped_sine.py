@@ -8,7 +8,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, fields, replace
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -17,8 +16,8 @@ from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.settings import OfKind, OfProblem, Setting, Settings, Whole, takes
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.problem import Problem
-from stickslip.results.files import save
-from stickslip.results.schema import Result, named, stamped
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import named
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, checked_start, from_rest, march
@@ -33,7 +32,7 @@ NEVER = 1e-30
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SteppedSine(Result):
+class SteppedSine(SavedResult):
     """`dataset`, along `step`: frequency [Hz]; of the last period of each dwell, amplitude [m] of the first harmonic and max_abs
     [m] (step, output), and distance (step,), the estimated relative distance from the steady motion; with a harmonic balance
     (`with_response`), its balance_amplitude [m] (step, output). `end`: the state after the last dwell, from which another test
@@ -50,10 +49,6 @@ class SteppedSine(Result):
         if response.problem.fingerprint != self.problem.fingerprint:
             raise InputError("The response must be that of the problem of the stepped sine, but is that of another problem.")
         return replace(self, dataset=beside_balance(self.dataset, response.dataset))
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF."""
-        return save(stamped(self.dataset, "stepped_sine"), path)
 
 
 def _in_order(name: str, frequencies: Any) -> list[float]:

@@ -9,6 +9,7 @@ What kind of curve a case of a forced response is: of a sweep, a branch, or isol
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -173,6 +174,11 @@ def analysis_of(dataset: xr.Dataset) -> str:
     """The analysis that a dataset came of, by its name of today."""
     name = str(dataset.attrs.get("analysis", RESPONSES[0]))
     return RENAMED_ANALYSES.get(name, name)
+
+
+def analysis_named(kind: str) -> str:
+    """The analysis of a class of results, which is named after it: response_bounds of ResponseBounds."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower()
 
 
 def check_results(dataset: xr.Dataset) -> None:

@@ -12,7 +12,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -34,8 +33,8 @@ from stickslip.laboratory.identification.response.prediction_result import (
     what_was_free,
 )
 from stickslip.laboratory.measurement.decay import MeasuredDecay
-from stickslip.results.files import save
-from stickslip.results.schema import Result, Row, named, stacked, stamped
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import Row, named, stacked
 from stickslip.results.view import length_text
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
@@ -60,7 +59,7 @@ ROWS, LINES = 9, 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DecayPrediction(Result):
+class DecayPrediction(SavedResult):
     """`dataset`: along `amplitude`, that of the displacement in m: frequency [Hz] and damping_ratio, the medians of the draws,
     each with `_low` and `_high` of the 95 % interval and `_drawn` (draw, amplitude); drawn parameters (draw, parameter). Where
     decays are compared, along `decay` and `window` what they measured and what is predicted at their amplitudes.
@@ -79,10 +78,6 @@ class DecayPrediction(Result):
         if "decay" not in self.dataset.sizes:
             raise InputError("A comparison needs measured decays: prediction.compare(decays).comparison().")
         return comparison_table(self.dataset)
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF, as the command does."""
-        return save(stamped(self.dataset, "decay_prediction"), path)
 
 
 def compared_decays(dataset: xr.Dataset, decays: Sequence[xr.Dataset]) -> xr.Dataset:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,8 +13,8 @@ from stickslip.analyses.truncation import ALLOWED
 from stickslip.laboratory.identification.response.draws import NORMAL, interval
 from stickslip.laboratory.identification.response.mistakes import POOR, named_gain
 from stickslip.laboratory.measurement.measured_response import THOUSAND, MeasuredResponse, assumed_units, joined, measured_peak
-from stickslip.results.files import save
-from stickslip.results.schema import Result, Row, named, stamped
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import Row, named
 from stickslip.results.view import size_text
 from stickslip.support.checks import Array, Index, InputError, counted, digits_between, fault, of_kind, rounded, several
 from stickslip.support.late import pd, xr
@@ -43,7 +42,7 @@ COMPARED = (("frequency", "Hz", "peak_frequency"), ("amplitude", "", "peak_ampli
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponsePrediction(Result):
+class ResponsePrediction(SavedResult):
     """`dataset`: along `level`, the forces or held amplitudes: peak_frequency, peak_amplitude and damping_ratio, the medians of
     the draws, each with `_low` and `_high` of the 95 % interval and `_drawn` (level, draw); amplitude with `_low` and `_high`
     over frequency (level, point), the largest where a curve is folded; drawn parameters (level, draw, parameter). Where tests are
@@ -63,10 +62,6 @@ class ResponsePrediction(Result):
         if "measured" not in self.dataset.sizes:
             raise InputError("A comparison needs measured tests: prediction.compare(tests).comparison().")
         return comparison_table(self.dataset)
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF, as the command does."""
-        return save(stamped(self.dataset, "response_prediction"), path)
 
 
 def level_of(test: MeasuredResponse, held: bool) -> float:

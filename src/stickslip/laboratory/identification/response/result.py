@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,8 +22,8 @@ from stickslip.laboratory.identification.response.prediction import predict_resp
 from stickslip.laboratory.identification.response.prediction_result import ResponsePrediction
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units
 from stickslip.model.problem import Problem
-from stickslip.results.files import save
-from stickslip.results.schema import Result, Row, named, stacked, stamped
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import Row, named, stacked
 from stickslip.support.checks import Array, counted, digits_between, first_of, rounded
 from stickslip.support.late import xr
 
@@ -229,7 +228,7 @@ def notes_on_bounds(dataset: xr.Dataset, fit: ResponseFit) -> list[str]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponseIdentification(Result):
+class ResponseIdentification(SavedResult):
     """`dataset`: value, low, high (parameter) of the 95 % intervals and their correlation; own_value (test, own) of what each
     test has by itself; along the tests (test, point) frequency, measured and computed response per force, and phase; misfit
     (test), the root mean square of computed − measured relative to the largest measured; held_out (test), the same with the
@@ -260,10 +259,6 @@ class ResponseIdentification(Result):
         """Frequency and damping of a free decay between two amplitudes of the displacement, m, with 95 % intervals; further
         arguments are those of `predict_decay`."""
         return predict_decay(self, amplitude, **settings)
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF, as the command does."""
-        return save(stamped(self.dataset, "response_identification"), path)
 
     def __str__(self) -> str:
         """Parameters with intervals, misfit of each test, notes."""
