@@ -142,7 +142,7 @@ class _Formulas(ast.NodeVisitor):
 
     def visit_Attribute(self, node: ast.Attribute) -> None:
         if node.attr == "T":
-            self._replace("transpose", self._end(node.value), self._end(node), "")
+            self._replace("transpose", self._end(node) - len(".T"), self._end(node), "")
         if node.attr == "pi":
             self._replace("factor", self._start(node), self._end(node), f"(0.5 * {ast.unparse(node)})")
         if node.attr in SWAPPED:
@@ -154,7 +154,7 @@ class _Formulas(ast.NodeVisitor):
         if name in self.checks:
             return
         if name in ("conj", "conjugate") and isinstance(node.func, ast.Attribute) and not node.args:
-            self._replace("conjugate", self._end(node.func.value), self._end(node), "")
+            self._replace("conjugate", self._end(node.func) - len(name) - 1, self._end(node), "")
         if name in SWAPPED and isinstance(node.func, ast.Name):
             self._replace("swap", self._start(node.func), self._end(node.func), SWAPPED[name])
         for keyword in node.keywords:

@@ -22,9 +22,9 @@ from stickslip.laboratory.measurement.reconstruction import (
     loop_of,
     synthetic_record,
     true_cycle,
-    with_microslip,
 )
 from stickslip.laboratory.measurement.records import Record
+from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion
 from stickslip.model.dampers.laboratory import ThreePoint
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
@@ -77,6 +77,17 @@ def true_rig(name: str) -> BetweenPlatforms:
     angle, friction, gaps = (DAMPERS | GRAZING)[name]
     rig = laboratory_damper(angle, 80.0, friction)
     return with_microslip(rig, gaps) if gaps else rig
+
+
+def with_microslip(rig: BetweenPlatforms, spread: float) -> BetweenPlatforms:
+    """The same damper with microslip arrays of the same total kt, kn, mu in place of its macroslip laws.
+
+    The gaps reach `spread` × 2 v with v = N/kn and N the pull shared over the lines of contact: below 1 all elements stay
+    closed at that load.
+    """
+    reach = 2.0 * spread * float(rig.pull[1]) / len(rig.laws)
+    laws = [MicroslipArray.from_totals(law.kt, law.kn, law.mu, reach / law.kn, 5) for law in rig.laws]
+    return BetweenPlatforms(rig.damper, tuple(laws), rig.right, f"{rig.title}, microslip")
 
 
 def records(truth: BetweenPlatforms, errors: RigErrors, seed: int, samples: int = 400, lag: float = 0.0) -> list[Record]:

@@ -9,10 +9,10 @@ from meshed_waves import cyclic_frequencies
 from scipy.sparse import linalg
 
 from stickslip.model.rigs.octopus_blisk import BliskSector, octopus_blisk, reduced_sector
+from stickslip.model.structure.centrifugal import spinning
 from stickslip.model.structure.cyclic_reduction import cyclic_craig_bampton, rotation, sector_of
 from stickslip.model.structure.modes import natural_modes
 from stickslip.model.structure.solid import solid
-from stickslip.model.structure.spin import spinning
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.continuation import first_point
 from stickslip.support.checks import InputError

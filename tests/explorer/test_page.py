@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from stickslip.show.explorer.server import prepared
+from stickslip.show.explorer.page import prepared
 from stickslip.support.checks import InputError
 
 STUDY = """

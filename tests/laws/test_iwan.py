@@ -37,12 +37,24 @@ def hertz(count: int) -> Iwan:
     return Iwan(KT, 1.0, normal_load=F, count=count)
 
 
+def continuous_curve(law: Iwan, u: float) -> float:
+    """Virgin curve of the spread itself, without elements, N."""
+    limit = law.mu * law.normal_load
+    return limit * float(law.spectrum.virgin(u * law.kt / limit))
+
+
+def continuous_energy(law: Iwan, amplitude: float) -> float:
+    """Loop energy of the spread itself, without elements, J."""
+    limit = law.mu * law.normal_load
+    return limit**2 / law.kt * float(law.spectrum.loop_energy(amplitude * law.kt / limit))
+
+
 @pytest.mark.parametrize(("share", "energy"), [(0.1, 4.3575e-5), (0.5, 2.86961625e-2), (0.9, 0.359961965), (1.5, 2.668912461)])
 def test_loop_energy_of_a_cylinder_on_a_flat(share, energy):
     """The printed values; 2000 elements keep them to 1e-5."""
     law = hertz(2000)
-    assert law.continuous_energy(share * XS) == pytest.approx(energy, rel=1e-6 if share > 0.1 else 1e-5)
-    assert law.loop_energy(share * XS) == pytest.approx(law.continuous_energy(share * XS), rel=1e-5)
+    assert continuous_energy(law, share * XS) == pytest.approx(energy, rel=1e-6 if share > 0.1 else 1e-5)
+    assert law.loop_energy(share * XS) == pytest.approx(continuous_energy(law, share * XS), rel=1e-5)
 
 
 def test_the_curve_of_the_published_law():
@@ -50,7 +62,7 @@ def test_the_curve_of_the_published_law():
     for x in np.linspace(0.01, 0.99, 23) * XS:
         root = np.sqrt((4.0 * F) ** 2 - (np.pi * KT * x) ** 2)
         printed = 2.0 * F / np.pi * np.arctan(np.pi * KT * x / root) + KT * x / (8.0 * F) * root
-        assert hertz(20).continuous_curve(x) == pytest.approx(printed, rel=1e-12)
+        assert continuous_curve(hertz(20), x) == pytest.approx(printed, rel=1e-12)
 
 
 def test_a_sphere_on_a_flat():
@@ -58,8 +70,8 @@ def test_a_sphere_on_a_flat():
     for traction, energy in ((0.3, 2.8467246e-8), (1.5, 5.0514546e-6), (2.7, 5.7552620e-5)):
         motion = 3.0 * (2.0 - nu) * mu * N / (16.0 * G * a) * (1.0 - (1.0 - traction / (mu * N)) ** (2.0 / 3.0))
         law = mindlin_sphere(G, nu, a, mu, normal_load=N, count=2000)
-        assert law.continuous_curve(motion) == pytest.approx(traction, rel=1e-12)
-        assert law.continuous_energy(motion) == pytest.approx(energy, rel=1e-7)
+        assert continuous_curve(law, motion) == pytest.approx(traction, rel=1e-12)
+        assert continuous_energy(law, motion) == pytest.approx(energy, rel=1e-7)
         assert law.loop_energy(motion) == pytest.approx(energy, rel=1e-5)
 
 
@@ -72,9 +84,9 @@ def test_the_four_parameters_of_segalman(chi):
     law = Iwan(stiffness, 1.0, normal_load=limit, spectrum=FourParameter(chi, beta), count=2000)
     for A in (0.2 * last, 0.7 * last):
         power = 4.0 * R * A ** (chi + 3.0) / ((chi + 2.0) * (chi + 3.0))
-        assert law.continuous_energy(A) == pytest.approx(power, rel=1e-12)
+        assert continuous_energy(law, A) == pytest.approx(power, rel=1e-12)
         assert law.loop_energy(A) == pytest.approx(power, rel=1e-5)
-    assert law.continuous_curve(2.0 * last) == pytest.approx(limit, rel=1e-12)
+    assert continuous_curve(law, 2.0 * last) == pytest.approx(limit, rel=1e-12)
 
 
 @pytest.mark.parametrize("spectrum", SPECTRA, ids=repr)

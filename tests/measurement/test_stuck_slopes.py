@@ -4,11 +4,17 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.damper_alone.cycle import CycleModel
-from stickslip.laboratory.identification.damper.model import stiffness_from_slopes, stuck_slopes, stuck_stretch
+from stickslip.laboratory.identification.damper.model import compliance_parts, stiffness_from_slopes, stuck_stretch
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.model.dampers.laboratory import ThreePoint
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError
+
+
+def stuck_slopes(rig, kt, kn):
+    """kH and kV [N/m]: H per horizontal and V per vertical relative motion of the platforms while every contact sticks."""
+    A, B = compliance_parts(rig)
+    return np.diag(np.linalg.inv(A / kt + B / kn))
 
 
 def test_stuck_slopes_of_two_geometries():

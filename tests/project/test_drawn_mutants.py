@@ -61,7 +61,7 @@ def test_constants_of_a_file_of_units_are_units():
 
 
 def test_broken_files_of_the_package_are_python_and_differ():
-    for file in ("model/problem/contraction.py", "support/units.py", "model/structure/spin.py"):
+    for file in ("model/problem/contraction.py", "support/units.py", "model/structure/centrifugal.py"):
         text = (SOURCE / file).read_text()
         changes = of_file(file, text)
         assert changes
@@ -96,9 +96,9 @@ def test_rooms_and_their_tests_exist():
 
 
 def test_tests_that_name_the_broken_file_come_first():
-    change = Drawable("model/structure/spin.py", 0, 1, "", "sign")
+    change = Drawable("model/structure/centrifugal.py", 0, 1, "", "sign")
     order = drawn_mutants.nearest_first(drawn_mutants.tests_of("model/structure"), (SOURCE / change.file).read_text(), change)
-    assert order[0] == "tests/structure/test_spin.py"
+    assert order[0] == "tests/structure/test_centrifugal.py"
     assert len(order) == len(drawn_mutants.tests_of("model/structure"))
 
 

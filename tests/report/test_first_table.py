@@ -49,6 +49,20 @@ def test_several_cycles_open_with_a_row_each():
         assert not [item for item in items if item.startswith("cycle ")]
 
 
+@pytest.mark.parametrize("name", ["tip", "harmonic"])
+def test_a_row_is_not_known_by_its_words(name):
+    """An output that has the name with which other sentences begin: all of these stay, its own row does not."""
+    structure = ss.Structure(np.eye(1), np.array([[1e4]]), ("1.x",), C=np.array([[4.0]]))
+    contact = ss.Contact("slider", ss.Macroslip(2e3, 1.0, normal_load=1.0), ({"1.x": 1.0},))
+    problem = ss.Problem(structure, (contact,), (ss.Force("1.x", 1.0),), (ss.Output(name, {"1.x": 1.0}),), "One mass")
+    test = ss.stepped_sine(problem, [15.0, 16.0], 4.0, 5, steps_per_period=200)
+    beside = test.with_response(ss.forced_response(problem, [15.0, 16.0], 4.0, harmonics=3))
+    _, cells, items = shown("stepped_sine", beside.dataset)
+    assert len(cells) == 1
+    assert len([item for item in items if item.startswith("harmonic balance: ")]) == 2
+    assert not [item for item in items if item.startswith(f"{name}: ") and "highest amplitude" in item]
+
+
 def one_mass(*, friction: float, load: float) -> ss.Problem:
     return ss.rigs.single_mass(damping=0.01, kt=0.5, limit=load * friction)
 

@@ -8,7 +8,7 @@ import pytest
 import stickslip as ss
 from robustness.problems import CLASSES, random_case
 from stickslip.analyses.truncation import ALLOWED, finer_balance
-from stickslip.solve.continuation.more_harmonics import resolved
+from stickslip.solve.continuation.finer_peak import resolved
 from stickslip.solve.continuation.truncation import beside
 
 FIRST, SEEDS, PLACES, MANY = 30100, 3, 20, 41

@@ -8,12 +8,11 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 
-from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked
+from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked_curves
 from stickslip.analyses.settings import (
     Execution,
     Frequencies,
@@ -31,8 +30,8 @@ from stickslip.analyses.settings import (
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.files import save
-from stickslip.results.schema import SCHEMA, Result
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import SCHEMA, Result, named, stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
@@ -49,7 +48,7 @@ from stickslip.support.units import Band
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControlledResponse(Result):
+class ControlledResponse(SavedResult):
     """Curves at held amplitudes: `dataset`, axes (case, point, ...), a case for each amplitude `held_amplitude`, and the problem.
 
     force_level: the factor on every harmonic force that holds the amplitude, in N where `units` says so; phase: of the output's
@@ -67,10 +66,6 @@ class ControlledResponse(Result):
         table = self.dataset[names].to_dataframe().reset_index().dropna(subset=[names[0]])
         short = {name: name.removeprefix("resonance_") for name in names}
         return table.rename(columns=short)[["held_amplitude", *short.values()]].reset_index(drop=True)
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF."""
-        return save(self.dataset, path)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -197,35 +192,29 @@ class ControlledResponseWork(HeldMotion, Execution):
         """The response of the curves of all amplitudes."""
         names = self.problem.output_names
         kept = [variable for variable in SCHEMA if variable.name in curves[0]]
-        data = {
-            v.name: (v.dims, stacked(v, [c[v.name] for c in curves]), {"units": v.units, "long_name": v.long_name}) for v in kept
-        }
+        data = {v.name: named(v.dims, stacked_curves(v, [c[v.name] for c in curves]), v.long_name, v.units) for v in kept}
         level = _level_units(self)
-        longest = [max(np.size(curve[name]) for curve in curves) for name in ("force_level", "resonance_frequency")]
 
-        def padded(name: str, size: int) -> Array:
-            rows = [np.pad(curve[name], (0, size - np.size(curve[name])), constant_values=np.nan) for curve in curves]
-            return np.array(rows, dtype=float)
+        def together(name: str) -> Array:
+            return stacked([curve[name] for curve in curves])
 
         along = ("case", "point")
-        data["force_level"] = _described(along, padded("force_level", longest[0]), level, "force level that holds the amplitude")
+        data["force_level"] = named(along, together("force_level"), "force level that holds the amplitude", level)
         of = "displacement of the output against the force"
-        data["phase"] = _described(along, padded("phase", longest[0]), "degree", f"phase of the {of}")
+        data["phase"] = named(along, together("phase"), f"phase of the {of}", "degree")
         for name, (units, words) in RESONANCE.items():
             own = level if name.endswith("level") else units
-            data[name] = _described(("case", "resonance"), padded(name, longest[1]), own, words)
+            data[name] = named(("case", "resonance"), together(name), words, own)
         held = f"held amplitude of the {self.quantity} of {names[self.output]}"
         coords = {
-            "held_amplitude": _described("case", list(self.amplitudes), self.held_quantity.units, held),
-            "output": _described("output", list(names), "1", "output"),
-            "contact": _described("contact", [contact.name for contact in self.problem.contacts], "1", "contact"),
-            "direction": _described(
-                "direction", list(DIRECTION_NAMES), "1", "direction of the contact: t1, t2 tangential, n closing"
+            "held_amplitude": named("case", list(self.amplitudes), held, self.held_quantity.units),
+            "output": named("output", list(names), "output"),
+            "contact": named("contact", [contact.name for contact in self.problem.contacts], "contact"),
+            "direction": named("direction", list(DIRECTION_NAMES), "direction of the contact: t1, t2 tangential, n closing"),
+            "harmonic": named(
+                "harmonic", np.arange(highest(checked_harmonics(self.harmonics)) + 1), "harmonic of the excitation frequency"
             ),
-            "harmonic": _described(
-                "harmonic", np.arange(highest(checked_harmonics(self.harmonics)) + 1), "1", "harmonic of the excitation frequency"
-            ),
-            "part": _described("part", ["re", "im"], "1", "real and imaginary part"),
+            "part": named("part", ["re", "im"], "real and imaginary part"),
         }
         seconds = sum(float(curve["cpu_seconds"]) for curve in curves)
         return ControlledResponse(xr.Dataset(data, coords, _attributes(self) | {"cpu_seconds": seconds}), self.problem)
@@ -297,10 +286,6 @@ def resonance_arrays(balance: HarmonicBalance, found: Sequence[Evaluation]) -> d
     return {name: np.array(value, dtype=float) for name, value in zip(RESONANCE, values, strict=True)}
 
 
-def _described(dims: Any, values: Any, units: str, words: str) -> tuple[Any, Any, dict[str, str]]:
-    return dims, values, {"units": units, "long_name": words}
-
-
 def _attributes(work: HeldMotion) -> dict[str, Any]:
     attrs: dict[str, Any] = {"title": work.problem.heading, "output_held": work.problem.output_names[work.output]}
     return attrs | {"quantity": work.quantity, "harmonics": attribute(work.harmonics), "samples": work.samples}
@@ -318,11 +303,11 @@ def _resonance_dataset(work: HeldMotion, amplitudes: Array, found: Sequence[Any]
         values = np.full(amplitudes.size, np.nan)
         values[good] = arrays[name]
         own = _level_units(work) if name.endswith("level") else units
-        data[name.removeprefix("resonance_")] = _described("amplitude", values, own, words)
+        data[name.removeprefix("resonance_")] = named("amplitude", values, words, own)
     outcome = np.where(good, int(Outcome.CONVERGED), int(Outcome.NOT_CONVERGED))
-    data["outcome"] = _described("amplitude", outcome, "1", "outcome of the solution")
+    data["outcome"] = named("amplitude", outcome, "outcome of the solution")
     of = f"{work.quantity} of {work.problem.output_names[work.output]}"
-    coords = {"amplitude": _described("amplitude", amplitudes, work.held_quantity.units, f"amplitude of the {of}")}
+    coords = {"amplitude": named("amplitude", amplitudes, f"amplitude of the {of}", work.held_quantity.units)}
     missing = ", ".join(f"{amplitude:.4g}" for amplitude in amplitudes[~good])
     message = f"No phase resonance was found at {missing} {work.held_quantity.units}." if missing else ""
     return xr.Dataset(data, coords, _attributes(work) | {"message": message})

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -17,8 +16,8 @@ from stickslip.analyses.settings import OfProblem, Setting, Settings, Whole, tak
 from stickslip.analyses.time_response import time_response
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
-from stickslip.results.files import save
-from stickslip.results.schema import Result, stamped
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import named
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -48,7 +47,7 @@ SMALLEST = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FreeDecay(Result):
+class FreeDecay(SavedResult):
     """`dataset`, with time [s], the motion of the outputs (output, time) [m], motions and forces of the contacts (contact,
     direction, time) [m, N], friction work (contact,) and viscous work [J].
 
@@ -79,10 +78,6 @@ class FreeDecay(Result):
         if test.problem.fingerprint != self.problem.fingerprint or held != first:
             raise InputError(f"The test must hold the first output, {first}, of the problem that decays, but is another one.")
         return replace(self, dataset=beside_phase_resonance(self.dataset, test.dataset))
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF."""
-        return save(stamped(self.dataset, "free_decay"), path)
 
 
 Motions = Mapping[str, float]
@@ -212,17 +207,14 @@ def beside_modes(dataset: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
     shows them."""
     axes = ("mode", "mode_point")
 
-    def named(dims: tuple[str, ...], values: Array, words: str, units: str) -> tuple[Any, ...]:
-        return dims, values, {"units": units, "long_name": words}
-
     damping = modes["decay_damping_ratio"].values[..., 0]
     found = {
         "mode_amplitude": named((*axes, "output"), modes["swing"].values, "amplitude of the nonlinear mode", "m"),
         "mode_frequency": named(axes, modes["frequency"].values, "frequency of the nonlinear mode", "Hz"),
-        "mode_damping_ratio": named(axes, damping, "damping ratio of a free decay along it", "1"),
-        "mode_message": named(("mode",), modes["decay_message"].values, "where a decay is not one of the mode", "1"),
+        "mode_damping_ratio": named(axes, damping, "damping ratio of a free decay along it"),
+        "mode_message": named(("mode",), modes["decay_message"].values, "where a decay is not one of the mode"),
     }
-    numbers = named(("mode",), modes["mode_number"].values, "number of the stuck mode", "1")
+    numbers = named(("mode",), modes["mode_number"].values, "number of the stuck mode")
     return dataset.assign(found).assign_coords(mode=numbers)
 
 
@@ -231,16 +223,8 @@ def beside_phase_resonance(dataset: xr.Dataset, test: xr.Dataset) -> xr.Dataset:
     frequency = test["frequency"].values
     size = test["amplitude"].values / (2.0 * np.pi * frequency) ** quantity_named(str(test.attrs["quantity"]))[0].order
     return dataset.assign(
-        resonance_amplitude=(
-            "resonance",
-            size,
-            {"units": "m", "long_name": "displacement where force and displacement are at 90°"},
-        ),
-        resonance_frequency=(
-            "resonance",
-            frequency,
-            {"units": "Hz", "long_name": "frequency where force and displacement are at 90°"},
-        ),
+        resonance_amplitude=named("resonance", size, "displacement where force and displacement are at 90°", "m"),
+        resonance_frequency=named("resonance", frequency, "frequency where force and displacement are at 90°", "Hz"),
     )
 
 
@@ -325,12 +309,9 @@ def _dataset(work: FreeDecayWork, arrays: Arrays) -> xr.Dataset:
         "damping_ratio": (half, table[4], "1", "damping ratio of the half cycle, from the logarithmic decrement"),
     }
     return xr.Dataset(
-        {
-            name: (dims, values, {"units": units, "long_name": long_name})
-            for name, (dims, values, units, long_name) in variables.items()
-        },
+        {name: named(dims, values, long_name, units) for name, (dims, values, units, long_name) in variables.items()},
         coords={
-            name: (name, values, {"units": units, "long_name": words})
+            name: named(name, values, words, units)
             for name, values, units, words in (
                 ("time", times, "s", "time"),
                 ("output", list(problem.output_names), "1", "output"),

@@ -19,9 +19,9 @@ from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.branch_points import BranchPoint, branch_points, determinant_jumps, starts
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.continuation.interpolation import Interpolation
-from stickslip.solve.continuation.two_ways import Followed, joined, one_way
+from stickslip.solve.continuation.sweep import Followed, joined, one_way
 from stickslip.solve.curves.curve import Curve, with_peaks
-from stickslip.support.checks import Array, InputError, fault, positive, whole
+from stickslip.support.checks import Array, InputError, fault, first_of, positive, whole
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
 
@@ -37,10 +37,6 @@ AGAIN = 1e-3
 
 FINE = 1e-3
 """Tolerance with which points of a result become a curve again."""
-
-
-SHOWN = 3
-"""Frequencies that a message lists."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,10 +199,9 @@ def _no_branch_point(curve: SolvedCurve) -> str:
     if not jumps:
         about = f"The curve has no branch point{of}: its Jacobian{' over them' if of else ''} is regular all along it."
         return about if of else f"{about} Motions over two periods branch off where periods=2 is given."
-    listed = ", ".join(f"{balance.hertz(omega):.6g}" for omega in jumps[:SHOWN])
-    more = f" and {len(jumps) - SHOWN} more" if len(jumps) > SHOWN else ""
+    listed = first_of([f"{balance.hertz(omega):.6g}" for omega in jumps])
     return (
-        f"The curve has no branch point{of} that can be located: its Jacobian jumps over singularity near {listed} Hz{more}, as "
+        f"The curve has no branch point{of} that can be located: its Jacobian jumps over singularity near {listed} Hz, as "
         f"friction changes between stick and slip at samples. With more samples it may pass through it; there are "
         f"{balance.tables.E.shape[0] // balance.periods} a period."
     )

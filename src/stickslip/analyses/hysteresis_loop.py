@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import Contact, SliderOffset, Start, contact_table
 from stickslip.model.contact.stiffness import NORMAL_STIFFNESS, LineContact
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, named
 from stickslip.solve.balance.energy import forces_of_motion
 from stickslip.support.checks import Array, fault, numbers, of_kind, positive, vector
 from stickslip.support.late import xr
@@ -130,14 +130,14 @@ def contact_stiffness(contact: LineContact, loads: ArrayLike, at: float | None =
     across, along = contact.tangential_stiffness(N)
     normal = np.array([formula(contact, N) for formula in NORMAL_STIFFNESS.values()])
     variables: dict[str, Any] = {
-        "normal_stiffness": (("formula", "load"), normal, {"units": "N/m", "long_name": "normal contact stiffness"}),
-        "tangential_across": ("load", across, {"units": "N/m", "long_name": "initial tangential stiffness across the line"}),
-        "tangential_along": ("load", along, {"units": "N/m", "long_name": "initial tangential stiffness along the line"}),
-        "half_width": ("load", contact.half_width(N), {"units": "m", "long_name": "half width of the contact"}),
+        "normal_stiffness": named(("formula", "load"), normal, "normal contact stiffness", "N/m"),
+        "tangential_across": named("load", across, "initial tangential stiffness across the line", "N/m"),
+        "tangential_along": named("load", along, "initial tangential stiffness along the line", "N/m"),
+        "half_width": named("load", contact.half_width(N), "half width of the contact", "m"),
     }
     coords: dict[str, Any] = {
         "formula": list(NORMAL_STIFFNESS),
-        "load": ("load", N, {"units": "N", "long_name": "normal load"}),
+        "load": named("load", N, "normal load", "N"),
     }
     attrs = {"length": contact.length, "radius": contact.radius, "load_of_interest": np.nan if at is None else positive("at", at)}
     return ContactStiffness(xr.Dataset(variables, coords, attrs), contact)

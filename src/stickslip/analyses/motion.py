@@ -22,6 +22,7 @@ from stickslip.model.contact.protocol import OPEN, STICK
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.structure.rigid_body import arm_of
+from stickslip.results.schema import named, stacked
 from stickslip.results.shown_units import system_of
 from stickslip.results.view import highest_peak, level_text, periods_of
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
@@ -327,10 +328,9 @@ def with_motion(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     moving = [{loop.label for loop in motion.loops} for motion in found if motion is not None]
     labels = [known.loops[k].label for k in largest_loops(known, MOST_LOOPS) if known.loops[k].label in set.intersection(*moving)]
     # Corners are filled up with NaN to the longest outline.
-    longest = max(len(body.corners) for body in known.bodies)
-    corners = [np.pad(body.corners, ((0, longest - len(body.corners)), (0, 0)), constant_values=np.nan) for body in known.bodies]
+    corners = stacked([body.corners for body in known.bodies])
     variables: dict[str, Any] = {
-        "section_corner": (("section", "corner_of_section", "plane"), np.array(corners), "m", "outline of a damper at rest"),
+        "section_corner": (("section", "corner_of_section", "plane"), corners, "m", "outline of a damper at rest"),
         "section_centre": (("section", "plane"), np.array([b.centre for b in known.bodies]), "m", "mass centre at rest"),
         "face_end": (("face", "end", "plane"), np.array([face.ends for face in known.faces]), "m", "face of a platform at rest"),
         "face_normal": (("face", "plane"), np.array([face.into for face in known.faces]), "1", "normal into the platform"),
@@ -340,7 +340,7 @@ def with_motion(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     points = [-1 if peak is None else peak.point for peak in peaks]
     variables["section_motion_point"] = ("case",), np.array(points), "1", "point whose motion is kept"
     return dataset.assign(
-        {name: (dims, values, {"units": units, "long_name": words}) for name, (dims, values, units, words) in variables.items()}
+        {name: named(dims, values, words, units) for name, (dims, values, units, words) in variables.items()}
     ).assign_attrs(
         sections=[body.name for body in known.bodies], touching=[point.name for point in known.points], loops_in_motion=labels
     )

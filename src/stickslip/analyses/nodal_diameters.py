@@ -14,7 +14,7 @@ from scipy import linalg
 
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, named
 from stickslip.support.checks import between, fault, of_kind
 from stickslip.support.late import pd, xr
 
@@ -56,12 +56,12 @@ def damping_by_nodal_diameter(disk: TunedDisk, mode: int = 1, stuck: bool = True
     numbers = np.arange(-((disk.sectors - 1) // 2), disk.sectors // 2 + 1)
     waves = [_wave(disk, int(n), mode, stuck) for n in numbers]
     data: dict[str, Any] = {
-        name: ("nodal_diameter", [wave[k] for wave in waves], {"units": units, "long_name": words})
+        name: named("nodal_diameter", [wave[k] for wave in waves], words, units)
         for k, (name, (units, words)) in enumerate(WAVE_VARIABLES.items())
     }
     values = np.array([gas.waves[numbers % disk.sectors] for gas in disk.wave_stiffnesses])
-    words = {"units": "N/m", "long_name": "complex stiffness of the gas forces along their direction"}
-    data["stiffness"] = (("gas_force", "nodal_diameter", "part"), np.stack([values.real, values.imag], axis=-1), words)
+    parts, words = np.stack([values.real, values.imag], axis=-1), "complex stiffness of the gas forces along their direction"
+    data["stiffness"] = named(("gas_force", "nodal_diameter", "part"), parts, words, "N/m")
     coords: dict[str, Any] = {"nodal_diameter": numbers, "part": ["re", "im"]}
     attrs = {"sectors": disk.sectors, "mode": mode, "contacts": "stuck" if stuck else "free", "title": disk.title}
     return DampingByNodalDiameter(xr.Dataset(data, coords, attrs), disk)
@@ -123,7 +123,7 @@ def _held(disk: TunedDisk, modes: int) -> xr.Dataset:
             found = disk.modes(n, stuck=state == 1).frequencies
             lowest = found[found > 0.0][:modes]
             frequencies[state, n, : lowest.size] = lowest
-    variable = (("state", "nodal_diameter", "mode"), frequencies, {"units": "Hz", "long_name": "natural frequency"})
+    variable = named(("state", "nodal_diameter", "mode"), frequencies, "natural frequency", "Hz")
     coords: dict[str, Any] = {"state": list(STATES), "nodal_diameter": np.arange(frequencies.shape[1])}
     attrs: dict[str, Any] = {"sectors": disk.sectors, "engine_order": disk.engine_order, "title": disk.heading}
     attrs["excited_orders"] = list(disk.excited_orders)
@@ -158,12 +158,12 @@ def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     shape = shape if n == folded else shape.conj()
     shape = shape / np.abs(shape).max()
     return dataset.assign(
-        disk_points=(("disk_node", "axis"), problem.surface.points, {"units": "m", "long_name": "surface of one sector"}),
-        disk_quads=(("disk_quad", "corner"), problem.surface.quads, {"units": "1", "long_name": "faces of the surface"}),
-        disk_shape=(
+        disk_points=named(("disk_node", "axis"), problem.surface.points, "surface of one sector", "m"),
+        disk_quads=named(("disk_quad", "corner"), problem.surface.quads, "faces of the surface"),
+        disk_shape=named(
             ("disk_node", "axis", "part"),
             np.stack([shape.real, shape.imag], axis=-1),
-            {"units": "1", "long_name": "first stuck mode of the (first) excited nodal diameter"},
+            "first stuck mode of the (first) excited nodal diameter",
         ),
     )
 

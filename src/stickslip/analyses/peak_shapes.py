@@ -17,7 +17,7 @@ from stickslip.model.problem.meshed import finer, with_forces
 from stickslip.runs.work import Progress
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.balance.measure import Measure
-from stickslip.solve.continuation.more_harmonics import pad
+from stickslip.solve.continuation.finer_peak import pad
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.loads import BaseMotion, excited_harmonics
 from stickslip.model.problem import Problem
-from stickslip.results.schema import SCHEMA, Variable, labelled
+from stickslip.results.schema import SCHEMA, Variable, labelled, named, stacked
 from stickslip.results.view import periods_of
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
@@ -91,7 +91,7 @@ def response_dataset(
     """
     problem = balance.problem
     per_curve = [variable for variable in SCHEMA if variable.name in curves[0]]
-    arrays = {variable.name: stacked(variable, [curve[variable.name] for curve in curves]) for variable in per_curve}
+    arrays = {variable.name: stacked_curves(variable, [curve[variable.name] for curve in curves]) for variable in per_curve}
     coords: dict[str, Any] = {
         "force_level": list(levels),
         "output": list(problem.output_names),
@@ -117,7 +117,7 @@ def response_dataset(
             dataset[name].attrs["units"] = measure.reported_units(newtons)
     areas = [contact.area for contact in problem.contacts]
     if any(areas):
-        dataset["contact_area"] = "contact", areas, {"units": "m2", "long_name": "area that the contact stands for, 0: not known"}
+        dataset["contact_area"] = named("contact", areas, "area that the contact stands for, 0: not known", "m2")
     return dataset
 
 
@@ -137,15 +137,9 @@ def newtons_a_level(problem: Problem) -> float | None:
     return sizes[0] * along[0] if len(sizes) == len(along) == 1 else None
 
 
-def stacked(variable: Variable, pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
+def stacked_curves(variable: Variable, pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
     """ArraysOfCurve of different length as one with a first axis `case`, padded with what means "not there"."""
-    shape = np.max([piece.shape for piece in pieces], axis=0).astype(int)
-    kind = object if variable.kind == "str" else _TYPES[variable.kind]
-    whole = np.full((len(pieces), *shape), _EMPTY[variable.kind], dtype=kind)
-    for case, piece in enumerate(pieces):
-        place: tuple[Any, ...] = (case, *(slice(size) for size in piece.shape))
-        whole[place] = piece if piece.ndim else piece.item()
-    return whole
+    return stacked(pieces, _EMPTY[variable.kind], object if variable.kind == "str" else _TYPES[variable.kind])
 
 
 def _linear(
@@ -161,8 +155,7 @@ def _linear(
         free, stuck = np.full_like(free, np.nan), np.full_like(stuck, np.nan)
     factors = np.array(levels)[:, None, None]
     natural = [balance.problem.frequencies(stuck=which) for which in (False, True)]
-    longest = max(values.size for values in natural)
-    padded = [np.pad(values, (0, longest - values.size), constant_values=np.nan) for values in natural]
+    padded = stacked(natural)
     return {
         "linear_frequency": frequencies,
         "free_amplitude": factors * free,

@@ -28,7 +28,7 @@ from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.model.structure.cyclic_reduction import rotation
 from stickslip.model.structure.mesh_surface import SectorSurface, thinned, triangulated
 from stickslip.results.representative import spread
-from stickslip.results.schema import COORDINATES, SCHEMA, stamped
+from stickslip.results.schema import COORDINATES, SCHEMA, named, stamped
 from stickslip.results.shown_units import system_of
 from stickslip.results.view import band_of, highest_peak, level_text, periods_of
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
@@ -239,9 +239,7 @@ def _dataset(
             for name, values in point_values(points.balance, points.rows, [value.evaluation]).items():
                 found[name][place] = values[0]
     variables = {v.name: (_dims(v.dims), found[v.name], dataset[v.name].attrs) for v in SCHEMA if v.name in found}
-    variables |= {
-        name: (_dims(("case", "point")), found[name], {"units": "1", "long_name": words}) for name, words in OWN.items()
-    }
+    variables |= {name: named(_dims(("case", "point")), found[name], words) for name, words in OWN.items()}
     coords: dict[str, Any] = {v.name: dataset[v.name] for v in COORDINATES}
     coords["frequency"] = ("frequency", wanted, dataset["frequency"].attrs)
     attrs = {name: dataset.attrs[name] for name in ("title", "study", "harmonics", "samples", "periods") if name in dataset.attrs}
@@ -417,10 +415,10 @@ def with_shapes(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     words = "harmonic of the displacement in which the first output moves most, at the highest peak"
     notes = list(dict.fromkeys(each.note for each in found))
     return dataset.assign(
-        shape_point=(node, found[0].points.astype(single), {"units": "m", "long_name": "surface at rest"}),
+        shape_point=named(node, found[0].points.astype(single), "surface at rest", "m"),
         shape_triangle=(("shape_face", "corner_of_face"), found[0].triangles.astype(np.int32), {"units": "1"}),
-        shape_displacement=(("shape", *node, "part"), parts.astype(single), {"units": "m", "long_name": words}),
-        shape_case=(("shape",), np.array(cases), {"units": "1", "long_name": "case that the shape is of"}),
+        shape_displacement=named(("shape", *node, "part"), parts.astype(single), words, "m"),
+        shape_case=named(("shape",), np.array(cases), "case that the shape is of"),
     ).assign_attrs(
         shape_titles=[each.title for each in found],
         shape_note=notes[0] if len(notes) == 1 else [each.note for each in found],

@@ -21,14 +21,14 @@ from stickslip.analyses.truncation import finer_balance, highest_points, same_mo
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
-from stickslip.results.schema import described
+from stickslip.results.schema import described, stacked
 from stickslip.results.view import measure_in, nearest_point
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.curve_points import CurvePoint
+from stickslip.solve.continuation.finer_peak import resolved
 from stickslip.solve.continuation.interpolation import Interpolation
-from stickslip.solve.continuation.more_harmonics import resolved
 from stickslip.solve.continuation.truncation import enough_beyond
 from stickslip.solve.curves.curve import Curve
 from stickslip.solve.stability.judge import MOST_COORDINATES, Judge, Verdict
@@ -253,11 +253,9 @@ def _kind(multiplier: complex, turns: bool) -> Instability:
 
 def _variables(dataset: xr.Dataset, values: dict[str, Any], changes: list[list[Change]]) -> dict[str, Any]:
     """The variables, with units and meanings."""
-    multiplier, longest = values["multiplier"], max((len(each) for each in changes), default=0)
-    frequency, kind = np.full((len(changes), longest), np.nan), np.zeros((len(changes), longest), dtype=np.int8)
-    for case, found in enumerate(changes):
-        frequency[case, : len(found)] = [change.frequency for change in found]
-        kind[case, : len(found)] = [change.kind for change in found]
+    multiplier = values["multiplier"]
+    frequency = stacked([[change.frequency for change in found] for found in changes])
+    kind = stacked([[change.kind for change in found] for found in changes], 0, np.int8)
     return {
         "stability": (("case", "point"), values["stability"], flags_of("stability of the periodic motion", Stability)),
         **described(

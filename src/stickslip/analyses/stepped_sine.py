@@ -8,7 +8,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, fields, replace
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -17,8 +16,8 @@ from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.settings import OfKind, OfProblem, Setting, Settings, Whole, takes
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.problem import Problem
-from stickslip.results.files import save
-from stickslip.results.schema import Result, stamped
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import named
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, checked_start, from_rest, march
@@ -33,7 +32,7 @@ NEVER = 1e-30
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SteppedSine(Result):
+class SteppedSine(SavedResult):
     """`dataset`, along `step`: frequency [Hz]; of the last period of each dwell, amplitude [m] of the first harmonic and max_abs
     [m] (step, output), and distance (step,), the estimated relative distance from the steady motion; with a harmonic balance
     (`with_response`), its balance_amplitude [m] (step, output). `end`: the state after the last dwell, from which another test
@@ -50,10 +49,6 @@ class SteppedSine(Result):
         if response.problem.fingerprint != self.problem.fingerprint:
             raise InputError("The response must be that of the problem of the stepped sine, but is that of another problem.")
         return replace(self, dataset=beside_balance(self.dataset, response.dataset))
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF."""
-        return save(stamped(self.dataset, "stepped_sine"), path)
 
 
 def _in_order(name: str, frequencies: Any) -> list[float]:
@@ -149,28 +144,24 @@ def beside_balance(dataset: xr.Dataset, response: xr.Dataset) -> xr.Dataset:
         if not np.array_equal(solved["frequency"].values, order):
             raise InputError("The response must be at the frequencies of the stepped sine, in the same order, but is not.")
         steady[converged] = solved["amplitude"].values[converged]
-    words = "first harmonic of the steady response by harmonic balance", "outcome of the harmonic balance"
-    about = [{"units": units, "long_name": meaning} for units, meaning in zip(("m", "1"), words, strict=True)]
-    added = {
-        "balance_amplitude": (("step", "output"), steady, about[0]),
-        "balance_message": ((), str(solved["case_message"].values), about[1]),
-    }
-    return dataset.assign(added)
+    words = "first harmonic of the steady response by harmonic balance"
+    return dataset.assign(
+        balance_amplitude=named(("step", "output"), steady, words, "m"),
+        balance_message=named((), str(solved["case_message"].values), "outcome of the harmonic balance"),
+    )
 
 
 def _dataset(work: SteppedSineWork, arrays: Arrays) -> xr.Dataset:
-    def named(dims: tuple[str, ...], values: Any, units: str, words: str) -> tuple[Any, ...]:
-        return dims, values, {"units": units, "long_name": words}
 
     along = ("step", "output")
     data = {
-        "amplitude": named(along, arrays["amplitude"], "m", "first harmonic of the last period of the dwell"),
-        "max_abs": named(along, arrays["max_abs"], "m", "largest absolute value in the last period of the dwell"),
-        "distance": named(("step",), arrays["distance"], "1", "estimated distance from the steady motion"),
+        "amplitude": named(along, arrays["amplitude"], "first harmonic of the last period of the dwell", "m"),
+        "max_abs": named(along, arrays["max_abs"], "largest absolute value in the last period of the dwell", "m"),
+        "distance": named(("step",), arrays["distance"], "estimated distance from the steady motion"),
     }
     coords = {
-        "frequency": named(("step",), work.frequencies, "Hz", "frequency of the dwell"),
-        "output": named(("output",), list(work.problem.output_names), "1", "output"),
+        "frequency": named(("step",), work.frequencies, "frequency of the dwell", "Hz"),
+        "output": named(("output",), list(work.problem.output_names), "output"),
     }
     attrs = {"title": work.problem.heading, "force_level": work.force, "dwell": work.dwell}
     about = {"steps_per_period": work.steps_per_period, "method": repr(work.method), "cpu_seconds": float(arrays["cpu_seconds"])}

@@ -22,6 +22,7 @@ from stickslip.model.structure.stress import (
     principal_size,
     von_mises,
 )
+from stickslip.results.schema import named
 from stickslip.results.view import inside_band
 from stickslip.solve.balance.balance import HarmonicBalance, Point
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
@@ -96,27 +97,22 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
     dims = ("case", "point", "place")
     free, free_principal, where = _without_contacts(dataset, points, recovery, here)
     if gauges:
-        about = {"units": "1", "long_name": "amplitude of the strain at the gauge"}
-        dataset = dataset.assign(strain_amplitude=(("case", "point", "gauge"), strains, about)).assign_coords(
-            gauge=("gauge", list(recovery.gauges), {"units": "1", "long_name": "strain gauge"})
-        )
+        strain = named(("case", "point", "gauge"), strains, "amplitude of the strain at the gauge")
+        gauge = named("gauge", list(recovery.gauges), "strain gauge")
+        dataset = dataset.assign(strain_amplitude=strain).assign_coords(gauge=gauge)
     return dataset.assign(
-        stress_von_mises=(dims, largest, {"units": "Pa", "long_name": "largest von Mises stress over the period, with the mean"}),
-        stress_alternating=(dims, alternating, {"units": "Pa", "long_name": "largest von Mises stress of the vibration"}),
-        stress_amplitude=((*dims, "component"), amplitude, {"units": "Pa", "long_name": "first harmonic of the stress"}),
-        stress_mean=((*dims, "component"), mean, {"units": "Pa", "long_name": "mean stress"}),
-        stress_principal=(dims, principal[..., 0], {"units": "Pa", "long_name": "amplitude of the largest principal stress"}),
-        stress_principal_mean=(dims, principal[..., 1], {"units": "Pa", "long_name": "mean stress along the principal axis"}),
-        principal_without_contacts=(
-            ("place",),
-            free_principal,
-            {"units": "Pa", "long_name": "principal stress without contacts"},
-        ),
-        stress_without_contacts=(("place",), free, {"units": "Pa", "long_name": "alternating stress without contacts"}),
-        frequency_without_contacts=(("place",), where, {"units": "Hz", "long_name": "resonance of the stress without contacts"}),
+        stress_von_mises=named(dims, largest, "largest von Mises stress over the period, with the mean", "Pa"),
+        stress_alternating=named(dims, alternating, "largest von Mises stress of the vibration", "Pa"),
+        stress_amplitude=named((*dims, "component"), amplitude, "first harmonic of the stress", "Pa"),
+        stress_mean=named((*dims, "component"), mean, "mean stress", "Pa"),
+        stress_principal=named(dims, principal[..., 0], "amplitude of the largest principal stress", "Pa"),
+        stress_principal_mean=named(dims, principal[..., 1], "mean stress along the principal axis", "Pa"),
+        principal_without_contacts=named(("place",), free_principal, "principal stress without contacts", "Pa"),
+        stress_without_contacts=named(("place",), free, "alternating stress without contacts", "Pa"),
+        frequency_without_contacts=named(("place",), where, "resonance of the stress without contacts", "Hz"),
     ).assign_coords(
-        place=("place", list(recovery.places), {"units": "1", "long_name": "place of stress"}),
-        component=("component", list(COMPONENTS), {"units": "1", "long_name": "component of stress in the axes of the body"}),
+        place=named("place", list(recovery.places), "place of stress"),
+        component=named("component", list(COMPONENTS), "component of stress in the axes of the body"),
     )
 
 
@@ -261,17 +257,11 @@ def with_fatigue(
     dims = dataset["stress_alternating"].dims
     drawn = np.linspace(min(0.0, float(np.nanmin(sizes, initial=0.0))), limit.largest_mean, DRAWN)
     return dataset.assign(
-        fatigue_amplitude=(dims, amplitude, {"units": "Pa", "long_name": "equivalent stress amplitude"}),
-        fatigue_mean=(dims, sizes, {"units": "Pa", "long_name": "equivalent mean stress"}),
-        fatigue_limit=(
-            dims,
-            allowed,
-            {"units": "Pa", "long_name": "stress amplitude that the material stands"},
-        ),
-        haigh_mean=xr.DataArray(drawn, dims="haigh", attrs={"units": "Pa", "long_name": "mean stress of the Haigh diagram"}),
-        haigh_limit=xr.DataArray(
-            limit.amplitude(drawn), dims="haigh", attrs={"units": "Pa", "long_name": "stress amplitude of the Haigh diagram"}
-        ),
+        fatigue_amplitude=named(dims, amplitude, "equivalent stress amplitude", "Pa"),
+        fatigue_mean=named(dims, sizes, "equivalent mean stress", "Pa"),
+        fatigue_limit=named(dims, allowed, "stress amplitude that the material stands", "Pa"),
+        haigh_mean=named("haigh", drawn, "mean stress of the Haigh diagram", "Pa"),
+        haigh_limit=named("haigh", limit.amplitude(drawn), "stress amplitude of the Haigh diagram", "Pa"),
     ).assign_attrs(fatigue_criterion=limit.words, fatigue_equivalent=equivalent)
 
 

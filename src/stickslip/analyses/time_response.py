@@ -14,7 +14,7 @@ from stickslip.analyses.response_dataset import ContactRows
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, named
 from stickslip.solve.balance.fourier import Harmonics, in_words, of_attribute
 from stickslip.solve.time.march import (
     LOAD_STEPS,
@@ -113,10 +113,7 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
         "periods": ((), cycle.periods, "1", "periods marched"),
     }
     return xr.Dataset(
-        {
-            name: (dims, values, {"units": units, "long_name": long_name})
-            for name, (dims, values, units, long_name) in variables.items()
-        },
+        {name: named(dims, values, long_name, units) for name, (dims, values, units, long_name) in variables.items()},
         coords={
             "output": list(problem.output_names),
             "contact": [contact.name for contact in problem.contacts],

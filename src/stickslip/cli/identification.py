@@ -21,11 +21,9 @@ from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out, finish
 from stickslip.support.checks import InputError, existing, fault, finite, nearest
 from stickslip.support.console import progress_bar, say
 from stickslip.support.files import only_own_files
-from stickslip.support.late import xr
+from stickslip.support.late import Figure, xr
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from stickslip.laboratory.measurement.decay import MeasuredDecay
 
 

@@ -398,6 +398,6 @@ def explore(
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
 ) -> None:
     """Change a study with sliders on a local page and watch its response. Needs `pip install 'stickslip[explore]'`."""
-    from stickslip.show.explorer.server import explore as serve
+    from stickslip.show.explorer.page import explore as serve
 
     serve(study, port, browser)

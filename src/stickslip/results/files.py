@@ -24,7 +24,17 @@ from scipy import io as scipy_io
 
 from stickslip.model.readers.matlab_73 import refuse_other_files, refuse_too_much
 from stickslip.results.quantities import as_quantity
-from stickslip.results.schema import FILE_FORMAT, RENAMED_VARIABLES, SCHEMA, check_results, labelled, stamped, with_frequency
+from stickslip.results.schema import (
+    FILE_FORMAT,
+    RENAMED_VARIABLES,
+    SCHEMA,
+    Result,
+    analysis_named,
+    check_results,
+    labelled,
+    stamped,
+    with_frequency,
+)
 from stickslip.results.shown_units import shown_dataset
 from stickslip.results.view import measure_in
 from stickslip.support.checks import Faults, InputError, fault, similar_file
@@ -54,6 +64,16 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     with replacing(path) as temporary:
         temporary.write_bytes(content)
     return Path(path)
+
+
+class SavedResult(Result):
+    """A result whose dataset can be written to a file, as that of the analysis after which its class is named."""
+
+    dataset: xr.Dataset
+
+    def save(self, path: str | Path) -> Path:
+        """Write the dataset as NetCDF, as the command does."""
+        return save(stamped(self.dataset, analysis_named(type(self).__name__)), path)
 
 
 def _netcdf(dataset: xr.Dataset) -> bytes:

@@ -25,9 +25,6 @@ NOT_JUDGED = "The stability of the highest peaks was not judged; [stability] or 
 
 ONE_MOTION = "Friction under constant loads and damping leave one periodic motion at each frequency, and it is stable."
 
-LISTED = 6
-"""Changes of stability of a curve that are listed."""
-
 
 def has_stability(dataset: xr.Dataset) -> bool:
     """Whether a result holds the stability of its points."""
@@ -97,7 +94,7 @@ def stability_sentences(dataset: xr.Dataset) -> list[str]:
         found = (frequencies[case] >= low) & (frequencies[case] <= high)
         kinds = words_of_flags(changes, changes.values[case, found])
         each = [f"{kind} at {hertz:.6g} Hz" for kind, hertz in zip(kinds, frequencies[case, found], strict=True)]
-        places = first_of(each, LISTED)
+        places = first_of(each)
         undecided = f", {counts[2]} undecided" if counts[2] else ""
         where = f"; {places}" if places else ""
         lines.append(f"  {view.level_text(dataset, case)}: {counts[0]} points stable, {counts[1]} unstable{undecided}{where}")

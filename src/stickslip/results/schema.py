@@ -9,23 +9,22 @@ What kind of curve a case of a forced response is: of a sweep, a branch, or isol
 
 from __future__ import annotations
 
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.support.checks import Faults, InputError, fault, nearest
-from stickslip.support.late import xr
+from stickslip.support.late import Figure, xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import FIGURES, SENTENCES
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 class Result:
@@ -70,6 +69,10 @@ class Result:
         return FIGURES.known("Result")["in the units of the study"](drawn, self)
 
 
+class Row(str):
+    """A sentence that says a row of the table of the answer: a page shows the table in its stead."""
+
+
 FILE_FORMAT = 1
 COMMON_ATTRIBUTES = ("title", "study", "stickslip_version", "file_format")
 """What the results of every analysis carry."""
@@ -97,6 +100,24 @@ class Variable:
 def _tables() -> dict[str, dict[str, tuple[str, ...]]]:
     """The tables of `variables.toml`."""
     return tomllib.loads(files("stickslip.results").joinpath("variables.toml").read_text(encoding="utf-8"))
+
+
+def named(dims: Any, values: Any, words: str, units: str = "1") -> tuple[Any, Any, dict[str, Any]]:
+    """A variable or coordinate as xarray takes it, with its meaning and its units, "1" of a pure number."""
+    return dims, values, {"units": units, "long_name": words}
+
+
+def stacked(pieces: Sequence[ArrayLike], empty: Any = np.nan, kind: Any = float) -> NDArray[Any]:
+    """Arrays of one number of axes as one with a first axis, the shorter ones filled up with what means "not there"."""
+    arrays = [np.asarray(piece) for piece in pieces]
+    if arrays[0].dtype.kind == "U":
+        empty, kind = "", object
+    whole = np.full((len(arrays), *np.max([array.shape for array in arrays], axis=0).astype(int)), empty, dtype=kind)
+    for row, array in zip(whole, arrays, strict=True) if whole.ndim > 1 else ():
+        row[tuple(map(slice, array.shape))] = array
+    if whole.ndim == 1:
+        whole[:] = arrays
+    return whole.astype(np.str_) if kind is object else whole
 
 
 def variables_in(table: str) -> dict[str, tuple[tuple[str, ...], str, str]]:
@@ -153,6 +174,11 @@ def analysis_of(dataset: xr.Dataset) -> str:
     """The analysis that a dataset came of, by its name of today."""
     name = str(dataset.attrs.get("analysis", RESPONSES[0]))
     return RENAMED_ANALYSES.get(name, name)
+
+
+def analysis_named(kind: str) -> str:
+    """The analysis of a class of results, which is named after it: response_bounds of ResponseBounds."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower()
 
 
 def check_results(dataset: xr.Dataset) -> None:

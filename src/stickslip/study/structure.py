@@ -32,13 +32,12 @@ from stickslip.model.readers.stress_places import (
 )
 from stickslip.model.structure.aerodynamics import Aerodynamics
 from stickslip.model.structure.assembly import assemble
-from stickslip.model.structure.centrifugal import softening
+from stickslip.model.structure.centrifugal import holds, softening
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameters, with_bodies
 from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.modes import rigid_motions
 from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.model.structure.rotation_axis import RotationAxis
-from stickslip.model.structure.spin import holds
 from stickslip.results.shown_units import in_system
 from stickslip.study import build
 from stickslip.study.faults import Found

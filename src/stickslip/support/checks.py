@@ -274,7 +274,11 @@ def listed(words: Sequence[str]) -> str:
     return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
-def first_of(words: Sequence[str], most: int) -> str:
+LISTED = 6
+"""Of many things, those that a sentence names."""
+
+
+def first_of(words: Sequence[str], most: int = LISTED) -> str:
     """`a, b, ... (7 in all)`: the first of many words."""
     return ", ".join(words[:most]) + (f", ... ({len(words)} in all)" if len(words) > most else "")
 

@@ -1,6 +1,7 @@
 """Libraries of tables, datasets, meshes and HDF5 files, which take up to a second to load: each is loaded when it is first used.
 
-`from stickslip.support.late import xr` stands in place of `import xarray as xr`, in annotations too.
+`from stickslip.support.late import xr` stands in place of `import xarray as xr`, in annotations too. `Axes` and
+`Figure` of matplotlib are for annotations alone.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import skfem
     import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 else:
 
     class Late(ModuleType):
@@ -24,5 +27,6 @@ else:
             return getattr(import_module(self.__name__), name)
 
     h5py, pd, skfem, xr = (Late(name) for name in ("h5py", "pandas", "skfem", "xarray"))
+    Axes = Figure = Any
 
-__all__ = ["h5py", "pd", "skfem", "xr"]
+__all__ = ["Axes", "Figure", "h5py", "pd", "skfem", "xr"]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.analyses.damper_alone.force_plane import force_plane
+from stickslip.analyses.damper_alone.cycle_dataset import force_plane
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.freedom import friction_freedom, response_history
 from stickslip.analyses.variability.samples import response_samples

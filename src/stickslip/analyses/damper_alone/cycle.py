@@ -31,7 +31,7 @@ from stickslip.analyses.settings import OfKind, Seed, Setting, Settings, Whole, 
 from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.contact.protocol import STICK
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion, jamming
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, named
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Progress, Report, silent
 from stickslip.solve.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
@@ -272,8 +272,8 @@ class SteadyCycles(Result):
         """All cycles along the dimension `cycle`, with `starts`, the number of starts that led to each."""
         if not self.cycles:
             raise InputError(f"None of {self.failed} starts led to a steady cycle. Take more steps, or other slider offsets.")
-        words = {"units": "1", "long_name": "initial states that lead to the cycle"}
-        return together(self.cycles).assign(starts=("cycle", list(self.counts), words)).assign_attrs(failed=self.failed)
+        starts = named("cycle", list(self.counts), "initial states that lead to the cycle")
+        return together(self.cycles).assign(starts=starts).assign_attrs(failed=self.failed)
 
     def animate(self, cycle: int = 1) -> Any:
         """One of the steady cycles in moving pictures, counted from 1 as in the figures; the first is that of most starts."""
@@ -290,8 +290,7 @@ class DamperEvolution(Result):
     def dataset(self) -> xr.Dataset:
         """All cycles along the dimension `cycle`, with `friction` (cycle, contact)."""
         mu = np.array([cycle.dataset.attrs["friction"] for cycle in self.cycles])
-        words = {"units": "1", "long_name": "friction coefficient"}
-        return together(self.cycles).assign(friction=(("cycle", "contact"), mu, words))
+        return together(self.cycles).assign(friction=named(("cycle", "contact"), mu, "friction coefficient"))
 
     def animate(self, cycle: int = 1) -> Any:
         """The cycle with one of the sets of friction coefficients in moving pictures, counted from 1."""
@@ -307,14 +306,11 @@ def _animated(cycles: Sequence[DamperCycle], cycle: int) -> Any:
 def together(cycles: Sequence[DamperCycle]) -> xr.Dataset:
     """Cycles of one damper under one motion as one dataset; their outcomes and sentences as variables."""
     found = xr.concat([cycle.dataset for cycle in cycles], "cycle", combine_attrs="drop_conflicts")
-    labels = {key: [str(cycle.dataset.attrs[key]) for cycle in cycles] for key in ("outcome", "message")}
-    words = {"outcome": "how the search ended", "message": "the outcome in words"}
-    for key, values in labels.items():
-        found[key] = ("cycle", values, {"units": "1", "long_name": words[key]})
+    for key, words in (("outcome", "how the search ended"), ("message", "the outcome in words")):
+        found[key] = named("cycle", [str(cycle.dataset.attrs[key]) for cycle in cycles], words)
         found.attrs.pop(key, None)
     found.attrs.pop("friction", None)
-    number = {"units": "1", "long_name": "number of the cycle"}
-    return found.assign_coords(cycle=("cycle", np.arange(1, len(cycles) + 1), number))
+    return found.assign_coords(cycle=named("cycle", np.arange(1, len(cycles) + 1), "number of the cycle"))
 
 
 def _sets(name: str, value: Any) -> tuple[Any, ...]:

@@ -7,6 +7,12 @@ The damper routine in a blade model: it replaces the damper's body and contacts 
 The blade moves the left platform, the neighbour's side is at rest. Its equation per harmonic is X = R (P + F(X)), R the
 receptance of the platform and F(X) the harmonics of the routine's force for the motion X: the purpose that Gola and Gastaldi
 (ASME GT2014-25240) state for it.
+
+The plane of tangential forces of a damper with two sides, and its limit lines (Yang and Menq, J. Eng. Gas Turbines Power
+120(2), 1998, 410-417).
+
+A damper without mass, held by nothing but two contacts and its pull, is in balance at every moment: its normal forces then follow
+from the tangential ones, and |T_i| = μ_i N_i are four straight lines. Between them both sides stick.
 """
 
 from __future__ import annotations
@@ -24,15 +30,17 @@ from stickslip.model.contact.law import Friction, LoadDependentFriction
 from stickslip.model.contact.protocol import OPEN, SLIP_DOWN, SLIP_UP, STICK
 from stickslip.model.dampers.between_platforms import RIGHT, BetweenPlatforms, PlatformMotion
 from stickslip.model.loads import Force
+from stickslip.model.problem import Problem
 from stickslip.model.rigs.laboratory_damper import platform_problem
 from stickslip.model.structure.matrices import Structure
+from stickslip.results.schema import named
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.balance.fourier import complex_harmonics, real_harmonics
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
 from stickslip.solve.platforms.march import Record
-from stickslip.support.checks import Array, Index, InputError, of_kind, positive, whole
+from stickslip.support.checks import Array, Index, InputError, fault, of_kind, positive, whole
 from stickslip.support.late import xr
 from stickslip.support.machine import one_blas_thread
 
@@ -51,8 +59,8 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
     variables = _platforms(rig, model, march) | _contact_forces(model, march) | _contact_motions(rig, model, march)
     variables |= _states(model, march) | _energies(model, march) | _section(rig)
     return xr.Dataset(
-        {name: (dims, values, {"units": units, "long_name": words}) for name, (dims, values, units, words) in variables.items()},
-        coords={name: (dim, values, {"units": "1", "long_name": words}) for name, dim, values, words in _coordinates(rig)},
+        {name: named(dims, values, words, units) for name, (dims, values, units, words) in variables.items()},
+        coords={name: named(dim, values, words) for name, dim, values, words in _coordinates(rig)},
         attrs={
             "title": rig.title or rig.damper.name,
             "pull": float(np.hypot(*np.asarray(rig.damper.pull)[:2])),
@@ -396,3 +404,62 @@ def _stuck_motion(model: CycleModel, receptances: Sequence[np.ndarray], free: Ar
     motion = complex_harmonics(free)
     moved = [np.linalg.solve(np.eye(2) + R @ stuck, motion[:, h]) for h, R in enumerate(receptances)]
     return real_harmonics(np.stack(moved, axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class ForcePlane:
+    """N = offset + slope T of both sides, (2,) [N] and (2, 2); friction (2,): μ of each; sides: their names."""
+
+    offset: Array
+    slope: Array
+    friction: Array
+    sides: tuple[str, str]
+
+    def normal(self, tangential: Array) -> Array:
+        """Normal forces (..., 2) that balance tangential ones (..., 2)."""
+        return np.asarray(self.offset + tangential @ self.slope.T)
+
+    def limit(self, side: int, sense: int, along: Array) -> Array:
+        """Points (n, 2) of the line T_side = sense μ N, at these forces of the other side [N]."""
+        factor = sense * self.friction[side]
+        own, other = self.slope[side, side], self.slope[side, 1 - side]
+        tangential = factor * (self.offset[side] + other * along) / (1.0 - factor * own)
+        return np.stack([tangential, along] if side == 0 else [along, tangential], axis=-1)
+
+    def corners(self) -> Array:
+        """Where the lines of the two sides cross, (4, 2), in the order round the region of sticking."""
+        found = []
+        for first, second in ((1, 1), (1, -1), (-1, -1), (-1, 1)):
+            factor = np.array([first, second]) * self.friction
+            found.append(np.linalg.solve(np.eye(2) - factor[:, None] * self.slope, factor * self.offset))
+        return np.array(found)
+
+    def inside(self, tangential: Array) -> Array:
+        """Whether forces (..., 2) lie within all lines, to a millionth of the limits."""
+        limits = self.friction * self.normal(tangential)
+        return np.asarray(np.all(np.abs(tangential) <= limits + 1e-6 * np.abs(limits).max(), axis=-1))
+
+
+def force_plane(problem: Problem, damper: Sequence[str], sides: tuple[str, str]) -> ForcePlane:
+    """The plane of a damper: damper: its two degrees of freedom in the plane of motion; sides: the contact, or the points
+    "NAME 1", "NAME 2", ... , on each side. Inertia, moments, other springs and the second tangential direction are left out.
+    """
+    dofs = [problem.structure.index(dof) for dof in damper]
+    if len(dofs) != 2:
+        raise fault("damper", "must name two degrees of freedom", list(damper))
+    pull = problem.load(1)[dofs, 0]
+    contacts = []
+    for side in sides:  # the contact of this name, or the points of a surface of this name
+        named = [c for c in problem.contacts if c.name == side or (c.name.rpartition(" ")[0] == side and c.name[-1].isdigit())]
+        if not named or any(len(c.direction_names) < 2 or c.normal is None for c in named):
+            raise fault("side", "must name contacts with friction and a normal direction", side)
+        contacts.append(named)
+    tangents, normals = (
+        np.array([[group[0].directions[which].get(dof, 0.0) for dof in damper] for group in contacts]).T for which in (0, -1)
+    )
+    for side, group in zip(sides, contacts, strict=True):
+        if group[0].elements.friction[0].bend.size:
+            raise fault(f"mu of {side}", "must be a number, for the limit lines to be straight", "one that depends on the load")
+    inverse = np.linalg.inv(normals)
+    friction = np.array([float(group[0].elements.friction[0].friction[0]) for group in contacts])
+    return ForcePlane(inverse @ pull, -inverse @ tangents, friction, sides)

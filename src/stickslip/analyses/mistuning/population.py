@@ -20,7 +20,7 @@ from stickslip.analyses.settings import takes
 from stickslip.analyses.stress import SIZES, Equivalent, has_fatigue, with_fatigue
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.structure.stress import COMPONENTS, FatigueLimit
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, named, stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.fourier import attribute
@@ -55,11 +55,11 @@ def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Da
     words = work.sweep.measure.words
     data = _samples(samples, units, words) | _tuned(tuned, units) | _amplification(samples, tuned) | _deviations(work)
     N = work.disk.sectors
-    coords: dict[str, Any] = {"blade": ("blade", np.arange(1, N + 1), _named("1", "blade, or sector, from 1"))}
+    coords: dict[str, Any] = {"blade": named("blade", np.arange(1, N + 1), "blade, or sector, from 1")}
     if work.places:
         data |= _stresses(samples, tuned)
-        coords["place"] = ("place", list(work.places), _named("1", "place of stress of a sector"))
-        coords["component"] = ("component", list(COMPONENTS), _named("1", "component of stress in the axes of the sector"))
+        coords["place"] = named("place", list(work.places), "place of stress of a sector")
+        coords["component"] = named("component", list(COMPONENTS), "component of stress in the axes of the sector")
     attrs: dict[str, Any] = {"title": work.disk.heading, "study": "", "analysis": "mistuned_population"}
     attrs |= {"sectors": N, "engine_order": work.disk.engine_order, "seed": work.seed, "force_level": work.sweep.levels[0]}
     attrs |= {"harmonics": attribute(work.sweep.harmonics), "samples": work.sweep.samples, "whitehead": 0.5 * (1.0 + np.sqrt(N))}
@@ -68,37 +68,24 @@ def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Da
     return xr.Dataset(data, coords, attrs)
 
 
-def _named(units: str, long_name: str) -> dict[str, str]:
-    return {"units": units, "long_name": long_name}
-
-
 def _samples(samples: Sequence[Arrays], units: str, words: str) -> dict[str, Any]:
     """Curves, maxima and outcomes."""
-    longest = max(arrays["frequency"].size for arrays in samples)
-    frequency = np.full((len(samples), longest), np.nan)
-    amplitude = np.full((len(samples), longest, samples[0]["peak"].size), np.nan)
-    for k, arrays in enumerate(samples):
-        frequency[k, : arrays["frequency"].size] = arrays["frequency"]
-        amplitude[k, : arrays["frequency"].size] = arrays["amplitude"]
+    frequency, amplitude = (stacked([arrays[name] for arrays in samples]) for name in ("frequency", "amplitude"))
     curve, each = ("sample", "point"), ("sample", "blade")
     peak, place, work = (np.array([arrays[name] for arrays in samples]) for name in ("peak", "peak_frequency", "damper_work"))
     busiest = np.where(np.nan_to_num(work).max(axis=1) > NO_WORK, np.nan_to_num(work).argmax(axis=1) + 1, 0)
     outcome = np.array([int(arrays["outcome"]) for arrays in samples], dtype=np.int8)
     return {
-        "frequency": (curve, frequency, _named("Hz", "excitation frequency")),
-        "amplitude": ((*curve, "blade"), amplitude, _named(units, f"{words} of each blade")),
-        "envelope": (curve, amplitude.max(axis=2), _named(units, "largest amplitude of all blades")),
-        "blade_peak": (each, peak, _named(units, "largest amplitude of each blade over the band")),
-        "blade_peak_frequency": (each, place, _named("Hz", "frequency of the largest amplitude of each blade")),
-        "damper_work": (each, work, _named("J", "friction work per period of the damper after each blade, at the highest peak")),
-        "busiest_damper": (
-            "sample",
-            busiest,
-            _named("1", "blade before the damper with the most friction work; 0 where none slips"),
-        ),
-        "sample_outcome": ("sample", outcome, _named("1", f"{int(Outcome.CONVERGED)} where the sample was solved")),
-        "sample_message": ("sample", [str(a["message"]) for a in samples], _named("1", "outcome of the sample")),
-        "cpu_time": ("sample", [float(a["cpu_seconds"]) for a in samples], _named("s", "processor time of the sample")),
+        "frequency": named(curve, frequency, "excitation frequency", "Hz"),
+        "amplitude": named((*curve, "blade"), amplitude, f"{words} of each blade", units),
+        "envelope": named(curve, amplitude.max(axis=2), "largest amplitude of all blades", units),
+        "blade_peak": named(each, peak, "largest amplitude of each blade over the band", units),
+        "blade_peak_frequency": named(each, place, "frequency of the largest amplitude of each blade", "Hz"),
+        "damper_work": named(each, work, "friction work per period of the damper after each blade, at the highest peak", "J"),
+        "busiest_damper": named("sample", busiest, "blade before the damper with the most friction work; 0 where none slips"),
+        "sample_outcome": named("sample", outcome, f"{int(Outcome.CONVERGED)} where the sample was solved"),
+        "sample_message": named("sample", [str(a["message"]) for a in samples], "outcome of the sample"),
+        "cpu_time": named("sample", [float(a["cpu_seconds"]) for a in samples], "processor time of the sample", "s"),
     }
 
 
@@ -111,18 +98,18 @@ def _stresses(samples: Sequence[Arrays], tuned: Arrays) -> dict[str, Any]:
         ("tuned_", ("place",), tuned["stress"][0], "of the tuned disk at its largest amplitude"),
     ):
         for k, name in enumerate(SIZES):
-            data[prefix + name] = (dims, values[..., k], _named("Pa", f"{STRESSES[name]}, {where}"))
-        data[f"{prefix}stress_mean"] = ((*dims, "component"), values[..., len(SIZES) :], _named("Pa", f"mean stress, {where}"))
+            data[prefix + name] = named(dims, values[..., k], f"{STRESSES[name]}, {where}", "Pa")
+        data[f"{prefix}stress_mean"] = named((*dims, "component"), values[..., len(SIZES) :], f"mean stress, {where}", "Pa")
     return data
 
 
 def _tuned(tuned: Arrays, units: str) -> dict[str, Any]:
     return {
-        "tuned_frequency": ("tuned_point", tuned["frequency"], _named("Hz", "excitation frequency of the tuned disk")),
-        "tuned_amplitude": ("tuned_point", tuned["amplitude"][:, 0], _named(units, "amplitude of the tuned disk")),
-        "tuned_damper_work": ((), float(tuned["damper_work"][0]), _named("J", "friction work per period of a damper there")),
-        "tuned_peak": ((), float(tuned["peak"][0]), _named(units, "largest amplitude of the tuned disk")),
-        "tuned_peak_frequency": ((), float(tuned["peak_frequency"][0]), _named("Hz", "frequency of that amplitude")),
+        "tuned_frequency": named("tuned_point", tuned["frequency"], "excitation frequency of the tuned disk", "Hz"),
+        "tuned_amplitude": named("tuned_point", tuned["amplitude"][:, 0], "amplitude of the tuned disk", units),
+        "tuned_damper_work": named((), float(tuned["damper_work"][0]), "friction work per period of a damper there", "J"),
+        "tuned_peak": named((), float(tuned["peak"][0]), "largest amplitude of the tuned disk", units),
+        "tuned_peak_frequency": named((), float(tuned["peak_frequency"][0]), "frequency of that amplitude", "Hz"),
     }
 
 
@@ -132,8 +119,8 @@ def _amplification(samples: Sequence[Arrays], tuned: Arrays) -> dict[str, Any]:
     worst = [0 if np.isnan(arrays["peak"]).any() else int(arrays["peak"].argmax()) + 1 for arrays in samples]
     ratio: Array = largest / float(tuned["peak"][0])
     return {
-        "amplification": ("sample", ratio, _named("1", "largest amplitude of any blade over that of the tuned disk")),
-        "worst_blade": ("sample", worst, _named("1", "blade with the largest amplitude; 0 where the sample failed")),
+        "amplification": named("sample", ratio, "largest amplitude of any blade over that of the tuned disk"),
+        "worst_blade": named("sample", worst, "blade with the largest amplitude; 0 where the sample failed"),
     }
 
 
@@ -141,11 +128,11 @@ def _deviations(work: PopulationWork) -> dict[str, Any]:
     drawn = [work.deviations(sample) for sample in range(work.count)]
     each = ("sample", "blade")
     data: dict[str, Any] = {
-        f"{name}_deviation": (each, np.array([m.deviation(name) for m in drawn]), _named("1", f"relative deviation, {words}"))
+        f"{name}_deviation": named(each, np.array([m.deviation(name) for m in drawn]), f"relative deviation, {words}")
         for name, words in WORDS.items()
     }
     missing = np.array([np.isin(np.arange(1, work.disk.sectors + 1), m.missing) for m in drawn], dtype=np.int8)
-    return data | {"damper_missing": (each, missing, _named("1", "1 where the damper after the blade is missing"))}
+    return data | {"damper_missing": named(each, missing, "1 where the damper after the blade is missing")}
 
 
 TUNED = "tuned_"

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.modes.slow_decay import SlowDecay, slow_decay
-from stickslip.analyses.performance.work import stacked
 from stickslip.analyses.response_dataset import ContactRows
 from stickslip.model.contact.point import DIRECTION_NAMES
 from stickslip.model.problem import Problem
-from stickslip.results.schema import variables_in
+from stickslip.results.schema import named, stacked, variables_in
 from stickslip.results.view import length_text
 from stickslip.runs.work import Arrays
 from stickslip.solve.balance.balance import Evaluation
@@ -143,21 +142,24 @@ def _parts(values: NDArray[np.complex128]) -> Array:
 def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, Any]) -> xr.Dataset:
     """All curves as one labelled dataset."""
     data = {
-        name: (dims, stacked([np.asarray(result[name]) for result in results]), {"units": units, "long_name": words})
+        name: named(dims, stacked([result[name] for result in results]), words, units)
         for name, (dims, units, words) in (VARIABLES | OF_DECAYS).items()
         if name in results[0]
     }
     harmonics = data["response"][1].shape[3]
-    labels: dict[str, tuple[Any, str]] = {
-        "output": (list(problem.output_names), "output"),
-        "contact": ([contact.name for contact in problem.contacts], "contact"),
-        "direction": (list(DIRECTION_NAMES), "direction of a contact"),
-        "harmonic": (np.arange(harmonics), "harmonic"),
-        "part": (["re", "im"], "real or imaginary part"),
-        "dof": (list(problem.structure.dofs), "degree of freedom"),
-    }
-    coords = {name: (name, values, {"units": "1", "long_name": words}) for name, (values, words) in labels.items()}
+    coords = _labels(problem) | {"harmonic": named("harmonic", np.arange(harmonics), "harmonic")}
     return xr.Dataset(data, coords, {"title": problem.heading, "study": "", **attrs})
+
+
+def _labels(problem: Problem) -> dict[str, Any]:
+    """The coordinates of modes and limit cycles that the problem gives."""
+    return {
+        "output": named("output", list(problem.output_names), "output"),
+        "contact": named("contact", [contact.name for contact in problem.contacts], "contact"),
+        "direction": named("direction", list(DIRECTION_NAMES), "direction of a contact"),
+        "part": named("part", ["re", "im"], "real or imaginary part"),
+        "dof": named("dof", list(problem.structure.dofs), "degree of freedom"),
+    }
 
 
 TURNED = ("response", "contact_force", "contact_motion", "mode_shape", "shape_slope")
@@ -265,16 +267,9 @@ def limit_cycles_dataset(
 ) -> xr.Dataset:
     """The limit cycles of all modes as one labelled dataset."""
     data = {
-        name: (dims, stacked([np.asarray(result[name]) for result in results]), {"units": units, "long_name": words})
+        name: named(dims, stacked([result[name] for result in results]), words, units)
         for name, (dims, units, words) in CYCLE_VARIABLES.items()
     }
-    labels: dict[str, tuple[Any, str]] = {
-        "aerodynamic_damping": (list(ratios), "aerodynamic damping ratio, added to that of the mode"),
-        "output": (list(problem.output_names), "output"),
-        "contact": ([contact.name for contact in problem.contacts], "contact"),
-        "direction": (list(DIRECTION_NAMES), "direction of a contact"),
-        "part": (["re", "im"], "real or imaginary part"),
-        "dof": (list(problem.structure.dofs), "degree of freedom"),
-    }
-    coords = {name: (name, values, {"units": "1", "long_name": words}) for name, (values, words) in labels.items()}
+    ratio = named("aerodynamic_damping", list(ratios), "aerodynamic damping ratio, added to that of the mode")
+    coords = _labels(problem) | {"aerodynamic_damping": ratio}
     return xr.Dataset(data, coords, {"title": problem.heading, "study": "", **attrs})

@@ -21,6 +21,7 @@ from stickslip.analyses.modes.synthesis import Synthesis
 from stickslip.analyses.settings import Execution, OfProblem, OutputNumber, Samples, Setting, Settings, output_of
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
+from stickslip.results.schema import named, variables_in
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
 from stickslip.solve.balance.fourier import Harmonics, attribute, checked_harmonics, fourier, harmonics_for, highest, of_attribute
@@ -128,27 +129,12 @@ masses 34 %; from 0.2 to 0.4 up to 38 %, although those of the blade and of mode
 OFF = 0.01
 """Relative difference of a solved peak from the synthesised one above which it is said."""
 
-_POINT, _LEVEL = ("case", "point"), ("case", "force_level")
-POINTS = {
-    "peak_force_level": (_POINT, "1", "force level whose resonance peak has this amplitude"),
-    "peak_frequency": (_POINT, "Hz", "frequency of that peak"),
-    "peak_amplitude": ((*_POINT, "output"), "m", "amplitude of the first harmonic at that peak, with the other modes"),
-    "peak_other_modes": (_POINT, "1", "linear response of the other stuck modes at that peak, relative to the mode's motion"),
-    "quadrature_force_level": (_POINT, "1", "force level in phase resonance"),
-}
-LEVELS = {
-    "level_frequency": (_LEVEL, "Hz", "frequency of the highest peak of a force level"),
-    "level_amplitude": (_LEVEL, "m", "amplitude of the first output at the highest peak of a force level"),
-    "level_solved_frequency": (_LEVEL, "Hz", "frequency of that peak, solved as a forced motion"),
-    "level_solved_amplitude": (_LEVEL, "m", "amplitude of the first output at that peak, solved as a forced motion"),
-}
-
 
 def with_peaks(dataset: xr.Dataset, problem: Problem, levels: Sequence[float] = ()) -> xr.Dataset:
     """The dataset with the peaks that belong to its points, and those of force levels; NaN where the forces of the problem do not
     excite a mode, or a level is beyond its amplitudes. `synthesis_message` says why."""
     sizes = {**dataset.sizes, "force_level": len(levels)}
-    names = POINTS | (LEVELS if levels else {})
+    names = variables_in("peaks_of_modes") | (variables_in("peaks_of_force_levels") if levels else {})
     data = {name: np.full([sizes[dim] for dim in dims], np.nan) for name, (dims, _, _) in names.items()}
     messages, warnings = [], []
     for case in range(sizes["case"]):
@@ -171,14 +157,14 @@ def with_peaks(dataset: xr.Dataset, problem: Problem, levels: Sequence[float] = 
             _fill_levels(data, case, synthesis, levels, dataset, problem)
             said.append(_misses(np.array(levels), *(data[name][case] for name in ("level_amplitude", "level_solved_amplitude"))))
         warnings.append(" ".join(filter(None, said)))
-    described = {name: (dims, data[name], {"units": units, "long_name": words}) for name, (dims, units, words) in names.items()}
-    why = {"units": "1", "long_name": "why there are no peaks of force levels"}
-    found = dataset.assign(described).assign(synthesis_message=("case", np.array(messages, dtype=np.str_), why))
-    close = {"units": "1", "long_name": "why peaks of force levels may be wrong"}
-    found = found.assign(synthesis_warning=("case", np.array(warnings, dtype=np.str_), close))
+    described = {name: named(dims, data[name], words, units) for name, (dims, units, words) in names.items()}
+    found = dataset.assign(described).assign(
+        synthesis_message=named("case", np.array(messages, dtype=np.str_), "why there are no peaks of force levels"),
+        synthesis_warning=named("case", np.array(warnings, dtype=np.str_), "why peaks of force levels may be wrong"),
+    )
     if not levels:
         return found
-    return found.assign_coords(force_level=("force_level", list(levels), {"units": "1", "long_name": "force level"}))
+    return found.assign_coords(force_level=named("force_level", list(levels), "force level"))
 
 
 def _others_move(levels: Array, shares: Array) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, no_resonance, resonance_band
-from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Pull, stacked
+from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Pull
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     Execution,
@@ -43,7 +43,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.analyses.variability.bounds import BoundsWork
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result, variables_in
+from stickslip.results.schema import Result, named, stacked, variables_in
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Progress
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -146,13 +146,13 @@ def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCur
         balance = HarmonicBalance(work.problem, work.harmonics, work.samples)
         raise no_resonance(balance, work.output, (float(low), float(high)), " at one of the values of F_C/F_E")
     data = {
-        name: (dims, stacked([np.asarray(result[name]) for result in results]), described(work.measured, name, units, words))
+        name: (dims, stacked([result[name] for result in results]), described(work.measured, name, units, words))
         for name, (dims, units, words) in VARIABLES.items()
     }
     coords: dict[str, Any] = {
-        "friction": ("case", list(work.frictions), {"units": "1", "long_name": "friction coefficient"}),
-        "force_ratio": ("point", list(work.ratios), {"units": "1", "long_name": "F_C/F_E"}),
-        "contact": ("contact", [contact.name for contact in work.problem.contacts], {"units": "1", "long_name": "contact"}),
+        "friction": named("case", list(work.frictions), "friction coefficient"),
+        "force_ratio": named("point", list(work.ratios), "F_C/F_E"),
+        "contact": named("contact", [contact.name for contact in work.problem.contacts], "contact"),
     }
     attrs: dict[str, Any] = {"title": work.problem.heading, "output": work.problem.output_names[work.output], "vary": work.vary}
     attrs |= {"harmonics": attribute(work.harmonics), "samples": work.samples, **work.measured.attributes}
@@ -244,21 +244,19 @@ def band_dataset(asked: BandSettings, results: Sequence[Arrays]) -> xr.Dataset:
     virgin = at_peak["sampled_amplitude"].isel(start=0).values / force[:, 0]
     units = work.measured.quantity.units_per_force
     data = {
-        "amplitude_per_force": (("point", "bound"), per_force, {"units": units, "long_name": "peak per force"}),
-        "frequency": (("point", "bound"), at_peak["resonance"].values, {"units": "Hz", "long_name": "resonance frequency"}),
-        "virgin_amplitude_per_force": ("point", virgin, {"units": units, "long_name": "peak per force, virgin start"}),
-        "loss_factor": (("point", "bound"), at_peak["loss_factor"].values, {"units": "1", "long_name": "loss factor"}),
-        "outcome": (("point", "bound"), at_peak["outcome"].values, {"units": "1", "long_name": "outcome of the search"}),
-        "unsolved_share": (
-            "point",
-            at_peak["unsolved_share"].values,
-            {"units": "1", "long_name": "share of the sampled start states without a solution"},
+        "amplitude_per_force": named(("point", "bound"), per_force, "peak per force", units),
+        "frequency": named(("point", "bound"), at_peak["resonance"].values, "resonance frequency", "Hz"),
+        "virgin_amplitude_per_force": named("point", virgin, "peak per force, virgin start", units),
+        "loss_factor": named(("point", "bound"), at_peak["loss_factor"].values, "loss factor"),
+        "outcome": named(("point", "bound"), at_peak["outcome"].values, "outcome of the search"),
+        "unsolved_share": named(
+            "point", at_peak["unsolved_share"].values, "share of the sampled start states without a solution"
         ),
-        "solves": ("point", at_peak["solves"].values, {"units": "1", "long_name": "solutions computed"}),
+        "solves": named("point", at_peak["solves"].values, "solutions computed"),
     }
     coords = {
-        "force_ratio": ("point", list(asked.ratios), {"units": "1", "long_name": "F_C/F_E"}),
-        "bound": ("bound", bounds["bound"].values, {"units": "1", "long_name": "lowest and highest peak"}),
+        "force_ratio": named("point", list(asked.ratios), "F_C/F_E"),
+        "bound": named("bound", bounds["bound"].values, "lowest and highest peak"),
     }
     keys = ("title", "output", *work.measured.attributes, "rule", "share", "seed", "cloud", "starts", "harmonics", "samples")
     keys = (*keys, "cpu_seconds")

@@ -34,7 +34,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.schema import Result, variables_in
+from stickslip.results.schema import Result, named, stacked, variables_in
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.balance.fourier import MOST_SAMPLES, attribute
@@ -343,7 +343,7 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
 
     def described(name: str, value: Any) -> tuple[Any, Any, dict[str, str]]:
         dims, unit, words = VARIABLES[name]
-        return dims, value, {"units": unit or units, "long_name": words}
+        return named(dims, value, words, unit or units)
 
     attrs: dict[str, Any] = {
         "title": "Design of a damper",
@@ -360,9 +360,7 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
 def _of_designs(designs: Designs, starts: AllStarts) -> dict[str, Any]:
     """What is known of every design, in the order in which they were computed."""
     records = designs.records
-    failed = np.full((len(records), max(len(record.failed) for record in records), 3), np.nan)
-    for row, record in zip(failed, records, strict=True):
-        row[: len(record.failed)] = record.failed
+    failed = stacked([np.reshape(record.failed, (-1, 3)) for record in records])
     searches = np.array([starts.searches(k) for k in range(len(records))])
     place = np.array([record.place for record in records]).T
     worst = ("worst_peak", "worst_frequency", "worst_force", "worst_friction", "worst_start")

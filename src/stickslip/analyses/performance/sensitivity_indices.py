@@ -35,7 +35,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, named
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -250,31 +250,28 @@ def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:
     cpu_seconds = sum(float(result["cpu_seconds"]) for result in results)
     drawn = shown * drawn
 
-    def described(dims: Any, values: Any, unit: str, words: str) -> tuple[Any, Any, dict[str, str]]:
-        return dims, values, {"units": unit, "long_name": words}
-
     middle = work.problem(np.mean(work.box, axis=1))
     units = f"{work.measured.reported_units(levels_are_newtons(middle))} and Hz"
     both, (low, high), ends = ("parameter", "quantity"), np.array(work.box).T, first["ends"]
     orders, intervals, spread = _indices(drawn), _intervals(drawn, work.seed), np.std(drawn[:, :2], axis=(0, 1))
     bounds, interval = (*both, "bound"), "what 95 % of bootstrap samples of the draws give for the"
     data = {
-        "first_order": described(both, orders[0], "1", "first-order index: share of the variance by this parameter alone"),
-        "total": described(both, orders[1], "1", "total index: with its interactions"),
-        "first_order_interval": described(bounds, intervals[0], "1", f"{interval} first-order index"),
-        "total_interval": described(bounds, intervals[1], "1", f"{interval} total index"),
-        "low_end": described(both, ends[:, 0], units, "at the low end of the range, the others in the middle"),
-        "high_end": described(both, ends[:, 1], units, "at the high end of the range, the others in the middle"),
-        "middle": described("quantity", first["middle"], units, "all parameters in the middle"),
-        "spread": described("quantity", spread, units, "standard deviation over all parameters"),
-        "slope": described("parameter", first["slopes"], "1", "d ln(amplitude) over the range, by the slope in the middle"),
-        "low": described("parameter", low, "as given", "low end of the range"),
-        "high": described("parameter", high, "as given", "high end of the range"),
+        "first_order": named(both, orders[0], "first-order index: share of the variance by this parameter alone"),
+        "total": named(both, orders[1], "total index: with its interactions"),
+        "first_order_interval": named(bounds, intervals[0], f"{interval} first-order index"),
+        "total_interval": named(bounds, intervals[1], f"{interval} total index"),
+        "low_end": named(both, ends[:, 0], "at the low end of the range, the others in the middle", units),
+        "high_end": named(both, ends[:, 1], "at the high end of the range, the others in the middle", units),
+        "middle": named("quantity", first["middle"], "all parameters in the middle", units),
+        "spread": named("quantity", spread, "standard deviation over all parameters", units),
+        "slope": named("parameter", first["slopes"], "d ln(amplitude) over the range, by the slope in the middle"),
+        "low": named("parameter", low, "low end of the range", "as given"),
+        "high": named("parameter", high, "high end of the range", "as given"),
     }
     coords = {
-        "parameter": described("parameter", list(work.parameters), "1", "uncertain parameter"),
-        "quantity": described("quantity", list(QUANTITIES), "1", "quantity"),
-        "bound": described("bound", ["low", "high"], "1", "end of an interval"),
+        "parameter": named("parameter", list(work.parameters), "uncertain parameter"),
+        "quantity": named("quantity", list(QUANTITIES), "quantity"),
+        "bound": named("bound", ["low", "high"], "end of an interval"),
     }
     attrs: dict[str, Any] = {"title": "Which parameter matters", "cpu_seconds": cpu_seconds}
     attrs |= {key: getattr(work, key) for key in ("force", "draws", "seed", "samples")} | work.measured.attributes

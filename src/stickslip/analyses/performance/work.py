@@ -406,14 +406,3 @@ def _event_arrays(found: ContinuedPeaks) -> dict[str, NDArray[Any]]:
         "solves": np.array(found.solves),
         "iterations": np.array(found.iterations),
     }
-
-
-def stacked(pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Arrays of different length as one, padded with NaN or empty words."""
-    shape = np.max([piece.shape for piece in pieces], axis=0).astype(int)
-    words = pieces[0].dtype.kind == "U"
-    whole = np.full((len(pieces), *shape), "" if words else np.nan, dtype=object if words else float)
-    for case, piece in enumerate(pieces):
-        place: tuple[Any, ...] = (case, *(slice(size) for size in piece.shape))
-        whole[place] = piece
-    return whole.astype(np.str_) if words else whole

@@ -23,7 +23,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import SpeedDependence
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Structure
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, named
 from stickslip.runs.work import Progress, checked_progress
 from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, several, unique, vector
 from stickslip.support.late import pd, xr
@@ -282,24 +282,20 @@ def _dataset(
             margins[s, o] = resonance.at(state, order, operating)[0] / (order * operating / 60.0) - 1.0
     both, curve = ("state", "engine_order"), ("engine_order", "speed")
     data: dict[str, Any] = {
-        "frequency": (
-            ("state", *curve),
-            frequencies,
-            {"units": "Hz", "long_name": "natural frequency, or that of the resonance"},
-        ),
-        "amplitude": (curve, amplitudes, {"units": "m", "long_name": "amplitude of the nonlinear resonance"}),
-        "crossing_speed": (both, crossings[0], {"units": "rev/min", "long_name": "speed at which an engine order meets it"}),
-        "crossing_frequency": (both, crossings[1], {"units": "Hz", "long_name": "frequency at the crossing"}),
-        "message": (curve, messages.astype(np.str_), {"units": "1", "long_name": "why there is no nonlinear resonance"}),
+        "frequency": named(("state", *curve), frequencies, "natural frequency, or that of the resonance", "Hz"),
+        "amplitude": named(curve, amplitudes, "amplitude of the nonlinear resonance", "m"),
+        "crossing_speed": named(both, crossings[0], "speed at which an engine order meets it", "rev/min"),
+        "crossing_frequency": named(both, crossings[1], "frequency at the crossing", "Hz"),
+        "message": named(curve, messages.astype(np.str_), "why there is no nonlinear resonance"),
     }
     attrs: dict[str, Any] = {"title": resonance.problem_at(float(speeds[0])).title, "mode": resonance.mode}
     if operating is not None:
-        data["margin"] = (both, margins, {"units": "1", "long_name": "frequency over that of the engine order, less 1"})
+        data["margin"] = named(both, margins, "frequency over that of the engine order, less 1")
         attrs["operating_speed"] = finite("operating_speed", operating)
     if resonance.force_level is not None:
         attrs["force_level"] = resonance.force_level
     coords: dict[str, Any] = {"state": list(STATES), "engine_order": list(orders)}
-    coords["speed"] = ("speed", speeds, {"units": "rev/min", "long_name": "rotor speed"})
+    coords["speed"] = named("speed", speeds, "rotor speed", "rev/min")
     return xr.Dataset(data, coords, attrs)
 
 
@@ -353,10 +349,10 @@ def interference_diagram(
     kinds = np.where(2 * folded < sectors, 1, 2)
     kinds[(folded == 0) | (2 * folded == sectors)] = 0
     data: dict[str, Any] = {
-        "excited_diameter": (own, diameters, {"units": "1", "long_name": "nodal diameter that an engine order excites"}),
-        "wave": (own, np.asarray(WAVES)[kinds], {"units": "1", "long_name": "how the excited wave travels"}),
-        "excitation_frequency": (own, excitation, {"units": "Hz", "long_name": "frequency of the excitation"}),
-        "nearest_mode": (both, nearest + 1, {"units": "1", "long_name": "mode of that nodal diameter nearest in frequency"}),
-        "margin": (both, margins, {"units": "1", "long_name": "its frequency over that of the excitation, less 1"}),
+        "excited_diameter": named(own, diameters, "nodal diameter that an engine order excites"),
+        "wave": named(own, np.asarray(WAVES)[kinds], "how the excited wave travels"),
+        "excitation_frequency": named(own, excitation, "frequency of the excitation", "Hz"),
+        "nearest_mode": named(both, nearest + 1, "mode of that nodal diameter nearest in frequency"),
+        "margin": named(both, margins, "its frequency over that of the excitation, less 1"),
     }
     return InterferenceDiagram(found.assign(data).assign_coords(engine_order=orders).assign_attrs(speed=float(speed)))

@@ -19,7 +19,7 @@ from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.results.quantities import ERRORS
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, named
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.fourier import MOST_SAMPLES
@@ -194,9 +194,8 @@ def _joined(responses: Mapping[int, ForcedResponse]) -> SpeedSweep:
     attrs = {"title": problem.title} | {name: first.attrs[name] for name in kept}
     attrs |= {"cpu_seconds": sum(response.dataset.attrs["cpu_seconds"] for response in responses.values())}
     speeds, values = _envelope(joined)
-    joined = joined.assign_coords(envelope_speed=("envelope_speed", speeds, {"units": "rev/min", "long_name": "rotor speed"}))
-    about = {"units": "m", "long_name": "largest amplitude of all engine orders"}
-    joined["envelope"] = ("case", "envelope_speed", "output"), values, about
+    joined = joined.assign_coords(envelope_speed=named("envelope_speed", speeds, "rotor speed", "rev/min"))
+    joined["envelope"] = named(("case", "envelope_speed", "output"), values, "largest amplitude of all engine orders", "m")
     return SpeedSweep(joined.assign_attrs(attrs | {"analysis": "speed_sweep"}), responses)
 
 
@@ -209,8 +208,7 @@ def _over_speed(dataset: xr.Dataset, order: int) -> xr.Dataset:
     part = part.rename({dataset["linear_frequency"].dims[0]: "linear_point"}) if "linear_point" not in part.dims else part
     part = part.reset_coords([name for name in ("frequency", "linear_frequency") if name in part.coords])
     for name, frequency in (("speed", "frequency"), ("peak_speed", "peak_frequency"), ("linear_speed", "linear_frequency")):
-        about = {"units": "rev/min", "long_name": "rotor speed"}
-        part[name] = part[frequency].dims, 60.0 / order * part[frequency].values, about
+        part[name] = named(part[frequency].dims, 60.0 / order * part[frequency].values, "rotor speed", "rev/min")
     return part
 
 
@@ -362,11 +360,11 @@ def _dataset(
     first = np.reshape([harmonic for harmonic, _ in rows], (count, outputs))
     largest = np.reshape([size for _, size in rows], (count, outputs))
     data = {
-        "time": (("cycle",), middle, {"units": "s", "long_name": "time at the middle of the cycle"}),
-        "speed": (("cycle",), hertz / per_speed, {"units": "rev/min", "long_name": "rotor speed"}),
-        "frequency": (("cycle",), hertz, {"units": "Hz", "long_name": "excitation frequency"}),
-        "amplitude": (("cycle", "output"), np.abs(first), {"units": "m", "long_name": "amplitude of the first harmonic"}),
-        "max_abs": (("cycle", "output"), largest, {"units": "m", "long_name": "largest displacement in the cycle"}),
+        "time": named(("cycle",), middle, "time at the middle of the cycle", "s"),
+        "speed": named(("cycle",), hertz / per_speed, "rotor speed", "rev/min"),
+        "frequency": named(("cycle",), hertz, "excitation frequency", "Hz"),
+        "amplitude": named(("cycle", "output"), np.abs(first), "amplitude of the first harmonic", "m"),
+        "max_abs": named(("cycle", "output"), largest, "largest displacement in the cycle", "m"),
     }
     attrs = {
         "title": problem.heading,

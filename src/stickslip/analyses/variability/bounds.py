@@ -45,7 +45,7 @@ from stickslip.analyses.settings import (
 from stickslip.analyses.variability.samples import search_cloud
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
-from stickslip.results.schema import Result, variables_in
+from stickslip.results.schema import Result, named, variables_in
 from stickslip.results.shown_units import ATTRIBUTE
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
@@ -359,11 +359,7 @@ class BoundsWork(OneBalance, Sampled, MeasuredOutput, Execution):
         for name, (dims, units, words) in VARIABLES.items():
             axis = dims.index("frequency")
             places = np.concatenate([result[name] for result in results], axis=axis)
-            data[name] = (
-                ("case", *dims),
-                np.stack(np.split(places, len(self.levels), axis)),
-                {"units": units, "long_name": words},
-            )
+            data[name] = named(("case", *dims), np.stack(np.split(places, len(self.levels), axis)), words, units)
         for name, words in (
             ("amplitude", self.measured.words),
             ("sampled_amplitude", f"{self.measured.words}, of sampled start states"),
@@ -372,7 +368,7 @@ class BoundsWork(OneBalance, Sampled, MeasuredOutput, Execution):
         rows = [f"{contact.name} {d}" for contact in self.problem.contacts for d in contact.direction_names]
         frequencies = [np.nan] if self.objective == "peak" else list(self.frequencies)
         coords: dict[str, Any] = {"force_level": ("case", list(self.levels)), "bound": list(BOUNDS), "row": rows}
-        coords["frequency"] = ("frequency", frequencies, {"units": "Hz", "long_name": "excitation frequency"})
+        coords["frequency"] = named("frequency", frequencies, "excitation frequency", "Hz")
         keys = ("objective", "share", "seed", "samples", "cloud", "starts")
         attrs: dict[str, Any] = {"title": self.problem.heading, "output": self.problem.output_names[self.output]}
         attrs["harmonics"] = attribute(self.harmonics)

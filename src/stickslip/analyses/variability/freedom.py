@@ -16,7 +16,7 @@ from stickslip.analyses.response_dataset import as_given
 from stickslip.analyses.settings import output_of
 from stickslip.model.contact.protocol import OFFSET
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result, described
+from stickslip.results.schema import Result, described, named
 from stickslip.runs.work import Progress, checked_progress
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import contact_cycle
@@ -125,8 +125,8 @@ def _dataset(problem: Problem, arrays: dict[str, Any], attrs: dict[str, Any]) ->
         "slope": ("m/N", "change of the amplitude with the traction put on by the slider"),
         "carried": ("m", "change of the amplitude over the interval, to first order"),
     }
-    data: dict[str, Any] = {name: (by, arrays[name], {"units": unit, "long_name": text}) for name, (unit, text) in words.items()}
-    data["amplitude"] = (("point",), arrays["amplitude"], {"units": "m", "long_name": "amplitude of the first harmonic"})
+    data: dict[str, Any] = {name: named(by, arrays[name], text, unit) for name, (unit, text) in words.items()}
+    data["amplitude"] = named(("point",), arrays["amplitude"], "amplitude of the first harmonic", "m")
     coords = {"frequency": ("point", arrays["frequency"], {"units": "Hz"}), "element_row": ("element", names)}
     return xr.Dataset(data, coords, attrs)
 
@@ -253,7 +253,7 @@ class _Table:
             ),
             {
                 "force_level": ("run", list(self.levels)),
-                "frequency": ("frequency", self.frequencies, {"units": "Hz", "long_name": "frequency"}),
+                "frequency": named("frequency", self.frequencies, "frequency", "Hz"),
                 "output": list(problem.output_names),
                 "row": names,
                 "part": ["re", "im"],

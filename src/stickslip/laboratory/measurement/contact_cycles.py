@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stickslip.laboratory.measurement.contact_record import ContactRecord
 from stickslip.laboratory.measurement.cycles import analysis, columns_at, delayed, fitted_cycle, synthesis
-from stickslip.support.checks import Array, Index, between, counted, fault, rounded
+from stickslip.support.checks import Array, Index, between, counted, fault, first_of, rounded
 
 HARMONICS = (30, 60, 120, 240)
 """To which cycles are smoothed: the first that leaves nothing but noise of the displacement. Thirty round off the corners of a
@@ -47,9 +47,6 @@ GAP = 1.0 / 60.0
 
 MOST_LOOKED_AT = 20
 """Cycles from which the number of harmonics is chosen."""
-
-SHOWN = 3
-"""Cycles that a sentence lists."""
 
 SEEN = 0.02
 """Drift relative to the range from which it is stated."""
@@ -354,9 +351,8 @@ def _closed(cuts: Sequence[_Cut]) -> tuple[list[_Cut], list[str]]:
                     ends=list(compress(cut.ends, closes)),
                 )
             )
-    listed = ", ".join(left[:SHOWN]) + (f" and {len(left) - SHOWN} more" if len(left) > SHOWN else "")
     why = "its force does not close" if len(left) == 1 else "their force does not close"
-    return kept, [f"Left out: {listed}; {why}, as in the first stroke of a virgin contact."]
+    return kept, [f"Left out: {first_of(left)}; {why}, as in the first stroke of a virgin contact."]
 
 
 def _drift(signals: Array, clock: Array, parts: list[Index]) -> Array:

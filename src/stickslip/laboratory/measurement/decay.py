@@ -24,8 +24,8 @@ from stickslip.laboratory.measurement.matlab_columns import response_columns
 from stickslip.laboratory.measurement.records import LONGEST_CLIP, longest_run
 from stickslip.laboratory.measurement.universal_file import is_universal
 from stickslip.laboratory.measurement.universal_response import time_history
-from stickslip.results.files import save
-from stickslip.results.schema import Result, stamped
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import named
 from stickslip.support.checks import Array, InputError, among, existing, fault, finite, of_kind, positive, vector
 from stickslip.support.late import xr
 from stickslip.support.units import Band
@@ -60,7 +60,7 @@ WORDS = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeasuredDecay(Result):
+class MeasuredDecay(SavedResult):
     """`dataset`: signal (time) in m, m/s or m/s² by the attribute `quantity`; along `window`, at its middle window_time [s]:
     amplitude [m] of the displacement, frequency [Hz] and damping_ratio, each with its standard error `_error`; nonlinear modes
     beside it as of `FreeDecay`."""
@@ -76,10 +76,6 @@ class MeasuredDecay(Result):
     def with_phase_resonance(self, test: PhaseResonance) -> MeasuredDecay:
         """A copy that holds the frequencies of a computed phase resonance test too, for its figure."""
         return replace(self, dataset=beside_phase_resonance(self.dataset, of_kind("test", test, PhaseResonance).dataset))
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF."""
-        return save(stamped(self.dataset, "measured_decay"), path)
 
 
 def measured_decay(
@@ -312,11 +308,9 @@ def _dataset(record: Record, windows: Sequence[Window], quantity: str, name: str
         "damping_ratio_error": (delta_error / np.hypot(delta, omega), "1", "standard error of the damping ratio"),
     }
     units = ("m", "m/s", "m/s2")[order]
-    data: dict[str, Any] = {
-        key: ("window", each, {"units": unit, "long_name": words}) for key, (each, unit, words) in values.items()
-    }
-    data["signal"] = "time", record.x, {"units": units, "long_name": f"measured {quantity}"}
-    coords = {"time": ("time", record.t, {"units": "s", "long_name": "time"})}
+    data: dict[str, Any] = {key: named("window", each, words, unit) for key, (each, unit, words) in values.items()}
+    data["signal"] = named("time", record.x, f"measured {quantity}", units)
+    coords = {"time": named("time", record.t, "time", "s")}
     length = float(windows[0].motion.size * record.step * omega[0] / (2.0 * np.pi))
     others = {"window_cycles": length, "second_mode": float(windows[0].second / (2.0 * np.pi))}
     return xr.Dataset(data, coords, {"title": name or "Measured decay", "quantity": quantity, **others})

@@ -23,9 +23,6 @@ Held = Literal["force", "response"]
 LARGEST_PHASE = 20.0
 """rad; a curve turns by π at each resonance, and in degrees the first one already goes beyond."""
 
-LISTED = 4
-"""Names that a sentence lists."""
-
 THOUSAND = (300.0, 3000.0)
 """Ratio of the responses per force of two tests that a unit a thousand times another explains: friction moves them by less than
 three, but for the resonance."""
@@ -147,7 +144,7 @@ def assumed_units(tests: Sequence[MeasuredResponse]) -> list[str]:
         if lacking:
             sets.setdefault(lacking, []).append(test.name)
     return [
-        f"No unit is stated of {listed([key for key, _ in lacking])} in {first_of(names, LISTED)}: "
+        f"No unit is stated of {listed([key for key, _ in lacking])} in {first_of(names)}: "
         f"{listed([unit for _, unit in lacking])} {'is' if len(lacking) == 1 else 'are'} assumed."
         for lacking, names in sets.items()
     ]
@@ -163,7 +160,7 @@ def joined(notes: Sequence[tuple[str, str]]) -> list[str]:
             alike.setdefault((note[: place.start()], note[place.end() :]), {})[place.group()] = None
         else:
             alike.setdefault((note, ""), {})
-    return [f"{start}{first_of(list(names), LISTED)}{end}" for (start, end), names in alike.items()]
+    return [f"{start}{first_of(list(names))}{end}" for (start, end), names in alike.items()]
 
 
 def mixed_units(tests: Sequence[MeasuredResponse]) -> list[str]:
@@ -179,8 +176,8 @@ def mixed_units(tests: Sequence[MeasuredResponse]) -> list[str]:
         for small, large in pairwise(groups):
             if small and large:
                 found.append(
-                    f"The responses per force of {first_of(large, LISTED)} are about 1000 times those of "
-                    f"{first_of(small, LISTED)} at the same frequencies. Are the units of {quantity} and force the same?"
+                    f"The responses per force of {first_of(large)} are about 1000 times those of "
+                    f"{first_of(small)} at the same frequencies. Are the units of {quantity} and force the same?"
                 )
     return found
 

@@ -28,8 +28,8 @@ from numpy.typing import ArrayLike
 
 from stickslip.laboratory.measurement.cycles import HARMONICS, CycleSet, synthesis, whole_cycles
 from stickslip.laboratory.measurement.records import BLADE_CELLS, Record
-from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion
+from stickslip.results.schema import named
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
 from stickslip.support.checks import Array, fault, finite, not_negative, positive, vector
 from stickslip.support.late import xr
@@ -230,9 +230,9 @@ def reconstruct(
     variables = {}
     for name, values in best.items():
         units, words = UNITS[name]
-        variables[name] = ("sample", values, {"units": units, "long_name": words})
+        variables[name] = named("sample", values, words, units)
         spread = np.std([one[name] for one in drawn], axis=0)
-        variables[f"{name}_error"] = ("sample", spread, {"units": units, "long_name": f"standard deviation: {words}"})
+        variables[f"{name}_error"] = named("sample", spread, f"standard deviation: {words}", units)
     return xr.Dataset(variables, attrs={"title": cycles.name, "warnings": list(cycles.warnings), "pull": load})
 
 
@@ -347,11 +347,11 @@ def blade_rig_forces(
     variables: dict[str, tuple[tuple[str, str], Any, dict[str, str]]] = {}
     for name, words in MEANINGS.items():
         values, spread = np.stack([getattr(one, name) for one in found]), np.stack([one.errors[name] for one in found])
-        variables[name] = (("damper", "sample"), values, {"units": "N", "long_name": words})
-        variables[f"{name}_error"] = (("damper", "sample"), spread, {"units": "N", "long_name": f"standard deviation: {words}"})
+        variables[name] = named(("damper", "sample"), values, words, "N")
+        variables[f"{name}_error"] = named(("damper", "sample"), spread, f"standard deviation: {words}", "N")
     for side in ("cylinder", "flat"):
         ratio = np.stack([one.ratio(side) for one in found])
-        variables[f"{side}_ratio"] = (("damper", "sample"), ratio, {"units": "1", "long_name": f"T/N at the {side}"})
+        variables[f"{side}_ratio"] = named(("damper", "sample"), ratio, f"T/N at the {side}")
     attributes = {"title": record.name, "frequency": cycles.frequency, "pull": pulls.tolist(), "warnings": list(cycles.warnings)}
     return xr.Dataset(variables, {"damper": ["left", "right"]}, attributes)
 
@@ -408,21 +408,6 @@ def synthetic_record(
             noise = errors.force_noise
         signals[key] = repeated + noise * generator.standard_normal(count)
     return Record(np.arange(count) / (samples * positive("frequency", frequency)), signals, name)
-
-
-def with_microslip(rig: BetweenPlatforms, spread: float = 0.5, elements: int = 5) -> BetweenPlatforms:
-    """The same damper with microslip arrays of the same total kt, kn, mu in place of macroslip laws.
-
-    The gaps reach `spread` × 2 v with v = N/kn and N the pull shared over the lines of contact: below 1 all elements stay
-    closed at that load.
-    """
-    laws, pull = [], float(rig.pull[1])
-    for law in rig.laws:
-        kt, kn, mu = (getattr(law, key, None) for key in ("kt", "kn", "mu"))
-        if kt is None or kn is None or mu is None:
-            raise fault("Every law", "must be a macroslip law", type(law).__name__)
-        laws.append(MicroslipArray.from_totals(kt, kn, mu, 2.0 * spread * pull / (len(rig.laws) * kn), elements))
-    return BetweenPlatforms(rig.damper, tuple(laws), rig.right, f"{rig.title}, microslip")
 
 
 def loop_of(

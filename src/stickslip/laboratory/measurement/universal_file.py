@@ -43,8 +43,6 @@ NORMAL_MODE, COMPLEX_MODES = 2, (3, 7)
 """Types of analysis of a data set 55."""
 AGREE = 1e-2
 """Relative difference up to which modal A and B belong to an eigenvalue."""
-LISTED = 6
-"""Modes that a note lists."""
 DAMAGED = "The file is damaged."
 DIRECTIONS = ("S", "X", "Y", "Z", "RX", "RY", "RZ")
 
@@ -185,7 +183,7 @@ def read_universal(path: Path) -> UniversalFile:
     if others:
         notes.append(f"Data sets of {path.name} that are not read: {', '.join(map(str, sorted(others)))}.")
     if modes:
-        shown = first_of([f"{frequency:.6g} Hz ({100.0 * ratio:.3g} %)" for frequency, ratio in modes], LISTED)
+        shown = first_of([f"{frequency:.6g} Hz ({100.0 * ratio:.3g} %)" for frequency, ratio in modes])
         notes.append(f"Natural frequencies and damping ratios in {path.name}: {shown}.")
     return UniversalFile(path.name, tuple(functions), nodes, tuple(modes), tuple(dict.fromkeys(notes)))
 

@@ -310,20 +310,6 @@ class Iwan(Law):
             springs = NormalElements(np.array([self.kn]), np.array([self.preload - self.kn * self.gap]))
         return Elements((group,) * tangential, springs)
 
-    def continuous_curve(self, u: float, z: float = 0.0) -> float:
-        """Virgin curve of the spread itself, without elements, N."""
-        limit = self._limit(z)
-        return limit * float(self.spectrum.virgin(u * self.kt / limit)) if limit > 0.0 else 0.0
-
-    def continuous_energy(self, amplitude: float, z: float = 0.0) -> float:
-        """Loop energy of the spread itself, without elements, J."""
-        limit = self._limit(z)
-        return limit**2 / self.kt * float(self.spectrum.loop_energy(amplitude * self.kt / limit)) if limit > 0.0 else 0.0
-
-    def _limit(self, z: float) -> float:
-        load = self.normal_load if self.kn is None else max(self.kn * (z - self.gap) + self.preload, 0.0)
-        return limit_at(self.mu, float(load or 0.0))
-
 
 def mindlin_sphere(
     G: float,

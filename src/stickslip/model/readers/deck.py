@@ -30,8 +30,6 @@ OWN_AXES = "axes of their own"
 """In the note on nodes whose rows are not along the axes of the model."""
 ALONG = 1e-6
 """How far an axis may point away from one of the model that it is meant to be along: decks print six digits."""
-LISTED = 5
-"""Nodes that a note lists."""
 TRIPLES = (("x", "y", "z"), ("rx", "ry", "rz"))
 
 
@@ -89,7 +87,7 @@ def along_model(matrices: Mapping[str, Any], dofs: Sequence[str], own: NodeAxes)
     notes = (
         [
             f"{own.file} has {counted(len(left), 'node')} with {OWN_AXES} ({own.card}), along which x, y, z of their rows are, "
-            f"since the deck does not say these axes or a support leaves rows out: {first_of(left, LISTED)}."
+            f"since the deck does not say these axes or a support leaves rows out: {first_of(left)}."
         ]
         if left
         else []

@@ -111,8 +111,6 @@ CHECKS = {"M": symmetric_sparse, "K": symmetric_sparse, "C": square_sparse}
 LETTERS = ("M", "K", "C")
 NEARLY = 1e-6
 """Of a product of masses: what rounding in a file may add."""
-SHOWN = 5
-"""Names that a note lists."""
 ROTATIONS = ("rx", "ry", "rz")
 
 
@@ -223,8 +221,7 @@ def model_of(
     names = names or tuple(f"{row}.q" for row in range(1, size + 1))
     bare = np.flatnonzero(matrices["K"].diagonal() == 0.0)
     if file and 0 < bare.size < size:
-        listed = ", ".join(names[row] for row in bare[:SHOWN].tolist()) + (", ..." if bare.size > SHOWN else "")
-        notes.append(f"K has no entry on the diagonal of {counted(bare.size, 'row')}: {listed}.")
+        notes.append(f"K has no entry on the diagonal of {counted(bare.size, 'row')}: {first_of([names[row] for row in bare])}.")
     turned = along_model(matrices, names, content.turned)
     names, notes = turned.dofs, [*notes, *turned.notes]
     converted = matrices_in_si(turned.matrices, names, units)
@@ -280,7 +277,7 @@ def _unused(content: Content, named: Mapping[str, Any], names: Sequence[str], si
     taken = {id(matrix) for matrix in (*named.values(), *(content.matrices[name] for name in structural))}
     unused = [name for name, array in content.matrices.items() if id(array) not in taken and np.shape(array)[:1] == (size,)]
     if unused:
-        yield f"Arrays as long as the model that are not used: {first_of(unused, SHOWN)}."
+        yield f"Arrays as long as the model that are not used: {first_of(unused)}."
 
 
 def _checked(matrices: Mapping[str, Any], file: str, names: Sequence[str]) -> dict[str, Sparse]:

@@ -30,8 +30,6 @@ DECKS: Mapping[str, Callable[[Path], Deck]] = {
     **dict.fromkeys((".bdf", ".dat", ".nas", ".pch", ".asm"), read_grid),
 }
 """Readers of the decks of programs, by the ending of the file."""
-SHOWN = 5
-"""Nodes that a note lists."""
 SCALAR = "q0"
 """The direction of a mode or scalar point."""
 LONGEST_NAME = 200
@@ -113,11 +111,11 @@ def with_nodes(content: Content, deck: Deck, file: str) -> Content:
     notes = [*content.notes, *deck.notes]
     without = sorted(known - deck.nodes.keys()) if deck.nodes else []
     if without:
-        listed = f"{counted(len(without), 'node')} of the model: {first_of(without, SHOWN)}"
+        listed = f"{counted(len(without), 'node')} of the model: {first_of(without)}"
         notes.append(f"{file} gives no coordinates of {listed}.")
     strange = sorted({node for members in deck.sets.values() for node in members} - known - nodes.keys())
     if strange:
-        listed = f"{counted(len(strange), 'node')} that the model does not have: {first_of(strange, SHOWN)}"
+        listed = f"{counted(len(strange), 'node')} that the model does not have: {first_of(strange)}"
         notes.append(f"Sets of {file} name {listed}.")
     cells, solids = deck.cells or content.cells, deck.solids or content.solids
     # CalculiX writes its matrices along the axes of the model whatever *TRANSFORM says (2.20, tried).

@@ -312,9 +312,7 @@ def _stiffness(model: Model, other: Model, read: ReadSector) -> Sparse:
     """K of the same sector at another speed, in the rows of the sector."""
     if set(other.dofs) != set(model.dofs):
         pairs = ((model, other), (other, model))
-        more = [
-            f"{first_of(sorted(set(a.dofs) - set(b.dofs)), 4)} in {a.file} alone" for a, b in pairs if set(a.dofs) - set(b.dofs)
-        ]
+        more = [f"{first_of(sorted(set(a.dofs) - set(b.dofs)))} in {a.file} alone" for a, b in pairs if set(a.dofs) - set(b.dofs)]
         raise fault(AT_SPEEDS, "must have the same rows", "; ".join(more), SAME_SUPPORTS)
     _refuse_other_supports(model, other)
     order = np.array([other.rows[name] for name in model.dofs])[np.flatnonzero(read.rows >= 0)]
@@ -332,7 +330,7 @@ def _refuse_other_supports(model: Model, other: Model) -> None:
     differs = (large > OTHER_SUPPORT * small) & (large > np.median(np.abs(own)) / OTHER_SUPPORT)
     if np.any(differs):
         row = int(np.flatnonzero(differs)[0])
-        names = first_of([model.dofs[k] for k in np.flatnonzero(differs).tolist()], 4)
+        names = first_of([model.dofs[k] for k in np.flatnonzero(differs).tolist()])
         sizes = " and ".join(f"{value:.3g} N/m in {each.file}" for value, each in ((own[row], model), (theirs[row], other)))
         raise fault(AT_SPEEDS, "must be held at the same nodes", f"{names} with {sizes} on the diagonal of K", SAME_SUPPORTS)
 
@@ -352,7 +350,7 @@ def sector_of_model(model: Model, faces: Faces) -> ReadSector:
         raise fault(
             "Nodes on the faces of a sector",
             "must be free or fixed in all three directions",
-            f"{first_of([names[node] for node in partly], 4)} fixed in one or two",
+            f"{first_of([names[node] for node in partly])} fixed in one or two",
             "Fix these nodes in all three directions, or support other nodes instead.",
         )
     left, right = np.split(free[:, 0], [pairs.left.size])
@@ -396,7 +394,7 @@ def _side(model: Model, names: Sequence[str], face: str) -> Index:
     members = set(model.sets[face])
     missing = sorted(members - set(names))
     if missing:
-        raise fault(f"The nodes of {face}", "must have coordinates", f"{first_of(missing, 4)} without")
+        raise fault(f"The nodes of {face}", "must have coordinates", f"{first_of(missing)} without")
     return np.flatnonzero([node in members for node in names])
 
 
@@ -407,7 +405,7 @@ def _refuse_rotations(model: Model, nodes: Sequence[str]) -> None:
         raise fault(
             "Nodes on the faces of a sector",
             "must have displacements alone",
-            f"{first_of(turning, 4)} with rotations",
+            f"{first_of(turning)} with rotations",
             "Mesh the sector with solid elements, and leave the rotations that these do not have out of the matrices.",
         )
 

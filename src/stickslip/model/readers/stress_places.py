@@ -329,7 +329,7 @@ def rotation_stress(sector: Sector, rows: sparse.csr_array, axis: RotationAxis, 
     softening −Ω² M, the load acts at the deformed position.
     """
     solid = sector.solid
-    away = _away(solid.points, axis)
+    away = (solid.points - np.array(axis.point)) @ axis.across
     held = solid.numbers < 0
     r = np.zeros(solid.size)
     r[solid.numbers[~held]] = away[~held]
@@ -363,11 +363,6 @@ def refuse_own_axes(model: Model) -> None:
             "axes of their own",
             "Write the matrices without the local axes of nodes (*TRANSFORM, CD, NROTAT), or leave out the speed.",
         )
-
-
-def _away(points: Array, axis: RotationAxis) -> Array:
-    """Vectors from the axis to points (n, 3), m."""
-    return np.asarray((points - np.array(axis.point)) @ axis.across)
 
 
 def _per_distance(speed: float) -> float:

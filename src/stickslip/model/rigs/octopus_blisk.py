@@ -27,13 +27,13 @@ from stickslip.model.dampers.damper import hull_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.structure.assembly import Spring
+from stickslip.model.structure.centrifugal import spinning
 from stickslip.model.structure.cyclic import MOST_SECTORS, NEXT, with_bodies
 from stickslip.model.structure.cyclic_reduction import CyclicReduction, Sector, cyclic_craig_bampton, rotation, sector_of
 from stickslip.model.structure.matrices import ModalDamping
 from stickslip.model.structure.mesh_surface import SectorSurface, sector_surface
 from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.model.structure.solid import Material, Solid, box_mesh, located, solid
-from stickslip.model.structure.spin import spinning
 from stickslip.support.checks import Array, InputError, between, fault, finite, nearest, not_negative, of_kind, positive
 
 POINTS = 5
@@ -48,7 +48,7 @@ class BliskSector:
     shank, platform and blade stand on the rim; width: of their section along the stagger; thicknesses: of
     shank and blade, tangential. damper_radius, damper_length: of the cylinder whose lines touch the lower platform edges;
     platform_angle: of the contact planes. cells: layers of elements in disk, shank and blade. rotation: steady, of the whole disk
-    [Hz, turns a second]: the centrifugal load stiffens and softens the structure (`structure.spin`).
+    [Hz, turns a second]: the centrifugal load stiffens and softens the structure (`structure.centrifugal`).
     """
 
     sectors: int = 24

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,12 +21,9 @@ from stickslip.show.plots.interactive import BASE, escaped
 from stickslip.show.plots.look import colour, house_style, plain
 from stickslip.show.plots.moving_picture import MovingPicture, magnification, played
 from stickslip.support.checks import Array
+from stickslip.support.late import Axes, Figure
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import UnitSystem
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 COLOURS = ("stick", "slip", "microslip", "lift-off")
 """Of `STATES`, named as in `look.py`."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,11 +17,9 @@ from numpy.typing import ArrayLike
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.show.plots.look import Style
 from stickslip.support.checks import Array
+from stickslip.support.late import Figure
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import UnitSystem
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -28,10 +28,8 @@ from stickslip.show.plots.model_view import axes_upright, in_space, scene
 from stickslip.show.plots.moving_picture import MovingPicture, magnification, played
 from stickslip.support.checks import Array, InputError, between
 from stickslip.support.files import write_text
+from stickslip.support.late import Figure
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FRAMES = 24
 """Pictures of a period."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,8 @@ from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Ru
 from stickslip.show.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, Style, contact, headed, house_style, level, state_colour
 from stickslip.show.plots.response_curves import HERTZ, force_axis, size_label
 from stickslip.support.checks import Array, InputError, fault
-from stickslip.support.late import xr
+from stickslip.support.late import Axes, Figure, xr
 from stickslip.support.renderers import FIGURES
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 EXAGGERATION = 0.06
 """Largest displacement in a picture, relative to the radius of the disk."""

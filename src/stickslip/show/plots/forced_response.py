@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.stress import has_fatigue, has_stress
@@ -18,10 +18,7 @@ from stickslip.show.plots.paper import Figures, write_figures
 from stickslip.show.plots.response_curves import haigh_diagram, peaks_over_force, response_curves, stress_curves
 from stickslip.show.plots.time_response import bound_cycles, contact_forces, force_ratios, loops
 from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles
-from stickslip.support.late import xr
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from stickslip.support.late import Figure, xr
 
 __all__ = [
     "FIGURES",

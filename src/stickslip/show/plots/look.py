@@ -8,16 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.results.representative import spread
 from stickslip.support.checks import Array
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from stickslip.support.late import Figure
 
 STICK, SLIP, OPEN = "#2b6ca3", "#f2a33a", "#f7f4ee"
 """States of a contact, ordered in lightness too: dark blue, orange, near white."""

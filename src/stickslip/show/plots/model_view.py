@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +25,9 @@ from stickslip.model.structure.rigid_body import arm_of
 from stickslip.results.shown_units import in_system
 from stickslip.show.plots.look import CONTACTS, colour, house_style
 from stickslip.support.checks import Array, Index, InputError
+from stickslip.support.late import Figure
 from stickslip.support.renderers import FIGURES
 from stickslip.support.units import UnitSystem
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ARROW = 0.08
 """Length of an arrow, as a share of the extent of the model."""

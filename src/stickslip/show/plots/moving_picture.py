@@ -12,7 +12,7 @@ from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 from subprocess import CalledProcessError
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,9 +21,7 @@ from stickslip.show.plots.interactive import escaped, resolved
 from stickslip.show.plots.look import house_style
 from stickslip.support.checks import InputError, between, fault, finite
 from stickslip.support.files import replacing, write_text
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from stickslip.support.late import Figure
 
 SPEEDS = {"slow": 120, "normal": 50, "fast": 20}
 """Milliseconds of a frame."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, assert_never
+from typing import Any, assert_never
 
 import numpy as np
 from matplotlib import colormaps
@@ -41,9 +41,6 @@ from stickslip.show.plots.chart import (
 from stickslip.show.plots.look import PAGE, WIDTH, Style, colour, headed, house_style, plain
 from stickslip.support.files import replacing
 from stickslip.support.late import xr
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 class NotebookFigure(Figure):

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.analyses.damper_alone.force_plane import ForcePlane
+from stickslip.analyses.damper_alone.cycle_dataset import ForcePlane
 from stickslip.results.view import shown_unit, unit_for
 from stickslip.show.plots.chart import Area, Axis, Chart, Layer, Line, Panel, band, closed
 from stickslip.show.plots.look import LOWER, SAMPLE, UPPER, Dash, Style, contact, entries, level, level_lines

@@ -15,6 +15,7 @@ from stickslip.analyses.stress import Margin, has_fatigue, smallest_margins
 from stickslip.analyses.truncation import ALL_MODES, ALL_NODES
 from stickslip.results.quantities import peak_is_unstable
 from stickslip.results.representative import representatives
+from stickslip.results.schema import analysis_named
 from stickslip.results.view import Peak, highest_peak, is_listed, level_text, measure_in, peak_unit
 from stickslip.show.report.conclusions import SAME, failures_of, level_sentence, linear_limits, reference, unbroken, warnings_of
 from stickslip.show.report.markup import cell, hertz, number, percent, picture, presentations, table, text
@@ -218,11 +219,6 @@ def summary(result: Result) -> list[str]:
         *(f"failed: {failure}" for failure in failures[:MOST_FAILURES]),
         *([f"failed: {more} more; the report has them"] if more > 0 else []),
     ]
-
-
-def analysis_named(kind: str) -> str:
-    """The analysis of a class of results, which is named after it: response_bounds of ResponseBounds."""
-    return re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower()
 
 
 @SENTENCES.of("Result", "page")

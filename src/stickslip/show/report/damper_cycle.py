@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
+from stickslip.results.schema import Row
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.show.plots.damper_cycle import cycle_names, damper_cycle, damper_cycles
 from stickslip.show.report.markup import Presentation, always, presents
@@ -37,7 +38,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines = [first, str(dataset.attrs["message"])]
     for contact in dataset.contact.values:
         stick, slip, open_ = 100.0 * dataset.share.sel(contact=contact).values
-        lines.append(f"{contact}: stick {stick:.1f} %, slip {slip:.1f} %, open {open_:.1f} % of the cycle")
+        lines.append(Row(f"{contact}: stick {stick:.1f} %, slip {slip:.1f} %, open {open_:.1f} % of the cycle"))
     return lines
 
 
@@ -103,7 +104,8 @@ def several_sentences(dataset: xr.Dataset) -> list[str]:
     cycles = zip(dataset.cycle.values, cycle_names(dataset), energies, rotations, dataset.outcome.values, strict=True)
     for cycle, name, energy, rotation, outcome in cycles:
         ended = str(outcome).replace("_", " ")
-        lines.append(f"cycle {cycle}, {name}: {rounded(energy, 6)} {unit}, rotation {rounded(rotation, 4)} mrad, {ended}")
+        row = f"cycle {cycle}, {name}: {rounded(energy, 6)} {unit}, rotation {rounded(rotation, 4)} mrad, {ended}"
+        lines.append(Row(row))
     return lines
 
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.results.schema import Row
 from stickslip.results.view import length_text
 from stickslip.show.plots.time_response import decay, measured, stepped_sine
 from stickslip.show.report.markup import Presentation, always, hertz, percent, presents
@@ -180,7 +181,8 @@ def stepped_sentences(dataset: xr.Dataset) -> list[str]:
     lines += _beside(dataset, settled)
     for output, way, step in highest(dataset):
         size = length_text(float(dataset["amplitude"].values[step, output]), dataset)
-        lines.append(f"{dataset['output'].values[output]}: highest amplitude {way} {size} at {hertz(frequency[step])} Hz")
+        row = f"{dataset['output'].values[output]}: highest amplitude {way} {size} at {hertz(frequency[step])} Hz"
+        lines.append(Row(row))
     return lines
 
 

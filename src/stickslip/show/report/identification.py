@@ -21,6 +21,7 @@ from stickslip.laboratory.identification.response.prediction_result import compa
 from stickslip.laboratory.identification.response.prediction_result import failures as prediction_failures
 from stickslip.laboratory.identification.response.result import summary as response_summary
 from stickslip.laboratory.identification.response.result import times
+from stickslip.results.schema import Row
 from stickslip.results.shown_units import in_system, system_of
 from stickslip.show.plots.identification import (
     held_out,
@@ -51,7 +52,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         shown = "" if unit == "1" else f" {unit}"
         value, (low, high) = float(parameter["value"]) * factor, parameter["interval"].values * factor
         known = f"95 % between {low:.4g} and {high:.4g}{shown}" if np.isfinite(low) else "no interval"
-        rows.append(f"{name:<6} {value:.4g}{shown}, {known}")
+        rows.append(Row(f"{name:<6} {value:.4g}{shown}, {known}"))
     worst = percent(float(dataset["misfit"].max()))
     count = counted(dataset.sizes["parameter"], "parameter")
     lines = [f"{count} from {counted(dataset.sizes['case'], 'loop')}; largest misfit {worst}", *rows]

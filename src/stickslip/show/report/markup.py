@@ -30,18 +30,17 @@ import numpy as np
 
 from stickslip.results.schema import analysis_of
 from stickslip.results.shown_units import shown_sentence, shown_table, system_of
+from stickslip.results.view import energy_unit, shown_unit
 from stickslip.show import report
 from stickslip.show.plots.chart import Chart, shown_chart
 from stickslip.show.plots.interactive import Combination, description, escaped
 from stickslip.show.plots.look import colour, house_style
 from stickslip.show.plots.moving_picture import MovingPicture
 from stickslip.support.checks import Array, fault
-from stickslip.support.late import pd, xr
+from stickslip.support.late import Figure, pd, xr
 from stickslip.support.units import UnitSystem
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from stickslip.show.plots.paper import Figures
 
 
@@ -123,6 +122,50 @@ def hertz(value: float) -> str:
 def percent(value: float) -> str:
     """A share in percent; more digits where it is near 100 %."""
     return f"{100.0 * value:.1f} %" if 0.0 < abs(1.0 - value) < 0.02 or abs(value) < 0.1 else f"{100.0 * value:.0f} %"
+
+
+ROUNDING = 1e-11
+"""Numbers below this share of the largest one of their unit in a table are rounding."""
+
+
+def framed(identifier: str, caption: str, frame: pd.DataFrame, stacked: bool = False) -> str:
+    """A data frame as a table; heads name units, "amplitude [m]"."""
+    columns, rows = _columns(frame), []
+    for values in frame.itertuples(index=False):
+        cells = (_cell(value, size, zero) for value, (_, size, zero) in zip(values, columns, strict=True))
+        rows.append(f"<tr>{''.join(cells)}</tr>")
+    return table(identifier, caption, [head for head, _, _ in columns], rows, stacked)
+
+
+def _columns(frame: pd.DataFrame) -> list[tuple[str, float, float]]:
+    """Of each column its head with the unit that is shown, the size of that unit in SI, and the number below which it shows 0."""
+    heads = [str(name) for name in frame.columns]
+    units = [head.removesuffix("]").rpartition(" [")[2] if head.endswith("]") else head for head in heads]
+    largest: dict[str, float] = {}
+    for unit, (_, column) in zip(units, frame.items(), strict=True):
+        values = np.abs(column.to_numpy(dtype=float)) if column.dtype.kind == "f" else np.zeros(0)
+        largest[unit] = max(largest.get(unit, 0.0), float(np.max(values[np.isfinite(values)], initial=0.0)))
+    columns = []
+    for head, unit in zip(heads, units, strict=True):
+        size, name = 1.0, unit
+        if unit == "J":
+            size, name = energy_unit(largest[unit])
+        elif unit == "Pa":
+            size, name = 1e6, "MPa"
+        elif unit.split("/")[0] == "m":
+            length = shown_unit(unit, largest[unit])
+            size, name = length.metres, length.name
+        quantity = head.rpartition(" [")[0]
+        shown = head if unit == head else quantity if unit == "1" else f"{quantity} in {name}"
+        columns.append((shown, size, ROUNDING * largest[unit]))
+    return columns
+
+
+def _cell(value: object, size: float, zero: float) -> str:
+    """A cell; numbers below `zero` are rounding and shown as 0, their exact values in SI stay in the page."""
+    if isinstance(value, float):
+        return cell("0" if abs(value) < zero else number(value / size), value)
+    return cell(str(value), float(value)) if isinstance(value, int) and not isinstance(value, bool) else cell(str(value))
 
 
 DIGITS = 7
@@ -324,7 +367,7 @@ def presentation_named(analysis: str) -> Presentation:
     own = known[analysis]
 
     def sentences(dataset: xr.Dataset) -> list[str]:
-        return [shown_sentence(sentence, dataset) for sentence in own.sentences(dataset)]
+        return [type(sentence)(shown_sentence(sentence, dataset)) for sentence in own.sentences(dataset)]
 
     def failures(dataset: xr.Dataset) -> list[str]:
         return [shown_sentence(sentence, dataset) for sentence in own.failures(dataset)]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stickslip.analyses.performance.design import no_optimum
+from stickslip.results.schema import Row
 from stickslip.results.view import measure_in, shown_unit, size_text
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.performance_curve import REGIONS, design_space, dissipation, performance_band, performance_curves
@@ -237,7 +238,7 @@ def design_sentences(dataset: xr.Dataset) -> list[str]:
     if optimum > (1.0 + MORE) * float(best["sampled_peak"]):
         more = percent(optimum / float(best["sampled_peak"]) - 1.0)
         lines.append(f"  that is {more} more than for the sampled start states, for which alone the constraints were checked")
-    lines += [_variable(dataset, k, name) for k, name in enumerate(names)]
+    lines += [Row(_variable(dataset, k, name)) for k, name in enumerate(names)]
     lines += [f"  known design {_compared(dataset, k)}" for k in range(int(dataset.attrs.get("known", 0)))]
     lines += _caveats(dataset, best, names)
     partly = int(np.count_nonzero((dataset["allowed"].values == 1) & (dataset["failed"].values > 0)))

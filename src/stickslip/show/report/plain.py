@@ -9,17 +9,12 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import numpy as np
-
-from stickslip.results.view import energy_unit, shown_unit
+from stickslip.results.schema import Row
 from stickslip.show.report.answer import warnings_at_a_glance
-from stickslip.show.report.markup import Charts, cell, number, presentation_of, section, table, text
+from stickslip.show.report.markup import Charts, framed, presentation_of, section, text
 from stickslip.support.late import pd, xr
 
 Datasets = Mapping[str, "xr.Dataset"]
-
-ROUNDING = 1e-11
-"""Numbers below this share of the largest one of their unit in a table are rounding."""
 
 BESIDE = 5
 """Columns that stand beside each other on a narrow screen."""
@@ -34,8 +29,7 @@ SYMBOL = re.compile(r"\w+_\w+|\w+ (=|≥|×|is not found)")
 def overview(datasets: Datasets, charts: Charts) -> str:
     """What came out: the answer in a sentence or a table, warnings, the first figure, everything else in sentences.
 
-    A table stands for the sentences that begin with what its first column holds: a name or a size; before a number of a thing
-    stands the head of the column, as in "cycle 2".
+    A table stands for the sentences that are its rows.
     """
     parts = []
     for place, (label, dataset) in enumerate(datasets.items()):
@@ -44,12 +38,14 @@ def overview(datasets: Datasets, charts: Charts) -> str:
         warnings: list[str] = []
         sentences: list[str] = []
         answer = ""
-        for line in map(str.strip, shown.sentences(dataset)):
-            sentence = PREFIX.sub("", line)
-            (warnings if sentence in warned or line.startswith("warning, ") else sentences).append(sentence)
         if (frame := shown.tables(dataset).get(shown.answer)) is not None:
-            answer = _table(place, shown.answer, frame, stacked=len(frame.columns) > BESIDE)
-            sentences = [sentence for sentence in sentences if not _is_row(sentence, frame)]
+            answer = _framed(place, shown.answer, frame, stacked=len(frame.columns) > BESIDE)
+        for line in shown.sentences(dataset):
+            sentence = PREFIX.sub("", line.strip())
+            if sentence in warned or line.strip().startswith("warning, "):
+                warnings.append(sentence)
+            elif not (answer and isinstance(line, Row)):
+                sentences.append(sentence)
         first, *rest = sentences
         lines = "".join(f"<li>{text(sentence)}</li>" for sentence in rest)
         seconds = dataset.attrs.get("cpu_seconds")
@@ -61,15 +57,6 @@ def overview(datasets: Datasets, charts: Charts) -> str:
             f"<ul>{lines}</ul>{note}"
         )
     return section("overview", "Overview", *parts)
-
-
-def _is_row(sentence: str, frame: pd.DataFrame) -> bool:
-    """Whether a sentence says a row of a table again."""
-    begins = {f"{value:.4g}" if isinstance(value, float) else str(value).split()[0] for value in frame.iloc[:, 0]}
-    first, second = (word.rstrip(":,") for word in (*sentence.split(), "")[:2])
-    if frame.iloc[:, 0].dtype.kind == "i":
-        return first == frame.columns[0] and second in begins
-    return first in begins
 
 
 def figures(datasets: Datasets, charts: Charts) -> str:
@@ -96,16 +83,12 @@ def tables(datasets: Datasets, charts: Charts) -> str:
     for place, (label, dataset) in enumerate(datasets.items()):
         shown = presentation_of(dataset)
         parts.append(_head(label, datasets))
-        parts += [_table(place, caption, frame) for caption, frame in shown.tables(dataset).items() if caption != shown.answer]
+        parts += [_framed(place, caption, frame) for caption, frame in shown.tables(dataset).items() if caption != shown.answer]
     return section("tables", "Tables", *parts)
 
 
-def _table(place: int, caption: str, frame: pd.DataFrame, stacked: bool = False) -> str:
-    columns, rows = _columns(frame), []
-    for values in frame.itertuples(index=False):
-        cells = (_cell(value, size, zero) for value, (_, size, zero) in zip(values, columns, strict=True))
-        rows.append(f"<tr>{''.join(cells)}</tr>")
-    return table(f"table-{place}-{caption.replace(' ', '-')}", caption, [head for head, _, _ in columns], rows, stacked)
+def _framed(place: int, caption: str, frame: pd.DataFrame, stacked: bool = False) -> str:
+    return framed(f"table-{place}-{caption.replace(' ', '-')}", caption, frame, stacked)
 
 
 def failures(datasets: Datasets, charts: Charts) -> str:
@@ -125,32 +108,3 @@ def _sentence(line: str) -> str:
     """A line of the console as a sentence; a symbol at its start, `kt = ...`, stays as it is."""
     start = line[:1] if SYMBOL.match(line) else line[:1].upper()
     return start + line[1:] + ("" if line.endswith((".", "!", "?")) else ".")
-
-
-def _columns(frame: pd.DataFrame) -> list[tuple[str, float, float]]:
-    """Of each column its head with the unit that is shown, the size of that unit in SI, and the number below which it shows 0."""
-    heads = [str(name) for name in frame.columns]
-    units = [head.removesuffix("]").rpartition(" [")[2] if head.endswith("]") else head for head in heads]
-    largest: dict[str, float] = {}
-    for unit, (_, column) in zip(units, frame.items(), strict=True):
-        values = np.abs(column.to_numpy(dtype=float)) if column.dtype.kind == "f" else np.zeros(0)
-        largest[unit] = max(largest.get(unit, 0.0), float(np.max(values[np.isfinite(values)], initial=0.0)))
-    columns = []
-    for head, unit in zip(heads, units, strict=True):
-        size, name = 1.0, unit
-        if unit == "J":
-            size, name = energy_unit(largest[unit])
-        elif unit.split("/")[0] == "m":
-            length = shown_unit(unit, largest[unit])
-            size, name = length.metres, length.name
-        quantity = head.rpartition(" [")[0]
-        shown = head if unit == head else quantity if unit == "1" else f"{quantity} in {name}"
-        columns.append((shown, size, ROUNDING * largest[unit]))
-    return columns
-
-
-def _cell(value: object, size: float, zero: float) -> str:
-    """A cell; numbers below `zero` are rounding and shown as 0, their exact values in SI stay in the page."""
-    if isinstance(value, float):
-        return cell("0" if abs(value) < zero else number(value / size), value)
-    return cell(str(value), float(value)) if isinstance(value, int) and not isinstance(value, bool) else cell(str(value))

@@ -18,14 +18,13 @@ from stickslip.analyses.variability.samples import percentiles as percentiles_of
 from stickslip.results import quantities
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results.schema import kind_words
-from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.shown_units import in_system, shown_table, system_of
 from stickslip.results.view import (
     force_text,
     higher_end,
     highest_peak,
     is_listed,
     measure_in,
-    peak_unit,
     peaks_outside,
     shown_unit,
     size_text,
@@ -33,9 +32,9 @@ from stickslip.results.view import (
 from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.response_curves import controlled_response, resonances
-from stickslip.show.plots.variability import bound_unit, response_bounds, response_percentiles
+from stickslip.show.plots.variability import response_bounds, response_percentiles
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence
-from stickslip.show.report.markup import Charts, Presentation, cell, hertz, number, percent, presents, section, table
+from stickslip.show.report.markup import Charts, Presentation, framed, hertz, presents, section
 from stickslip.show.report.stress import (
     fatigue_sentences,
     fatigue_table,
@@ -63,7 +62,7 @@ def bounds(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     parts = [
         charts.drawn(f"chart-bounds-{k}", response_bounds(dataset), "Bounds of the response")
         + ("" if k else NOTE)
-        + _table(k, f"{label}: " if len(bounded) > 1 else "", dataset)
+        + _bounds_for_page(k, f"{label}: " if len(bounded) > 1 else "", dataset)
         for k, (label, dataset) in enumerate(bounded.items())
     ]
     return section("bounds", "Bounds", *parts)
@@ -84,28 +83,16 @@ def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def _table(k: int, begin: str, dataset: xr.Dataset) -> str:
+def _bounds_for_page(k: int, begin: str, dataset: xr.Dataset) -> str:
     """Both bounds at each force level and frequency; of peaks, each bound has a frequency of its own."""
-    unit, measure = bound_unit(dataset), measure_in(dataset)
-    ends = (f"lower bound in {unit.name}", f"upper bound in {unit.name}")
-    heads = ["force", "frequency in Hz", *ends, "loss factor, lower", "loss factor, upper", "start states without solution"]
+    frame, measure = bounds_table(dataset), measure_in(dataset)
+    if "frequency [Hz]" in frame:
+        frame = frame.drop(columns=[f"{bound} [Hz]" for bound in dataset["bound"].values])
     of = "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
-    caption, rows = f"{begin}bounds of the {of}, by {str(dataset.attrs['objective']).replace('_', ' ')}", []
-    for case, level in enumerate(dataset["force_level"].values):
-        unsolved = dataset["unsolved_share"].values[case]
-        for point, frequency in enumerate(dataset["frequency"].values):
-            low, high = dataset["amplitude"].values[case, :, point]
-            loss = dataset["loss_factor"].values[case, :, point]
-            at = dataset["resonance"].values[case, :, point]
-            shown = hertz(float(frequency)) if np.isfinite(frequency) else f"{hertz(float(at[0]))}, {hertz(float(at[1]))}"
-            cells = [cell(f"{level:g}", float(level)), cell(shown)]
-            cells += [cell(number(size / unit.metres), size) for size in (low, high)]
-            cells += [*(cell(number(value), value) for value in loss), cell(percent(unsolved[point]), unsolved[point])]
-            rows.append(f"<tr>{''.join(cells)}</tr>")
-    return table(f"bounds-{k}", caption, heads, rows)
+    caption = f"{begin}bounds of the {of}, by {str(dataset.attrs['objective']).replace('_', ' ')}"
+    return framed(f"bounds-{k}", caption, shown_table(frame, dataset))
 
 
-PERCENT = (5.0, 50.0, 95.0)
 OF_PERCENTILES = (
     '<p class="note">Percentiles of the amplitude at each frequency, over the randomly drawn start states of the contacts that '
     "were solved.</p>"
@@ -117,18 +104,10 @@ def percentiles(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     sampled = {label: dataset for label, dataset in datasets.items() if has_percentiles(dataset)}
     parts = []
     for place, (label, dataset) in enumerate(sampled.items()):
-        shares, unit, rows = percentiles_of(dataset, PERCENT), peak_unit(dataset), []
-        for i, level in enumerate(shares["force_level"].values):
-            for k, frequency in enumerate(shares["frequency"].values):
-                solved = int(shares["solved"].values[i, k])
-                cells = [cell(f"{level:g}", float(level)), cell(hertz(float(frequency)), float(frequency))]
-                cells += [cell(str(solved), solved)]
-                cells += [cell(number(value / unit.metres), value) for value in shares.values[i, :, k]]
-                rows.append(f"<tr>{''.join(cells)}</tr>")
-        heads = ["force", "frequency in Hz", "start states", *(f"{p:g} % in {unit.name}" for p in PERCENT)]
         parts.append(charts.drawn(f"chart-percentiles-{place}", response_percentiles(dataset), "Percentiles of the response"))
         parts.append("" if place else OF_PERCENTILES)
-        parts.append(table(f"percentiles-{place}", f"{label}: percentiles of the amplitude", heads, rows))
+        frame = shown_table(percentiles_table(dataset), dataset)
+        parts.append(framed(f"percentiles-{place}", f"{label}: percentiles of the amplitude", frame))
     return section("percentiles", "Percentiles", *parts)
 
 

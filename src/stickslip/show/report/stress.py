@@ -3,7 +3,7 @@ section."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -18,10 +18,10 @@ from stickslip.analyses.stress import (
     smallest_margin,
     smallest_margins,
 )
-from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.shown_units import in_system, shown_table, system_of
 from stickslip.results.view import inside_band, level_text, peak_unit
 from stickslip.show.plots.response_curves import haigh_diagram, stress_curves
-from stickslip.show.report.markup import Charts, cell, hertz, number, section, table
+from stickslip.show.report.markup import Charts, cell, framed, hertz, number, section, table
 from stickslip.support.late import pd, xr
 
 OF_MARGINS = (
@@ -213,19 +213,10 @@ def stress(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     stressed = {label: dataset for label, dataset in datasets.items() if has_stress(dataset)}
     parts = []
     for k, (label, dataset) in enumerate(stressed.items()):
-        (pascals, unit), rows = pressure_unit(dataset), []
-        for largest in largest_stresses(dataset):
-            level = float(dataset["force_level"].values[largest.case])
-            cells = [cell(level_text(dataset, largest.case), level), cell(largest.place)]
-            cells += [cell(hertz(largest.frequency), largest.frequency)]
-            cells += [cell(number(largest.von_mises / pascals), largest.von_mises), cell(largest.component)]
-            cells += [cell(number(size / pascals), size) for size in (largest.amplitude, largest.mean)]
-            rows.append(f"<tr>{''.join(cells)}</tr>")
-        heads = ["force level", "place", "frequency in Hz", f"von Mises in {unit}", "component"]
-        heads += [f"vibrating in {unit}", f"mean in {unit}"]
         figure = charts.drawn(f"chart-stress-{k}", stress_curves(dataset), "Von Mises stress along the curves")
         parts += [fatigue_part(charts, str(k), label, dataset), _gauges(k, label, dataset), figure]
-        parts.append(table(f"stress-{k}", f"{label}: largest stress at each place", heads, rows))
+        caption, found = f"{label}: largest stress at each place", largest_stresses(dataset)
+        parts.append(_for_page(f"stress-{k}", caption, stress_table(dataset), dataset, found))
     return section("stress", "Stress", NOTE, *parts)
 
 
@@ -233,13 +224,14 @@ def _gauges(k: int, label: str, dataset: xr.Dataset) -> str:
     """The table of strain gauges; empty without any."""
     if not has_gauges(dataset):
         return ""
-    heads = ["force level", "gauge", "frequency in Hz", "strain amplitude in µm/m"]
-    heads += ["limit in µm/m"] if has_fatigue(dataset) else []
-    rows = []
-    for largest in largest_strains(dataset):
-        cells = [cell(level_text(dataset, largest.case), float(dataset["force_level"].values[largest.case])), cell(largest.gauge)]
-        cells += [cell(hertz(largest.frequency), largest.frequency), cell(number(largest.amplitude / MICRO), largest.amplitude)]
-        if has_fatigue(dataset):
-            cells.append(cell(number(largest.limit / MICRO) if np.isfinite(largest.limit) else "–", largest.limit))
-        rows.append(f"<tr>{''.join(cells)}</tr>")
-    return GAUGES + table(f"gauges-{k}", f"{label}: largest strain at each gauge", heads, rows)
+    frame = strain_table(dataset) if has_fatigue(dataset) else strain_table(dataset).drop(columns="limit [1]")
+    sizes = [head for head in frame if head.endswith(" [1]")]
+    frame[sizes] /= MICRO
+    frame = frame.rename(columns={head: head.replace("[1]", "[µm/m]") for head in sizes})
+    return GAUGES + _for_page(f"gauges-{k}", f"{label}: largest strain at each gauge", frame, dataset, largest_strains(dataset))
+
+
+def _for_page(identifier: str, caption: str, frame: pd.DataFrame, dataset: xr.Dataset, found: Iterable[Largest | Strain]) -> str:
+    """A table of what was found, with force levels in words and sizes in the units of the study."""
+    frame["force_level"] = [level_text(dataset, each.case) for each in found]
+    return framed(identifier, caption, shown_table(frame.rename(columns={"force_level": "force level"}), dataset))

@@ -11,8 +11,8 @@ import numpy as np
 
 from stickslip.solve.balance.balance import HarmonicBalance, Parameter
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, solve_at
+from stickslip.solve.continuation.finer_peak import resolved
 from stickslip.solve.continuation.held_amplitude import first_held
-from stickslip.solve.continuation.more_harmonics import resolved
 from stickslip.solve.continuation.newton import Correction, correct, fixed
 from stickslip.solve.continuation.steps import StepControl, Steps
 
@@ -175,12 +175,12 @@ class _Tracer:
         place, standing, size = current.point.value(self.parameter), 0, self._vibration(current)
         furthest, folding = place, 0
         for count in range(self.steps.control.points):
-            if self._remaining(current) <= 0.0:
+            if self.direction * (self.end - current.point.value(self.parameter)) <= 0.0:
                 return
             following = self.steps.advance(current, before)
             value = following.point.value(self.parameter)
             if self.direction * (value - self.end) >= 0.0:
-                yield self._last_point(current, following)
+                yield solve_at(self.steps.balance, current, following, self.parameter, self.end)
                 return
             if self.direction * (value - self.start) < 0.0:
                 raise LostCurveError(TURNED_BACK)
@@ -208,9 +208,6 @@ class _Tracer:
                 mark, renewal = current, 2 * renewal
         raise LostCurveError(f"The curve was not finished within {self.steps.control.points} points.")
 
-    def _remaining(self, current: CurvePoint) -> float:
-        return self.direction * (self.end - current.point.value(self.parameter))
-
     def _means_alone_move(self, current: CurvePoint, following: CurvePoint) -> bool:
         """Whether a step changes harmonic 0 and nothing else: a family of solutions along which a body lies elsewhere."""
         change = following.point.value(self.parameter) - current.point.value(self.parameter)
@@ -227,10 +224,6 @@ class _Tracer:
         if abs(change) > MET * self.steps.scale or mark.chord(current, self.parameter) > MET:
             return False
         return mark.turn(current) > 0.9
-
-    def _last_point(self, current: CurvePoint, following: CurvePoint) -> CurvePoint:
-        """The point at the end of the band, exactly, between the last two."""
-        return solve_at(self.steps.balance, current, following, self.parameter, self.end)
 
     def _vibration(self, point: CurvePoint) -> float:
         """The largest harmonic of a point, the mean left out; 0 where damping bounds it."""

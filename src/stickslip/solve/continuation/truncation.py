@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import cycle_work
-from stickslip.solve.continuation.more_harmonics import pad, resolved
+from stickslip.solve.continuation.finer_peak import pad, resolved
 from stickslip.solve.continuation.newton import correct
 from stickslip.support.checks import Array
 

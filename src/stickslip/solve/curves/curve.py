@@ -25,7 +25,7 @@ from stickslip.solve.continuation.newton import Correction, correct
 from stickslip.solve.continuation.steps import StepControl
 from stickslip.solve.continuation.sweep import Sweep, SweepStopped, from_start, points_at, sweep
 from stickslip.solve.peaks.search import TOLERANCE, Peaks, PeakSearch, Unproven
-from stickslip.support.checks import Array, counted
+from stickslip.support.checks import Array, counted, first_of
 from stickslip.support.outcome import Outcome
 
 RESTARTS = 3
@@ -43,9 +43,6 @@ AT_THE_END, PASSED = 1e-4, 0.9
 """Relative distance in frequency from where a curve was lost, within which a peak counts only if the curve then fell so far."""
 
 HELD_BY_FRICTION = "A body is held by friction alone: where it slips, its mean position is not determined."
-
-LISTED = 4
-"""Frequencies named in a message."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -322,7 +319,7 @@ def held_by_friction(problem: Problem, harmonics: Harmonics) -> str:
 def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:
     """The first of these frequencies, given in rad/s, in Hz."""
     listed = list(dict.fromkeys(f"{balance.hertz(omega):.6g}" for omega in sorted(omegas)))
-    return f"{', '.join(listed[:LISTED])}{', ...' if len(listed) > LISTED else ''} Hz"
+    return f"{first_of(listed)} Hz"
 
 
 def held_by_friction_alone(problem: Problem) -> bool:

@@ -148,7 +148,7 @@ def steady_cycle(
             "A quasi-static cycle has no velocity: give method=GeneralisedAlpha() and a frequency.",
         )
     drive = np.ascontiguousarray(np.asarray(platform, dtype=float) @ model.left.T)
-    state = _copied(start) if start is not None else model.virgin()
+    state = model.virgin() if start is None else march.PlatformState(*(part.copy() for part in start))
     steps = drive.shape[0]
     shape = (model.B.shape[0], state.intercept.size, model.load.size)
     carry = _carrier(model, marching, steps)
@@ -214,10 +214,6 @@ def _settle(model: CycleModel, drive: Array, state: march.PlatformState) -> int:
     failed = march.carry_quasi_static(bodies, model.table, model.load, path, state, record, few)
     state.force[:] = model.B.T @ record.force[-1]
     return failed
-
-
-def _copied(state: march.PlatformState) -> march.PlatformState:
-    return march.PlatformState(*(part.copy() for part in state))
 
 
 def normal_forces(table: ContactTable, w: Array) -> Array:

@@ -45,11 +45,16 @@ def at_instant(values: Array, rates: Array, t: float) -> tuple[float, float]:
 def _gap(table: ContactTable, e: int, r: int, u: Array, v: Array, t: float, what: int, side: float, y: float) -> float:
     """A function of time that is positive after the event `what` of element e of row r, and negative before.
 
-    0: lift-off, −L; 1: landing, L; 2: yielding to a side, side (y + kt u) − L; 3: sticking, side d(side L − kt u)/dt.
+    0: lift-off, −L; 1: landing, L; 2: yielding to a side, side (y + kt u) − L; 3: sticking, side d(side L − kt u)/dt; 4: closing
+    or opening of the normal element e, side (k z + c); 5: passing of a bend y, side (ℓ − y), ℓ the limit without bends.
     """
+    if what == 4:
+        return float(side * (table.normal_stiffness[e] * at_instant(u[r], v[r], t)[0] + table.normal_constant[e]))
     z, rate, row = 0.0, 0.0, table.loading_row[r]
     if row >= 0:
         z, rate = at_instant(u[row], v[row], t)
+    if what == 5:
+        return float(side * (limit_line(table, e, z)[0] - y))
     limit, slope = slip_limit(table, e, z)
     if what == 0:
         return float(-limit if limit > 0.0 else 1.0)
@@ -149,8 +154,8 @@ def contact_path(
     for c in range(table.normal_row.size):
         row = table.normal_row[c]
         z = u[row] if row >= 0 else np.zeros(samples)
-        if row >= 0:
-            count = _normal_changes(table, c, u[row], v[row], instants, elements, states, count)
+        for k in range(table.normal_first[c], table.normal_first[c + 1]):
+            count = _passes(table, k, row, u, v, 4, 0.0, instants, elements, states, count)
         for r in range(table.first_row[c], table.first_row[c + 1]):
             if r == row:
                 continue
@@ -158,8 +163,8 @@ def contact_path(
                 for n in range(samples):
                     limit[n], slope[n] = limit_line(table, e, z[n])
                 landing_shares(z, limit, slope, landing)
-                if row >= 0:
-                    count = _bends(table, e, z, v[row], limit, instants, elements, states, count)
+                for k in range(table.bend_first[e], table.bend_first[e + 1] if row >= 0 else 0):
+                    count = _passes(table, e, r, u, v, 5, table.bend[k], instants, elements, states, count)
                 for n in range(samples):
                     limit[n], factor = bent(table, e, limit[n])
                     slope[n] *= factor
@@ -196,47 +201,28 @@ def contact_path(
 
 
 @inner
-def _normal_changes(
-    table: ContactTable, c: int, z: Array, rate: Array, instants: Array, elements: Index, states: Index, count: int
+def _passes(
+    table: ContactTable,
+    e: int,
+    r: int,
+    u: Array,
+    v: Array,
+    what: int,
+    y: float,
+    instants: Array,
+    elements: Index,
+    states: Index,
+    count: int,
 ) -> int:
-    """The instants at which normal elements of contact c open or close."""
-    for k in range(table.normal_first[c], table.normal_first[c + 1]):
-        stiffness, constant = table.normal_stiffness[k], table.normal_constant[k]
-        for n in range(z.size):
-            before, after = stiffness * z[n - 1] + constant > 0.0, stiffness * z[n] + constant > 0.0
-            if before == after:
-                continue
-            low, high = n - 1.0, float(n)
-            for _ in range(BISECTIONS):
-                middle = 0.5 * (low + high)
-                if (stiffness * at_instant(z, rate, middle)[0] + constant > 0.0) == after:
-                    high = middle
-                else:
-                    low = middle
-            instants[count], elements[count], states[count] = high, -1, 0
+    """The instants of the event 4 or 5 of element e of row r, either way."""
+    before = _gap(table, e, r, u, v, -1.0, what, 1.0, y) > 0.0
+    for n in range(u.shape[1]):
+        after = _gap(table, e, r, u, v, float(n), what, 1.0, y) > 0.0
+        if before != after:
+            instants[count] = _instant(table, e, r, u, v, n - 1.0, float(n), what, 1.0 if after else -1.0, y)
+            elements[count], states[count] = -1, 0
             count += 1
-    return count
-
-
-@inner
-def _bends(
-    table: ContactTable, e: int, z: Array, rate: Array, line: Array, instants: Array, elements: Index, states: Index, count: int
-) -> int:
-    """The instants at which the limit of friction element e bends; line (Nt,): the limit without bends."""
-    for k in range(table.bend_first[e], table.bend_first[e + 1]):
-        for n in range(z.size):
-            before, after = line[n - 1] > table.bend[k], line[n] > table.bend[k]
-            if before == after:
-                continue
-            low, high = n - 1.0, float(n)
-            for _ in range(BISECTIONS):
-                middle = 0.5 * (low + high)
-                if (limit_line(table, e, at_instant(z, rate, middle)[0])[0] > table.bend[k]) == after:
-                    high = middle
-                else:
-                    low = middle
-            instants[count], elements[count], states[count] = high, -1, 0
-            count += 1
+        before = after
     return count
 
 

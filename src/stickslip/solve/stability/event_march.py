@@ -468,15 +468,12 @@ class EventMarch:
             e = guard.element
             if guard.next == STICK:
                 side = float(sliders[e])
-                limit = self._limit(state, e, u)
+                limit = state.slope[e] * u[self.loading[e]] + state.constant[e]
                 y[e] = side * limit - self.table.stiffness[e] * u[self.row[e]]
                 if tangent:
                     tangent.stick(state, e)
             sliders[e] = guard.next
         return self.state(sliders, closed, passed), y
-
-    def _limit(self, state: ContactState, e: int, u: Array) -> float:
-        return float(state.slope[e] * u[self.loading[e]] + state.constant[e])
 
     def _slaved(self, state: ContactState, x: Array, y: Array) -> Array:
         """Intercepts at the end of the period: those of slipping and open sliders follow from the motion."""

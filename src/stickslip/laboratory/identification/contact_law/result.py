@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.laboratory.identification.contact_law.fit import ContactLoop, force_lag, force_of, interval, work_along
 from stickslip.model.contact.law import LoadDependentFriction
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, named, stacked
 from stickslip.support.checks import Array, Index, counted, fault, rounded
 from stickslip.support.late import xr
 
@@ -112,17 +112,14 @@ def contact_law_dataset(
     forces = [np.asarray(loop.force) for loop in work.loops]
 
     def of_loops(rows: Sequence[Any], words: str, units: str) -> tuple[Any, ...]:
-        found = np.full((len(rows), max(map(len, rows))), np.nan)
-        for place, row in enumerate(rows):
-            found[place, : len(row)] = row
-        return ("loop", "sample"), found, {"units": units, "long_name": words}
+        return named(("loop", "sample"), stacked(rows), words, units)
 
     def of_laws(key: str, words: str, units: str = "1") -> tuple[Any, ...]:
         values = [getattr(fit, key) for fit in fits.values()]
-        return ("law", "bound")[: np.ndim(values)], values, {"units": units, "long_name": words}
+        return named(("law", "bound")[: np.ndim(values)], values, words, units)
 
     def of_cycles(values: Any, words: str, units: str = "1") -> tuple[Any, ...]:
-        return "cycle", values, {"units": units, "long_name": words}
+        return named("cycle", values, words, units)
 
     variables: dict[str, Any] = {
         "kt": of_laws("kt", "tangential stiffness", "N/m"),
@@ -147,11 +144,11 @@ def contact_law_dataset(
     }
     if any(fit.shape for fit in fits.values()):
         shape = [fit.shape[0] if fit.shape else np.nan for fit in fits.values()]
-        variables["spread"] = ("law", shape, {"units": "1", "long_name": "spread of the sliders' limits"})
+        variables["spread"] = named("law", shape, "spread of the sliders' limits")
     coords = {
-        "law": ("law", list(fits), {"units": "1", "long_name": "contact law"}),
-        "bound": ("bound", ["low", "high"], {"units": "1", "long_name": "end of the interval"}),
-        "loop": ("loop", [loop.name for loop in work.loops], {"units": "1", "long_name": "loop, the mean of these cycles"}),
+        "law": named("law", list(fits), "contact law"),
+        "bound": named("bound", ["low", "high"], "end of the interval"),
+        "loop": named("loop", [loop.name for loop in work.loops], "loop, the mean of these cycles"),
     }
     about = {"title": "Law of a contact", "best": best, "summary": work.summary, "removed": "\n".join(work.removed)}
     return xr.Dataset(variables, coords, about | ({} if least_mu is None else {"least_mu": least_mu}))
@@ -164,11 +161,11 @@ def with_friction(dataset: xr.Dataset, friction: Array, exponent: Array) -> xr.D
     words = "friction coefficient over the normal load"
     exponents = [exponent[0] + side * 1.96 * exponent[1] for side in (-1.0, 1.0)]
     return dataset.assign(
-        friction=("friction_load", mu, {"units": "1", "long_name": words}),
-        friction_interval=(("friction_load", "bound"), bounds, {"units": "1", "long_name": f"95 % interval of the {words}"}),
-        exponent=((), exponent[0], {"units": "1", "long_name": "exponent of the power of the load that friction follows best"}),
-        exponent_interval=("bound", exponents, {"units": "1", "long_name": "95 % interval of the exponent"}),
-    ).assign_coords(friction_load=("friction_load", load, {"units": "N", "long_name": "normal load"}))
+        friction=named("friction_load", mu, words),
+        friction_interval=named(("friction_load", "bound"), bounds, f"95 % interval of the {words}"),
+        exponent=named((), exponent[0], "exponent of the power of the load that friction follows best"),
+        exponent_interval=named("bound", exponents, "95 % interval of the exponent"),
+    ).assign_coords(friction_load=named("friction_load", load, "normal load", "N"))
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:

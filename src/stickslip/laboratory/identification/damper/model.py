@@ -123,13 +123,6 @@ def _three(points: tuple[PlanePoint, ...]) -> tuple[PlanePoint, PlanePoint, Plan
     return left[0], left[1], right[0]
 
 
-def stuck_slopes(rig: BetweenPlatforms, kt: float, kn: float) -> tuple[float, float]:
-    """kH and kV [N/m]: H per horizontal and V per vertical relative motion of the platforms while every contact sticks."""
-    A, B = compliance_parts(rig)
-    K = np.linalg.inv(A / positive("kt", kt) + B / positive("kn", kn))
-    return float(K[0, 0]), float(K[1, 1])
-
-
 def stiffness_from_slopes(rig: BetweenPlatforms, kH: float, kV: float) -> StuckStiffness:
     """kt and kn, equal at all lines, from the slopes kH (platforms out of phase) and kV (in phase) [N/m], without iteration.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from stickslip.laboratory.identification.damper.model import Clues
 from stickslip.laboratory.measurement.cycles import synthesis
 from stickslip.laboratory.measurement.reconstruction import reconstruct
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.results.schema import Result
+from stickslip.results.schema import Result, named
 from stickslip.support.checks import Array, between, fault
 from stickslip.support.late import xr
 
@@ -79,10 +78,6 @@ class Identification(Result):
         return "\n".join(rows)
 
 
-def _about(dims: Any, values: Any, units: str, words: str) -> tuple[Any, ...]:
-    return dims, values, {"units": units, "long_name": words}
-
-
 def identification_dataset(
     fit: DamperFit, theta: Array, intervals: Mapping[str, tuple[float, float]], replicates: Array, errors: tuple[float, Array]
 ) -> xr.Dataset:
@@ -102,27 +97,27 @@ def identification_dataset(
     of_parameters, loop, place = "parameter_units", ("case", "channel", "sample"), ("case", "channel")
     bounds = np.array([intervals[p.name] for p in fit.unknowns])
     variables = {
-        "value": _about("parameter", np.exp(theta), of_parameters, "identified value"),
-        "interval": _about(("parameter", "end"), bounds, of_parameters, "95 % interval"),
-        "replicates": _about(("replicate", "parameter"), np.exp(replicates), of_parameters, "values of refits"),
-        "measured": _about(loop, fit.data @ table.T, "N, rad, m", "measured cycle"),
-        "fitted": _about(loop, shown @ table.T, "N, rad, m", "computed cycle, with the gains found"),
-        "platform_motion": _about(("case", "axis", "sample"), np.array(platform), "m", "motion of the left platform"),
-        "zero": _about(place, shift, "N, rad, m", "measured less fitted mean"),
-        "zero_error": _about(place, zero_errors, "N", "standard deviation of the zero of a cell"),
-        "lag": _about((), chain.lag, "s", "lag of the forces behind the motions"),
-        "lag_error": _about((), errors[0], "s", "standard deviation of the lag"),
-        "gain": _about(("channel",), chain.gains, "1", "gain error of the channel"),
-        "misfit": _about(place, misfits(fit, shown), "1", "misfit, relative"),
+        "value": named("parameter", np.exp(theta), "identified value", of_parameters),
+        "interval": named(("parameter", "end"), bounds, "95 % interval", of_parameters),
+        "replicates": named(("replicate", "parameter"), np.exp(replicates), "values of refits", of_parameters),
+        "measured": named(loop, fit.data @ table.T, "measured cycle", "N, rad, m"),
+        "fitted": named(loop, shown @ table.T, "computed cycle, with the gains found", "N, rad, m"),
+        "platform_motion": named(("case", "axis", "sample"), np.array(platform), "motion of the left platform", "m"),
+        "zero": named(place, shift, "measured less fitted mean", "N, rad, m"),
+        "zero_error": named(place, zero_errors, "standard deviation of the zero of a cell", "N"),
+        "lag": named((), chain.lag, "lag of the forces behind the motions", "s"),
+        "lag_error": named((), errors[0], "standard deviation of the lag", "s"),
+        "gain": named(("channel",), chain.gains, "gain error of the channel"),
+        "misfit": named(place, misfits(fit, shown), "misfit, relative"),
     }
     units = ["N/m" if p.part in ("kt", "kn") else "1" for p in fit.unknowns]
     coordinates = {
-        "parameter": _about("parameter", [p.name for p in fit.unknowns], "1", "unknown"),
-        "parameter_units": _about("parameter", units, "1", "units of the unknown"),
-        "case": _about("case", [case.name for case in fit.cases], "1", "measured loop"),
-        "channel": _about("channel", list(fit.channels), "1", "signal"),
-        "axis": _about("axis", ["x", "y"], "1", "direction of the platform"),
-        "end": _about("end", ["low", "high"], "1", "end of the interval"),
+        "parameter": named("parameter", [p.name for p in fit.unknowns], "unknown"),
+        "parameter_units": named("parameter", units, "units of the unknown"),
+        "case": named("case", [case.name for case in fit.cases], "measured loop"),
+        "channel": named("channel", list(fit.channels), "signal"),
+        "axis": named("axis", ["x", "y"], "direction of the platform"),
+        "end": named("end", ["low", "high"], "end of the interval"),
     }
     about = {"title": "Contact parameters", "analysis": "identification", "law": fit.law}
     return xr.Dataset(variables, coordinates, about | {"lag_fitted": int(bool(fit.errors.lag))})
@@ -136,13 +131,13 @@ def with_slip(dataset: xr.Dataset, fit: DamperFit, rig: BetweenPlatforms, kn: fl
     found = [reconstruct(case, rig, fit.errors, kn=kn, samples=SAMPLES, draws=SLIP_DRAWS) for case in cases]
     if not all(name in one for one in found for name in SLIPS):
         return dataset
-    place, units = ("case", "motion", "sample"), {"units": "m"}
+    place = ("case", "motion", "sample")
     motion = [[one[name].values for name in SLIPS] for one in found]
     error = [[one[f"{name}_error"].values for name in SLIPS] for one in found]
     return dataset.assign(
-        right_motion=(place, np.array(motion), units | {"long_name": "measured motion at the right contact, less its mean"}),
-        right_motion_error=(place, np.array(error), units | {"long_name": "standard deviation of that motion"}),
-    ).assign_coords(motion=("motion", list(SLIPS.values()), {"units": "1", "long_name": "which motion"}))
+        right_motion=named(place, np.array(motion), "measured motion at the right contact, less its mean", "m"),
+        right_motion_error=named(place, np.array(error), "standard deviation of that motion", "m"),
+    ).assign_coords(motion=named("motion", list(SLIPS.values()), "which motion"))
 
 
 def misfits(fit: DamperFit, shown: Array) -> Array:
@@ -202,8 +197,8 @@ def over_cycles(fit: DamperFit, theta: Array, points: int) -> xr.Dataset:
             found[k] = np.exp(end)
     units = {"kt": "N/m", "kn": "N/m"}
     variables = {
-        p.name: ("point", found[:, i], {"units": units.get(p.part, "1"), "long_name": f"{p.name} of a group of cycles"})
+        p.name: named("point", found[:, i], f"{p.name} of a group of cycles", units.get(p.part, "1"))
         for i, p in enumerate(fit.unknowns)
     }
-    about = {"units": "1", "long_name": "first and last cycle of the group, of the first record"}
-    return xr.Dataset({**variables, "cycles": (("point", "end"), numbers, about)}, attrs={"title": "Parameters over the cycles"})
+    variables["cycles"] = named(("point", "end"), numbers, "first and last cycle of the group, of the first record")
+    return xr.Dataset(variables, attrs={"title": "Parameters over the cycles"})

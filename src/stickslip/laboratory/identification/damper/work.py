@@ -38,6 +38,7 @@ from stickslip.laboratory.measurement.cycles import CycleSet, LoadRemoval, synth
 from stickslip.laboratory.measurement.reconstruction import RigErrors
 from stickslip.laboratory.measurement.records import Record
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
+from stickslip.results.schema import named
 from stickslip.runs.work import Arrays
 from stickslip.solve.platforms.cycle import CycleModel, steady_cycle
 from stickslip.support.checks import Array, InputError, between, fault, nearest, seed_of
@@ -365,9 +366,8 @@ class IdentificationWork:
         several = [one for one in LINE_LAWS if one in self.laws] if len(self.laws) > 1 else []
         errors = dict(zip(several, map(float, arrays["held_out"]), strict=True))
         if errors:
-            words = {"units": "1", "long_name": "error on loops held out, in standard deviations"}
-            names_of_laws = ("law", several, {"units": "1", "long_name": "law of the lines of contact"})
-            dataset = dataset.assign(held_out=("law", list(errors.values()), words)).assign_coords(law=names_of_laws)
+            held_out = named("law", list(errors.values()), "error on loops held out, in standard deviations")
+            dataset = dataset.assign(held_out=held_out).assign_coords(law=named("law", several, "law of the lines of contact"))
         found = clues(self.cases, self.damper, self.errors)
         return Identification(values, intervals, correlation, found, warnings, fit, replicates, dataset, law, errors)
 

@@ -12,7 +12,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -20,23 +19,22 @@ import numpy as np
 from stickslip.analyses.modes.slow_decay import slow_decay
 from stickslip.analyses.modes.work import Modes
 from stickslip.analyses.settings import Setting, Whole, takes
-from stickslip.analyses.truncation import ALLOWED
-from stickslip.laboratory.identification.response.draws import NORMAL, Draw, interval
-from stickslip.laboratory.identification.response.prediction import DrawnProblems
+from stickslip.laboratory.identification.response.draws import NORMAL, Draw, of_draws
+from stickslip.laboratory.identification.response.prediction import DrawnProblems, within
 from stickslip.laboratory.identification.response.prediction_result import (
-    ALLOWED_SHIFT,
     FINER,
     damping_text,
     frequency_text,
     held_share,
     remark_on_few_draws,
+    remark_on_harmonics,
     remarks_on_draws,
     unexplained,
     what_was_free,
 )
 from stickslip.laboratory.measurement.decay import MeasuredDecay
-from stickslip.results.files import save
-from stickslip.results.schema import Result, stamped
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import Row, named, stacked
 from stickslip.results.view import length_text
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
@@ -61,7 +59,7 @@ ROWS, LINES = 9, 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DecayPrediction(Result):
+class DecayPrediction(SavedResult):
     """`dataset`: along `amplitude`, that of the displacement in m: frequency [Hz] and damping_ratio, the medians of the draws,
     each with `_low` and `_high` of the 95 % interval and `_drawn` (draw, amplitude); drawn parameters (draw, parameter). Where
     decays are compared, along `decay` and `window` what they measured and what is predicted at their amplitudes.
@@ -81,10 +79,6 @@ class DecayPrediction(Result):
             raise InputError("A comparison needs measured decays: prediction.compare(decays).comparison().")
         return comparison_table(self.dataset)
 
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF, as the command does."""
-        return save(stamped(self.dataset, "decay_prediction"), path)
-
 
 def compared_decays(dataset: xr.Dataset, decays: Sequence[xr.Dataset]) -> xr.Dataset:
     """The dataset with measured decays: the windows of each at the predicted amplitudes, and the share of them inside the
@@ -95,9 +89,7 @@ def compared_decays(dataset: xr.Dataset, decays: Sequence[xr.Dataset]) -> xr.Dat
     names, which = _names(decays), [windows_between(one, size[0], size[-1]) for one in decays]
 
     def along(values: Sequence[Array], words: str, unit: str) -> tuple[Any, ...]:
-        longest = max(windows.size for windows in which)
-        rows = [np.pad(row, (0, longest - row.size), constant_values=np.nan) for row in values]
-        return ("decay", "window"), np.array(rows), {"units": unit, "long_name": words}
+        return named(("decay", "window"), stacked(values), words, unit)
 
     pairs = list(zip(decays, which, strict=True))
     sizes, at = [one["amplitude"].values[windows] for one, windows in pairs], np.log(size)
@@ -117,8 +109,8 @@ def compared_decays(dataset: xr.Dataset, decays: Sequence[xr.Dataset]) -> xr.Dat
         found[f"measured_{key}_error"] = along(errors, f"standard error of the measured {words}", dataset[key].attrs["units"])
         shares = [_share_inside(*one) for one in zip(measured, errors, lows, middles, highs, strict=True)]
         what = f"share of windows whose {words} lies inside the interval"
-        found[f"inside_{key}"] = "decay", np.array(shares), {"units": "1", "long_name": what}
-    return dataset.assign(found).assign_coords(decay=("decay", names, {"units": "1", "long_name": "measured decay"}))
+        found[f"inside_{key}"] = named("decay", np.array(shares), what)
+    return dataset.assign(found).assign_coords(decay=named("decay", names, "measured decay"))
 
 
 def windows_between(decay: xr.Dataset, low: float, high: float) -> Index:
@@ -220,7 +212,8 @@ def _first_line(dataset: xr.Dataset) -> str:
 
 
 def _values(dataset: xr.Dataset) -> list[str]:
-    found, share = [], held_share(dataset)
+    found: list[str] = []
+    share = held_share(dataset)
     for k in _shown(dataset["amplitude"].values, LINES):
         f, z = (
             [float(dataset[f"{key}{end}"].values[k]) for end in ("", "_low", "_high")] for key in ("frequency", "damping_ratio")
@@ -229,7 +222,7 @@ def _values(dataset: xr.Dataset) -> list[str]:
         if not np.isfinite(f[0]):
             found.append(f"{where}: no nonlinear mode was found at this amplitude.")
             continue
-        found.append(f"{where}: {frequency_text(f, share)}{damping_text(z)}")
+        found.append(Row(f"{where}: {frequency_text(f, share)}{damping_text(z)}"))
     return found
 
 
@@ -258,12 +251,8 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
     off, size = (dataset[f"{key}_error"].values for key in ("frequency", "damping_ratio"))
     if not np.any(np.isfinite(off)):
         found.append("The intervals do not include the error due to harmonics, which could not be estimated.")
-    elif np.nanmax(size) > ALLOWED or np.nanmax(off) > ALLOWED_SHIFT:
-        found.append(
-            f"The harmonics of the identification leave errors of up to {100.0 * np.nanmax(off):.2g} % in the frequency and "
-            f"{100.0 * np.nanmax(size):.2g} % in the damping ratio, which the intervals include. The parameters carry an error "
-            "of the same cause, which they do not: identify again with more harmonics."
-        )
+    else:
+        found += remark_on_harmonics(float(np.nanmax(off)), float(np.nanmax(size)), "damping ratio")
     if "decay" in dataset.sizes and np.nanmax(dataset["damping_ratio"].values) > QUICK:
         found.append(
             f"At damping ratios above {100.0 * QUICK:.0f} % a decay is too quick to follow the nonlinear mode, and its windows "
@@ -431,33 +420,20 @@ def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset
     whole = np.nan_to_num(errors)
     shifted = [_with_errors(draw, values, whole) for draw, values in zip(work.drawn[1:], drawn, strict=True)]
 
-    def named(dims: Any, values: Any, words: str, unit: str) -> tuple[Any, ...]:
-        return dims, values, {"units": unit, "long_name": words}
-
     data: dict[str, Any] = {}
     for k, (name, (unit, words)) in enumerate(KEYS.items()):
-        values = np.array(shifted)[:, k]
-        low, middle, high = interval(values, axis=0)
-        for suffix, row, what in (
-            ("", middle, "median"),
-            ("_low", low, "low end of the interval"),
-            ("_high", high, "high end of the interval"),
-        ):
-            data[f"{name}{suffix}"] = named("amplitude", row, f"{words}, {what} of the draws", unit)
-        data[f"{name}_drawn"] = named(("draw", "amplitude"), values, f"{words} of each draw", unit)
+        data |= of_draws(name, ("draw", "amplitude"), np.array(shifted)[:, k], words, unit)
         what = f"estimated error of the {words} due to harmonics and samples, relative"
-        data[f"{name}_error"] = named("amplitude", errors[k], what, "1")
+        data[f"{name}_error"] = named("amplitude", errors[k], what)
     least, most = work.measured
-    inside = (work.grid >= least * (1.0 - 1e-6)) & (work.grid <= most * (1.0 + 1e-6))
-    data["interpolated"] = named("amplitude", inside.astype(float), "1 within the measured amplitudes, 0 beyond them", "1")
+    inside = within(work.grid, work.measured)
+    data["interpolated"] = named("amplitude", inside, "1 within the measured amplitudes, 0 beyond them")
     lost = np.sum(~np.isfinite(drawn[:, 0]), axis=0).astype(float)
-    data["unsolved"] = named("amplitude", lost, "draws whose mode does not reach the amplitude", "1")
-    names = list(work.population.free)
-    values = np.array([[draw.values[name] for name in names] for draw in work.drawn[1:]])
-    data["drawn"] = named(("draw", "parameter"), values, "drawn parameters", "as given")
+    data["unsolved"] = named("amplitude", lost, "draws whose mode does not reach the amplitude")
+    data["drawn"] = named(("draw", "parameter"), work.values_of(work.drawn[1:]), "drawn parameters", "as given")
     coords = {
         "amplitude": named("amplitude", work.grid, "amplitude of the displacement", "m"),
-        "parameter": named("parameter", names, "parameter", "1"),
+        "parameter": named("parameter", list(work.population.free), "parameter"),
     }
     attrs = work.about_draws | {"title": "Predicted decay", "mode": work.followed, "measured_from": least, "measured_to": most}
     return xr.Dataset(data, coords, attrs | {"cpu_seconds": sum(float(one["cpu_seconds"]) for one in results)})

@@ -16,6 +16,7 @@ from scipy import special
 from stickslip.laboratory.identification.least_squares import FreeParameter
 from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
 from stickslip.laboratory.identification.response.intervals import TOGETHER, FitStatistics, above_noise
+from stickslip.results.schema import named
 from stickslip.support.checks import Array, InputError
 from stickslip.support.late import xr
 
@@ -50,28 +51,28 @@ def kept_for_draws(fit: ResponseFit, x: Array, known: FitStatistics, solution: M
     low[np.array(shared)[held]], unknown[np.array(shared)[held]] = least[held], True
     error[unknown] = 0.0
     error *= known.quantile / NORMAL
-    rows = {
-        "fit_value": (x, "as fitted", "variable of the fit: a parameter as logarithm or share of its bounds, ln gain, phase"),
-        "fit_low": (low, "as fitted", "lower bound of the variable"),
-        "fit_high": (high, "as fitted", "upper bound of the variable"),
-        "fit_unknown": (unknown.astype(float), "1", "1 of a variable that may lie anywhere between its bounds"),
-        "fit_test": ([float(each.test) for each in fit.variables], "1", "number of the test that has it by itself, -1: all"),
-    }
-    found: dict[str, Any] = {name: (FIT, values, {"units": u, "long_name": words}) for name, (values, u, words) in rows.items()}
-    covariance = known.correlation * np.outer(error, error)
-    words = {"units": "as fitted", "long_name": "covariance of the errors, with the tails of few residuals"}
-    found["fit_covariance"] = (FIT, OTHER), np.where(np.isfinite(covariance), covariance, 0.0), words
-    errors = np.array([model.test.error for model in fit.tests]) * float(np.sqrt(known.noise))
-    found["point_error"] = "test", errors, {"units": "1", "long_name": "standard error of a measured point by the residuals"}
+    meaning = "variable of the fit: a parameter as logarithm or share of its bounds, ln gain, phase"
+    covariance = np.nan_to_num(known.correlation * np.outer(error, error), posinf=0.0, neginf=0.0)
+    tails = "covariance of the errors, with the tails of few residuals"
+    tests, errors = [float(each.test) for each in fit.variables], np.array([model.test.error for model in fit.tests])
+    errors *= float(np.sqrt(known.noise))
     noise = errors / max(above_noise(fit.series(x)), 1.0) if known.one_in >= TOGETHER else errors
-    found["point_noise"] = "test", noise, {"units": "1", "long_name": "part of it that differs from point to point"}
-    return found
+    return {
+        "fit_value": named(FIT, x, meaning, "as fitted"),
+        "fit_low": named(FIT, low, "lower bound of the variable", "as fitted"),
+        "fit_high": named(FIT, high, "upper bound of the variable", "as fitted"),
+        "fit_unknown": named(FIT, unknown.astype(float), "1 of a variable that may lie anywhere between its bounds"),
+        "fit_test": named(FIT, tests, "number of the test that has it by itself, -1: all"),
+        "fit_covariance": named((FIT, OTHER), covariance, tails, "as fitted"),
+        "point_error": named("test", errors, "standard error of a measured point by the residuals"),
+        "point_noise": named("test", noise, "part of it that differs from point to point"),
+    }
 
 
 def names_of_fit(fit: ResponseFit) -> dict[str, Any]:
     """Coordinates of the variables of a fit."""
-    names, words = [each.name for each in fit.variables], {"units": "1", "long_name": "variable of the fit"}
-    return {axis: (axis, np.array(names, dtype=np.str_), words) for axis in (FIT, OTHER)}
+    names = np.array([each.name for each in fit.variables], dtype=np.str_)
+    return {axis: named(axis, names, "variable of the fit") for axis in (FIT, OTHER)}
 
 
 def free_as_text(free: Mapping[str, FreeParameter]) -> str:
@@ -288,6 +289,15 @@ def interval(values: Array, axis: int = -1) -> Array:
         if there.size:
             found[:, k] = np.percentile(there, (ENDS[0], 50.0, ENDS[1]), method="weibull")
     return found.reshape(3, *rows.shape[:-1])
+
+
+def of_draws(name: str, dims: tuple[str, ...], values: Array, words: str, units: str) -> dict[str, Any]:
+    """Variables of values along `draw` and other axes: NAME, the median of the draws, NAME_low and NAME_high, the ends of the
+    interval, and NAME_drawn, the values."""
+    rest, rows = tuple(dim for dim in dims if dim != "draw"), interval(values, axis=dims.index("draw"))
+    ends = zip(("_low", "", "_high"), rows, ("low end of the interval", "median", "high end of the interval"), strict=True)
+    found = {f"{name}{end}": named(rest, row, f"{words}, {what} of the draws", units) for end, row, what in ends}
+    return found | {f"{name}_drawn": named(dims, values, f"{words} of each draw", units)}
 
 
 def _own_factors(test: xr.Dataset) -> tuple[Array, Array] | None:

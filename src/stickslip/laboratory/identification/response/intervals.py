@@ -13,8 +13,9 @@ import numpy as np
 from scipy import special
 
 from stickslip.laboratory.identification.response.fit import ResponseFit
-from stickslip.laboratory.identification.response.model import EnclosedTest, FittedTest, padded
+from stickslip.laboratory.identification.response.model import EnclosedTest, FittedTest
 from stickslip.laboratory.measurement.measured_response import by_joint
+from stickslip.results.schema import stacked
 from stickslip.runs.work import Arrays
 from stickslip.support.checks import Array, Index
 
@@ -301,6 +302,6 @@ def enclosed(fit: ResponseFit, x: Array, evaluations: int) -> tuple[Array, Array
     intervals = profile_intervals(fit, x)
     middle = fit.solved(intervals.middle, evaluations=evaluations).x
     x = middle if fit.cost(middle) <= fit.cost(x) else x
-    bounds = padded(fit.searched(x))
-    starts = padded([model.starts for model in fit.tests if isinstance(model, EnclosedTest)])
+    bounds = stacked(fit.searched(x))
+    starts = stacked([model.starts for model in fit.tests if isinstance(model, EnclosedTest)])
     return x, {"bounds": bounds, "ends": intervals.ends, "starts": starts}

@@ -38,9 +38,6 @@ STARTS = 3
 FROM_ONE = 1.25
 """Factor from which on a gain, or its inverse, that is no known mistake is named: a wrong law may be made up for by less."""
 
-LISTED = 4
-"""Tests that a sentence names."""
-
 OR_ALONE = "without /N where the file holds amplitudes beside forces"
 
 GAINS = (
@@ -181,7 +178,7 @@ def notes_on_mistakes(tests: Sequence[MeasuredResponse], misfits: Array, solutio
 
 def _sentence(words: str, found: Sequence[tuple[str, float]]) -> str:
     """What is wrong with which tests."""
-    names, gains = first_of([name for name, _ in found], LISTED), [gain for _, gain in found]
+    names, gains = first_of([name for name, _ in found]), [gain for _, gain in found]
     if words == SWAPPED:
         return f"{names}: {SWAPPED}"
     if words.startswith("Phases "):

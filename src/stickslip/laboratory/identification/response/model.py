@@ -487,11 +487,3 @@ class Place(AtFrequency):
 def _bound(one: Extreme) -> Bound:
     point: Point = one.evaluation.point
     return Bound(one.variables, point.forces)
-
-
-def padded(parts: Sequence[Array]) -> Array:
-    """Arrays of several tests as one, (tests, ...), NaN behind the shorter ones."""
-    found = np.full((len(parts), *np.max([part.shape for part in parts], axis=0)), np.nan)
-    for one, part in zip(found, parts, strict=True):
-        one[tuple(slice(size) for size in part.shape)] = part
-    return found

@@ -22,11 +22,12 @@ from stickslip.analyses.controlled_response import amplitudes_of
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.settings import Execution, OfKind, OneOf, Seed, Setting, Whole, made, takes
 from stickslip.analyses.variability.samples import start_curve
-from stickslip.laboratory.identification.response.draws import Draw, Draws, interval
+from stickslip.laboratory.identification.response.draws import Draw, Draws, of_draws
 from stickslip.laboratory.identification.response.prediction_result import FINER, ResponsePrediction
 from stickslip.laboratory.measurement.measured_response import at_frequencies, curve_peak
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
+from stickslip.results.schema import named, stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -188,6 +189,10 @@ class DrawnProblems(Execution):
         low, high = special.ndtr(np.array([-1.0, 1.0]) / deviation).tolist()
         return space, np.asarray(deviation * special.ndtri(generator.uniform(low, high, space.size)))
 
+    def values_of(self, drawn: Sequence[Draw]) -> Array:
+        """The parameters of draws (draws, parameters)."""
+        return np.array([[draw.values[name] for name in self.population.free] for draw in drawn])
+
     def tops(self, key: str) -> Array:
         """Of each test a quantity at the point of its largest response per force (tests,)."""
         data = self.data
@@ -214,6 +219,11 @@ class DrawnProblems(Execution):
             "harmonics": self.data.attrs["harmonics"],
             "samples": self.data.attrs["samples"],
         }
+
+
+def within(values: Array, ends: tuple[float, float]) -> Array:
+    """1.0 of values between two ends, but for rounding, 0.0 beyond them."""
+    return ((values >= ends[0] * (1.0 - 1e-6)) & (values <= ends[1] * (1.0 + 1e-6))).astype(float)
 
 
 PER_FORCE = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s2 N)"}
@@ -417,44 +427,26 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
         peaks[:, k] = drawn[:, 0] * np.exp(shifts), drawn[:, 1] * np.exp(factors), drawn[:, 2]
     units = PER_FORCE[work.measure.quantity.name] if work.held else work.measure.units
 
-    def named(dims: Any, values: Any, words: str, unit: str = "1") -> tuple[Any, ...]:
-        return dims, values, {"units": unit, "long_name": words}
-
     data: dict[str, Any] = {}
     for name, drawn in zip(PEAK, peaks, strict=True):
         unit, words = PEAK[name]
         key = name if name.startswith("damping") else f"peak_{name}"
-        low, middle, high = interval(drawn)
-        for suffix, values, what in (
-            ("", middle, "median"),
-            ("_low", low, "low end of the interval"),
-            ("_high", high, "high end of the interval"),
-        ):
-            data[f"{key}{suffix}"] = named("level", values, f"{words}, {what}", unit or units)
-        data[f"{key}_drawn"] = named(("level", "draw"), drawn, f"{words} of each draw", unit or units)
-    at = ("level", "point")
-    padded = np.array([np.pad(grid, (0, longest - grid.size), constant_values=np.nan) for grid in grids])
-    data["frequency"] = named(at, padded, "frequency", "Hz")
-    data["amplitude_drawn"] = named(("level", "draw", "point"), curves, "response of each draw", units)
-    for suffix, values, what in zip(
-        ("_low", "", "_high"),
-        interval(curves, axis=1),
-        ("low end of the interval", "median", "high end of the interval"),
-        strict=True,
-    ):
-        data[f"amplitude{suffix}"] = named(at, values, f"response, {what} of the draws", units)
+        data |= of_draws(key, ("level", "draw"), drawn, words, unit or units)
+    data["frequency"] = named(("level", "point"), stacked(grids), "frequency", "Hz")
+    data |= of_draws("amplitude", ("level", "draw", "point"), curves, "response", units)
     for column, key in enumerate(("frequency", "amplitude")):
         words = f"estimated error of the peak's {PEAK[key][1]} due to harmonics and samples, relative"
         data[f"peak_{key}_error"] = named("level", errors[:, column], words)
-    data["interpolated"] = named("level", _interpolated(work, levels), "1 within the measured levels, 0 beyond them")
+    data["interpolated"] = named(
+        "level", within(np.array(levels), _measured_levels(work)), "1 within the measured levels, 0 beyond them"
+    )
     lost = np.array([sum(not one["solved"] for one in each[1:]) for each in parts], dtype=float)
     data["unsolved"] = named("level", lost, "draws whose curve does not reach the end of the band")
-    names = list(work.population.free)
-    values = np.array([[[draw.values[name] for name in names] for draw in drawn[1:]] for drawn in work.drawn])
+    values = np.array([work.values_of(drawn[1:]) for drawn in work.drawn])
     data["drawn"] = named(("level", "draw", "parameter"), values, "drawn parameters", "as given")
     coords = {
         "level": named("level", list(levels), "held amplitude" if work.held else "force level", work.level_units),
-        "parameter": named("parameter", names, "parameter"),
+        "parameter": named("parameter", list(work.population.free), "parameter"),
     }
     return xr.Dataset(data, coords, _attributes(work) | {"cpu_seconds": sum(float(one["cpu_seconds"]) for one in results)})
 
@@ -462,11 +454,6 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
 def _measured_levels(work: ResponsePredictionWork) -> tuple[float, float]:
     """Least and largest level that the tests of the identification had at their largest response."""
     return float(work.test_levels.min()), float(work.test_levels.max())
-
-
-def _interpolated(work: ResponsePredictionWork, levels: Sequence[float]) -> Array:
-    low, high = _measured_levels(work)
-    return np.array([float(low * (1.0 - 1e-6) <= level <= high * (1.0 + 1e-6)) for level in levels])
 
 
 def _attributes(work: ResponsePredictionWork) -> dict[str, Any]:

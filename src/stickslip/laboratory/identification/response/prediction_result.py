@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,8 +13,8 @@ from stickslip.analyses.truncation import ALLOWED
 from stickslip.laboratory.identification.response.draws import NORMAL, interval
 from stickslip.laboratory.identification.response.mistakes import POOR, named_gain
 from stickslip.laboratory.measurement.measured_response import THOUSAND, MeasuredResponse, assumed_units, joined, measured_peak
-from stickslip.results.files import save
-from stickslip.results.schema import Result, stamped
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import Row, named
 from stickslip.results.view import size_text
 from stickslip.support.checks import Array, Index, InputError, counted, digits_between, fault, of_kind, rounded, several
 from stickslip.support.late import pd, xr
@@ -43,7 +42,7 @@ COMPARED = (("frequency", "Hz", "peak_frequency"), ("amplitude", "", "peak_ampli
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponsePrediction(Result):
+class ResponsePrediction(SavedResult):
     """`dataset`: along `level`, the forces or held amplitudes: peak_frequency, peak_amplitude and damping_ratio, the medians of
     the draws, each with `_low` and `_high` of the 95 % interval and `_drawn` (level, draw); amplitude with `_low` and `_high`
     over frequency (level, point), the largest where a curve is folded; drawn parameters (level, draw, parameter). Where tests are
@@ -63,10 +62,6 @@ class ResponsePrediction(Result):
         if "measured" not in self.dataset.sizes:
             raise InputError("A comparison needs measured tests: prediction.compare(tests).comparison().")
         return comparison_table(self.dataset)
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF, as the command does."""
-        return save(stamped(self.dataset, "response_prediction"), path)
 
 
 def level_of(test: MeasuredResponse, held: bool) -> float:
@@ -108,9 +103,6 @@ def compared(dataset: xr.Dataset, tests: Sequence[MeasuredResponse]) -> xr.Datas
         gains[t] = np.exp(interval(np.log(size / middle))[1])
     inside = (points[1] >= points[2]) & (points[1] <= points[4])
     unit = dataset["peak_amplitude"].attrs["units"]
-
-    def named(dims: Any, values: Any, words: str, units: str = "1") -> tuple[Any, ...]:
-        return dims, values, {"units": units, "long_name": words}
 
     along = zip(("frequency", "amplitude", "low", "middle", "high"), points, strict=True)
     found = {
@@ -266,7 +258,8 @@ def _first_line(dataset: xr.Dataset) -> str:
 
 
 def _peaks(dataset: xr.Dataset) -> list[str]:
-    found, unit, share = [], dataset["peak_amplitude"].attrs["units"], held_share(dataset)
+    found: list[str] = []
+    unit, share = dataset["peak_amplitude"].attrs["units"], held_share(dataset)
     for k, level in enumerate(dataset["level"].values):
         one = {key: [float(dataset[f"{key}{end}"].values[k]) for end in ("", "_low", "_high")] for _, _, key in COMPARED}
         if not np.isfinite(one["peak_frequency"][0]):
@@ -278,7 +271,7 @@ def _peaks(dataset: xr.Dataset) -> list[str]:
         f, a, z = one.values()
         level_name = f"{level:.4g} {dataset['level'].attrs['units']}"
         size, low, high = (size_text(each, unit, dataset, digits=digits_between(a[1], a[2], 4)) for each in a)
-        found.append(f"{level_name}: peak at {frequency_text(f, share)}, {size} ({low} to {high}){damping_text(z)}")
+        found.append(Row(f"{level_name}: peak at {frequency_text(f, share)}, {size} ({low} to {high}){damping_text(z)}"))
     return found
 
 
@@ -374,6 +367,17 @@ def remark_on_few_draws(dataset: xr.Dataset) -> list[str]:
     ]
 
 
+def remark_on_harmonics(off: float, size: float, what: str) -> list[str]:
+    """Relative errors of the frequency and of something else by the harmonics of the identification, where they matter."""
+    if not (size > ALLOWED or off > ALLOWED_SHIFT):
+        return []
+    return [
+        f"The harmonics of the identification leave errors of up to {100.0 * off:.2g} % in the frequency and "
+        f"{100.0 * size:.2g} % in the {what}, which the intervals include. The parameters carry an error of the same cause, "
+        "which they do not: identify again with more harmonics."
+    ]
+
+
 def _remarks(dataset: xr.Dataset) -> list[str]:
     found = remarks_on_draws(dataset.attrs)
     if not dataset["interpolated"].values.all():
@@ -391,12 +395,8 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
             "wider band, or identify again with more harmonics."
         )
     off, size = off[known], size[known]
-    if known.any() and (size.max() > ALLOWED or off.max() > ALLOWED_SHIFT):
-        found.append(
-            f"The harmonics of the identification leave errors of up to {100.0 * off.max():.2g} % in the frequency and "
-            f"{100.0 * size.max():.2g} % in the response of a peak, which the intervals include. The parameters carry an "
-            "error of the same cause, which they do not: identify again with more harmonics."
-        )
+    if known.any():
+        found += remark_on_harmonics(float(off.max()), float(size.max()), "response of a peak")
     return found + remark_on_few_draws(dataset)
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,8 +22,8 @@ from stickslip.laboratory.identification.response.prediction import predict_resp
 from stickslip.laboratory.identification.response.prediction_result import ResponsePrediction
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units
 from stickslip.model.problem import Problem
-from stickslip.results.files import save
-from stickslip.results.schema import Result, stamped
+from stickslip.results.files import SavedResult
+from stickslip.results.schema import Row, named, stacked
 from stickslip.support.checks import Array, counted, digits_between, first_of, rounded
 from stickslip.support.late import xr
 
@@ -229,7 +228,7 @@ def notes_on_bounds(dataset: xr.Dataset, fit: ResponseFit) -> list[str]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponseIdentification(Result):
+class ResponseIdentification(SavedResult):
     """`dataset`: value, low, high (parameter) of the 95 % intervals and their correlation; own_value (test, own) of what each
     test has by itself; along the tests (test, point) frequency, measured and computed response per force, and phase; misfit
     (test), the root mean square of computed − measured relative to the largest measured; held_out (test), the same with the
@@ -261,10 +260,6 @@ class ResponseIdentification(Result):
         arguments are those of `predict_decay`."""
         return predict_decay(self, amplitude, **settings)
 
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF, as the command does."""
-        return save(stamped(self.dataset, "response_identification"), path)
-
     def __str__(self) -> str:
         """Parameters with intervals, misfit of each test, notes."""
         return "\n".join(summary(self.dataset))
@@ -275,7 +270,7 @@ def dataset_of_fit(
 ) -> xr.Dataset:
     """The labelled result; solution: what the fit gave beside x, outliers and the variables without them, lower bounds of
     friction, and of a fit against bounds these and the ends of the profiles, which have no correlation."""
-    tests, longest = [model.test for model in fit.tests], max(np.size(model.test.frequency) for model in fit.tests)
+    tests = [model.test for model in fit.tests]
     names = [fit.variables[k].name for k in fit.shared]
     reach, enclosed = statistics.quantile * statistics.error, "bounds" in solution
     ends = [np.clip(x + side * reach, *fit.bounds)[fit.shared] for side in (-1.0, 1.0)]
@@ -288,14 +283,10 @@ def dataset_of_fit(
 
     def of_parameters(variables: Any, words: str) -> tuple[Any, ...]:
         values = [fit.free[name].value(float(v)) if np.isfinite(v) else np.nan for name, v in zip(names, variables, strict=True)]
-        return "parameter", values, {"units": "as given", "long_name": words}
+        return named("parameter", values, words, "as given")
 
     def of_points(rows: Any, units: str, words: str, fill: float = np.nan) -> tuple[Any, ...]:
-        whole = [np.pad(np.asarray(row, dtype=float), (0, longest - len(row)), constant_values=fill) for row in rows]
-        return ("test", "point"), np.array(whole), {"units": units, "long_name": words}
-
-    def named(dims: Any, values: Any, words: str, units: str = "1") -> tuple[Any, ...]:
-        return dims, values, {"units": units, "long_name": words}
+        return named(("test", "point"), stacked(rows, fill), words, units)
 
     data = {
         "value": of_parameters(x[fit.shared], "identified value"),
@@ -328,9 +319,8 @@ def dataset_of_fit(
             np.asarray(solution["x_without"])[fit.shared], "value without the outliers"
         )
     starts = [fit.starts(x, t) for t in range(len(tests))]
-    if widest := max(one.size for one in starts):
-        rows = np.array([np.pad(one, (0, widest - one.size), constant_values=np.nan) for one in starts])
-        data["start_variables"] = named(("test", "variable"), rows, "start state of each test")
+    if any(one.size for one in starts):
+        data["start_variables"] = named(("test", "variable"), stacked(starts), "start state of each test")
     if enclosed:
         for end, bounds in zip(("lower", "upper"), np.moveaxis(np.asarray(solution["bounds"]), 1, 0), strict=True):
             data[end] = named(("test", "point"), bounds, f"{end} bound of the response per force over all start states", "SI")
@@ -370,7 +360,7 @@ def summary(dataset: xr.Dataset) -> list[str]:
     """Parameters with intervals, what each test has by itself, misfit of each test, notes; mistakes that are suspected first."""
     said = [note for note in str(dataset.attrs.get("notes", "")).split("\n") if note]
     suspected = said.index(SUSPICION) + 1 if SUSPICION in said else 0
-    lines = [_parameter(dataset, k) for k in range(dataset.sizes["parameter"])]
+    lines: list[str] = [Row(_parameter(dataset, k)) for k in range(dataset.sizes["parameter"])]
     lines += [_of_each_test(dataset, str(name)) for name in dataset["own"].values]
     sizes, predicted = 100.0 * dataset["misfit"].values, 100.0 * dataset["held_out"].values
     worst = int(np.argmax(sizes))

@@ -15,10 +15,11 @@ from stickslip.laboratory.identification.least_squares import FreeParameter
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import enclosed, friction_bounds, statistics
 from stickslip.laboratory.identification.response.mistakes import POOR, amplitudes_alone, fitted_without
-from stickslip.laboratory.identification.response.model import EnclosedTest, FittedTest, padded
+from stickslip.laboratory.identification.response.model import EnclosedTest, FittedTest
 from stickslip.laboratory.identification.response.result import ResponseIdentification, dataset_of_fit, notes
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, by_joint
 from stickslip.model.problem import Problem
+from stickslip.results.schema import stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
 from stickslip.solve.balance.balance import HarmonicBalance
@@ -180,7 +181,7 @@ class ResponseIdentificationWork(Sampled):
             else:
                 x, found["least"] = friction_bounds(fit, x, self.evaluations)
                 fit.jacobian(x)
-                found["solutions"] = padded([model.solutions for model in fit.tests if isinstance(model, FittedTest)])
+                found["solutions"] = stacked([model.solutions for model in fit.tests if isinstance(model, FittedTest)])
             outliers = fitted_without(fit, x, self.evaluations)
             found |= {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
             if max(fit.misfit(x, t) for t in range(len(fit.tests))) > POOR:

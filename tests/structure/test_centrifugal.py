@@ -5,8 +5,8 @@ import pytest
 from scipy import integrate, optimize
 from scipy.sparse import linalg
 
+from stickslip.model.structure.centrifugal import spin_stiffness, spinning
 from stickslip.model.structure.solid import Material, box_mesh, solid
-from stickslip.model.structure.spin import spin_stiffness, spinning
 
 LENGTH, DEPTH, THICKNESS = 1.0, 0.03, 0.02
 SOFT = Material(210e9, 0.0, 7850.0)
