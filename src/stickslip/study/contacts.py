@@ -207,6 +207,8 @@ class SurfaceTable(ContactTable):
     ] = None
     facing: Vector | None = None
     """direction out of the surface; default: to the side of what lies opposite"""
+    line: bool | None = None
+    """whether it is a line contact: nodes along an edge, straight, bent or closed, share its length; undeclared, it is refused"""
     tangent: Vector | None = None
     """t1, as far as it lies in the surface; default: along its greatest length"""
     mesh_gap: bool = False

@@ -21,6 +21,7 @@ from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.read import read_content
 from stickslip.model.readers.reduction import WHOLE_SIZE, Progress, structure_of
 from stickslip.model.readers.sector import Faces, disks_of
+from stickslip.model.readers.stress_places import Place as KeptPlace
 from stickslip.model.readers.stress_places import (
     StrainGauge,
     StressRows,
@@ -76,12 +77,13 @@ ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift", "sec
 class Built:
     """The structure of a [structure] table; notes on where places were found and what is implausible; disks: of a sector
     whose speed is given, by rotor speed in rev/min, the disk itself and those of its models at other speeds, in one basis;
-    sets: names of all sets of nodes of the model, of which the structure keeps some."""
+    sets: all sets of nodes of the model, of which the structure keeps some, and whether those of contacts and forces cover an
+    area by the mesh (`Model.covers`)."""
 
     structure: Structure
     notes: tuple[str, ...]
     disks: Mapping[float, CyclicStructure]
-    sets: tuple[str, ...]
+    sets: Mapping[str, bool | None]
 
 
 class Whole(NamedTuple):
@@ -133,7 +135,13 @@ def structure(
         raise fault("axis", "must go with speed", "without one")
     made, found = structure_of(model, places, table.modes, damping, progress, stress, own_rotation, sparse)
     made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
-    return Built(made, (*notes, *found), {}, tuple(model.sets))
+    return Built(made, (*notes, *found), {}, _sets(model, surfaces, places or ()))
+
+
+def _sets(model: Model, surfaces: Sequence[str], places: Sequence[KeptPlace]) -> dict[str, bool | None]:
+    """All sets of nodes of a model, and whether those of contacts and forces cover an area by its mesh."""
+    nodes = {**model.sets, **{place.name: place.nodes for place in places}}
+    return {name: model.covers(members) if name in surfaces else None for name, members in nodes.items()}
 
 
 def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> Model:
@@ -208,7 +216,7 @@ def _disk(
     if whole.rotation is not None:  # the model says what K held before its softening was added
         notes = tuple(note for note in notes if note != prestress_note(model, faces.axis, None))
     by_speed = dict(zip(speeds, disks, strict=bool(speeds)))
-    return Built(disks[0], (*notes, *model.notes, *implausible(model)), by_speed, tuple(model.sets))
+    return Built(disks[0], (*notes, *model.notes, *implausible(model)), by_speed, _sets(model, surfaces, places))
 
 
 def _model(table: StructureTable, folder: Path, units: Units) -> Model:
@@ -257,8 +265,8 @@ class Parts:
     bodies: Mapping[str, RigidBody]
     disks: Mapping[float, CyclicStructure] = field(default_factory=dict)
     """Of a sector whose speed is given, the disks with these bodies by rotor speed in rev/min."""
-    sets: tuple[str, ...] = ()
-    """Names of all sets of nodes of the models, which a wrong name may have meant."""
+    sets: Mapping[str, bool | None] = field(default_factory=dict)
+    """All sets of nodes of the models, which a wrong name may have meant, and whether they cover an area by the mesh."""
     loads: tuple[CentrifugalLoad, ...] = ()
     """Of the rotation, one for each model and body."""
 
@@ -370,7 +378,7 @@ def together(
         turning = structures | {name: body.structure() for name, body in bodies.items()}
         turned = {name: in_rotation(each, *rotation, part=name) for name, each in turning.items()}
         structures, loads = {name: turned[name][0] for name in structures}, [load for _, load in turned.values()]
-    sets = tuple(f"{name}/{own}" if name else own for name, each in built.items() for own in each.sets)
+    sets = {f"{name}/{own}" if name else own: cover for name, each in built.items() for own, cover in each.sets.items()}
     disk = structures.get("")
     if isinstance(disk, CyclicStructure):
         free = {name: body.structure() for name, body in bodies.items()}

@@ -9,7 +9,7 @@ from scipy import linalg
 
 from stickslip.model.contact.law import Law
 from stickslip.model.contact.point import GROUND, Contact
-from stickslip.model.interfaces.node_surface import NodeSurface, mean_motion
+from stickslip.model.interfaces.node_surface import NodeSurface, line_as_surface, mean_motion
 from stickslip.model.interfaces.surface_contacts import Opposite, surface_contacts
 from stickslip.model.loads import Force
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
@@ -76,7 +76,8 @@ def force_on(table: ForceTable, parts: Parts, units: Units) -> Force:
         raise fault("direction with surface", "must be x, y or z, or a table of these", unknown[0])
     along = [given.get(axis, 0.0) for axis in AXES]
     _existing_set(parts, str(table.surface))
-    return force_along(mean_motion(parts.structure, str(table.surface), along), table, units)
+    name = str(table.surface)
+    return force_along(mean_motion(parts.structure, name, along, _is_line(parts, name, table.line)), table, units)
 
 
 def _existing_set(parts: Parts, name: str, what: str = "Set of nodes", others: Sequence[str] = ()) -> None:
@@ -95,30 +96,41 @@ def _opposite(table: SurfaceTable, parts: Parts) -> Opposite:
     if body is not None:
         return lambda point: body.at(point, name)
     _existing_set(parts, name, "against: a body or set of nodes", [*parts.bodies, GROUND])
-    return _nodes(parts, name, table.facing)
+    return _nodes(parts, name, None, table.facing)
 
 
 def _surface(table: SurfaceTable, against: Opposite, parts: Parts) -> NodeSurface:
     """The surface with its normals to the outside."""
     name = str(table.surface)
     if table.facing is not None:
-        return _nodes(parts, name, table.facing)
+        return _nodes(parts, name, table.line, table.facing)
     if against is None:
         raise InputError("facing must be given where a surface lies against the ground, but is missing.")
-    return _nodes(parts, name, opposite=_middle(table, against, parts))
+    return _nodes(parts, name, table.line, opposite=_middle(table, against, parts))
 
 
-def _nodes(parts: Parts, name: str, towards: list[float] | None = None, opposite: Array | None = None) -> NodeSurface:
+def _is_line(parts: Parts, name: str, stated: bool | None) -> bool | None:
+    """Whether a set is a line, as stated; else not where the mesh has faces there, and None where coordinates are to say it."""
+    covers = parts.sets.get(name.removeprefix(NEXT))
+    if stated is None and covers is False:
+        raise line_as_surface(name, len(parts.structure.sets[name.removeprefix(NEXT)]))
+    return False if stated is None and covers else stated
+
+
+def _nodes(
+    parts: Parts, name: str, line: bool | None, towards: list[float] | None = None, opposite: Array | None = None
+) -> NodeSurface:
     """The surface of a set of nodes, of this sector or of the following one; directions and points as this sector has them."""
     _existing_set(parts, name)
+    line = _is_line(parts, name, line)
     if not name.startswith(NEXT):
-        return NodeSurface.of(parts.structure, name, towards, opposite)
+        return NodeSurface.of(parts.structure, name, towards, opposite, line)
     disk, own = parts.structure, name.removeprefix(NEXT)
     if not isinstance(disk, CyclicStructure):
         raise fault(f"The surface {name!r}", "must belong to a sector", "a structure without [structure.sector]")
     back = None if towards is None else disk.axis.turn(disk.sectors, -1) @ np.asarray(towards)
     away = None if opposite is None else disk.axis.turned(opposite, disk.sectors, -1)
-    return NodeSurface.of(disk, own, back, away).following(disk)
+    return NodeSurface.of(disk, own, back, away, line).following(disk)
 
 
 def _middle(table: SurfaceTable, against: Opposite, parts: Parts) -> Array | None:
