@@ -222,6 +222,10 @@ def test_nodes_of_a_ring_share_it_equally_and_patches_follow_it():
     ring = ss.NodeSurface.of(structure_of(points), "pad", opposite=(0.0, 0.0, 0.0), line=True)
     np.testing.assert_allclose(ring.weights, np.full(12, 1.0 / 12.0), rtol=1e-12)
     np.testing.assert_allclose(ring.normals, -away, atol=1e-12)
+    assert ring.kind == "a closed line"
+    open_one = surface(arc(np.arange(0.0, 320.0, 30.0))[0], (0.0, 0.0, 1.0), line=True)
+    assert (len(open_one.nodes), open_one.kind) == (11, "a line")
+    assert surface([(0.0, 0.0, 0.0)], (0.0, 0.0, 1.0)).kind == "a node"
     for members in ring.patches(4):
         assert np.ptp(np.sort(np.linalg.norm(points[members] - points[members].mean(axis=0), axis=1))) < 5e-3
         assert len(members) == 3

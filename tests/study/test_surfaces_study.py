@@ -10,8 +10,11 @@ from each import each
 
 import stickslip as ss
 from stickslip.model.problem.at_rest import normal_loads_at_rest
+from stickslip.model.readers.model import model_of
+from stickslip.model.readers.read import read_content
 from stickslip.study import read
 from stickslip.support.checks import InputError
+from stickslip.support.units import unit_system
 
 DATA = Path(__file__).parents[1] / "data" / "calculix"
 STUDY = """
@@ -65,11 +68,20 @@ outputs = ["left/tip.x", "damper/centre.y"]
 """
 
 
+FURTHER_SETS = """*NSET, NSET=SIDES
+166,168,170,172,174,184,194,192,190,188,186
+*NSET, NSET=APART
+166,170,174,186,190,194
+"""
+"""Of the grid 166, 168, ... 174; 176, ... 184; 186, ... 194 of PLATR: three of its sides, and nodes that no side joins."""
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("blades")
     for name in ("inp", "dof"):
-        (place / f"platform_blade.{name}").write_bytes((DATA / f"platform_blade.{name}").read_bytes())
+        deck = (DATA / f"platform_blade.{name}").read_text()
+        (place / f"platform_blade.{name}").write_text(deck.replace("*NSET, NSET=TIP\n", FURTHER_SETS + "*NSET, NSET=TIP\n"))
     for name in ("sti", "mas"):
         packed = DATA / f"platform_blade.{name}.gz"
         (place / f"platform_blade.{name}").write_bytes(gzip.decompress(packed.read_bytes()))
@@ -85,6 +97,40 @@ def study(folder, text):
 @pytest.fixture(scope="module")
 def job(folder):
     return study(folder, STUDY)
+
+
+def test_the_mesh_says_which_sets_cover_an_area(folder):
+    """All nodes of PLATR are corners of faces in the set; of its sides none is; nodes apart say nothing."""
+    content, _ = read_content(folder / "platform_blade.inp", {})
+    sets = {**content.sets, "ALONE": ("166",), "WITH ONE MORE": (*content.sets["PLATR"], "157")}
+    model = model_of(content, unit_system("mm-t-s"), {}, (), "")
+    found = {name: model.covers(members) for name, members in sets.items()}
+    assert found["PLATR"]
+    assert found["PLATL"]
+    assert found["SIDES"] is False
+    assert [found[name] for name in ("APART", "ALONE", "WITH ONE MORE", "TIP")] == [None] * 4
+
+
+def test_sides_of_a_surface_share_their_length_where_they_are_declared_a_line(folder):
+    """Two sides of four steps of 7.5 mm, one between them. Their coordinates alone could be those of a strip of long elements."""
+    sides = STUDY.replace("left/PLATR", "left/SIDES").replace("tangent = [1.0", "preload = 10.0\ntangent = [1.0", 1)
+    with pytest.raises(
+        InputError, match=r"\[\[contact\]\] 1: Surface 'left/SIDES' must cover an area, but is 'a line of 11 nodes'"
+    ):
+        study(folder, sides)
+    found = study(folder, sides.replace("preload = 10.0", "preload = 10.0\nline = true"))
+    loads = {each.name: each.law.preload for each in found.sweep.problem.contacts if each.name.startswith("L ")}
+    length = 60.0 + 9.0 / np.cos(ANGLE)
+    between = [0.5 * step / np.cos(ANGLE) for step in (4.0, 5.0)]
+    ends, corners = 3.75 * 10.0 / length, [(3.75 + half) * 10.0 / length for half in between]
+    expected = {166: ends, 168: 2 * ends, 172: 2 * ends, 186: ends, 174: corners[0], 184: sum(between) * 10.0 / length}
+    for node, load in (expected | {194: corners[1]}).items():
+        assert loads[f"L {node}"] == pytest.approx(load, rel=1e-6)
+    assert any(note.startswith("L: 11 contacts on left/SIDES against damper, a line; mean normal") for note in found.notes)
+    spread = STUDY.replace('direction = "left/tip.x"', 'surface = "left/SIDES"\ndirection = "x"')
+    with pytest.raises(InputError, match=r"\[\[force\]\] 1: Surface 'left/SIDES' must cover an area"):
+        study(folder, spread)
+    assert study(folder, spread.replace('direction = "x"', 'direction = "x"\nline = true')).sweep.problem.forces
 
 
 ANGLE = np.radians(35.0)

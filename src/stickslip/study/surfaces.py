@@ -223,13 +223,13 @@ def _note(
     middle = surface.weights @ surface.normals
     normal = ", ".join(f"{axis:.3g}" for axis in np.round(middle / np.linalg.norm(middle), 6) + 0.0)
     factor, unit = (1e6, "mm2") if system.length == "m" else in_system("m2", system)
-    area = f", {factor * surface.area:.4g} {unit}" if surface.area else ""
+    area = f", {factor * surface.area:.4g} {unit}" if surface.area else f", {surface.kind}"
     touching = sum(len(contact.at_nodes) for contact in contacts)
     what = counted(len(contacts), "contact")
     if len(contacts) < touching:
         what = f"{counted(len(contacts), 'point')} of {counted(touching, 'node')}"
     found = [f"{name}: {what} on {table.surface} against {table.against}{area}; mean normal {normal}"]
-    if len(contacts) < touching and area:
+    if len(contacts) < touching and surface.area:
         areas = [f"{contact.name} {factor * contact.area:.4g}" for contact in contacts]
         found.append(f"Areas in {unit}: {first_of(areas, SHOWN)}")
     if table.points is not None and table.points > touching:

@@ -90,6 +90,9 @@ BESIDE = 1.5
 SEVERAL = 4.0
 """Area of a hole over that of the usual triangle beside it, up to which it is none: nodes are scattered unevenly."""
 
+CLOSING = 1.25
+"""Distance of the ends of a line over its longest step up to which it is closed, unless a node lies in the sphere on it."""
+
 GIVE = "Give it as `towards`, in a study as `facing`."
 
 SMALLEST_RING = 5
@@ -218,6 +221,12 @@ class NodeSurface:
             return own
         back = self.turn.T
         return lambda direction: own(back @ np.asarray(direction))
+
+    @property
+    def kind(self) -> str:
+        """What it is where it has no area: "a node", "a line" or "a closed line"; else "a surface"."""
+        steps = 0 if self.area else _Line.of(self.name, self.points).steps.size
+        return "a surface" if self.area else ("a node", "a line", "a closed line")[(steps > 0) + (steps == len(self.nodes))]
 
     @property
     def size(self) -> float:
@@ -587,7 +596,7 @@ class _Line:
         if n == 2:
             return cls(order, steps[:1], ahead[:1].repeat(2, axis=0))
         beside = np.sum((ring[1 : n - 1] - ring[0]) * (ring[1 : n - 1] - ring[n - 1]), axis=1)
-        closed = n >= SMALLEST_RING and beside.min() > 0.0 and steps[-1] < 0.75 * (steps[0] + steps[-2])
+        closed = n >= SMALLEST_RING and beside.min() > 0.0 and steps[-1] < CLOSING * steps[:-1].max()
         tangents = np.zeros((n, 3))
         tangents[order] = np.roll(steps, 1)[:, None] * ahead + steps[:, None] * np.roll(ahead, 1, axis=0)
         tangents /= np.linalg.norm(tangents, axis=1)[:, None]
