@@ -244,11 +244,47 @@ def test_nodes_of_one_deck_that_face_each_other(folder):
     text += "facing = [0.574, -0.819, 0.0]\nkt = 1e4\nkn = 1e4\nmu = 0.3\n"
     text += STUDY[STUDY.index("[[force]]") :].replace(', "damper/centre.y"', "")
     found = study(folder, text)
-    (note,) = [note for note in found.notes if note.startswith("j: ")]
-    assert "12 contacts" in note
-    assert "3 nodes have nothing opposite" in note
+    assert any(note.startswith("j: 12 contacts on left/PLATR against right/PLATR") for note in found.notes)
+    lost = "3 of 15 nodes of left/PLATR have nothing opposite on right/PLATR: 13 % of the area (41.2 mm2)"
+    remedy = "Select the nodes that touch, or divide kt, kn and loads by 0.875 if they are those of the contact as it is."
+    assert f"Warning: j: {lost} and of the stiffness is lost. {remedy}" in found.notes
+    pressed = study(folder, text.replace("mu = 0.3", "mu = 0.3\npreload = 40.0\nmean_pressure = 0.01"))
+    load = 0.125 * (40.0 + 0.01 * 329.614)
+    assert f"{lost}, of the stiffness and of the normal load ({load:.4g} N) is lost. {remedy}" in "".join(pressed.notes)
+    assert sum(each.law.preload for each in pressed.sweep.problem.contacts) == pytest.approx(7.0 * load, rel=1e-5)
+    whole = study(folder, text.replace(", 7.5]", ", 0.0]"))
+    assert not any("nothing opposite" in note for note in whole.notes)
 
     assert all(len(contact.normal) == 4 for contact in found.sweep.problem.contacts)
+
+
+def test_normals_far_from_the_stated_direction_are_said(folder):
+    """The undersides are inclined by 35 degrees, and so are their normals to (0, -1, 0)."""
+    stated = STUDY.replace("tangent = [1.0", "facing = [{}]\ntangent = [1.0", 1)
+
+    def said(facing, text=stated):
+        return [note for note in study(folder, text.replace("{}", facing)).notes if "`facing`" in note]
+
+    right = ", ".join(f"{part:.9f}" for part in (np.sin(ANGLE), -np.cos(ANGLE), 0.0))
+    turned = [", ".join(f"{part:.9f}" for part in (np.sin(each), -np.cos(each), 0.0)) for each in np.radians([20.5, 19.5])]
+    assert (said(right), said(turned[0])) == ([], [])
+    assert len(said(turned[1])) == 1
+    (mean,) = said("0.0, -2.0, 0.0")
+    assert mean.startswith("Warning: L: the mean normal of left/PLATR differs by 35 degrees from `facing`, up to 35 at node 1")
+    assert mean.endswith("Write `facing = [0.574, -0.819, 0]` if the mesh is right, else check the set.")
+
+
+def test_a_node_with_another_normal_is_named(folder, tmp_path):
+    """The corner 166 lies 2 mm deeper: the mean of the triangles around it is turned by more than 15 degrees."""
+    for file in folder.glob("platform_blade.*"):
+        (tmp_path / file.name).write_bytes(file.read_bytes().replace(b"166,8,52.80083,-15", b"166,6.852,54.4391,-15"))
+    (note,) = (
+        note
+        for note in study(tmp_path, STUDY.replace("tangent = [1.0", "facing = [0.574, -0.819, 0.0]\ntangent = [1.0", 1)).notes
+        if "`facing`" in note
+    )
+    assert re.match(r"Warning: L: \d of the 15 normals of left/PLATR differ by more than 15 degrees from `facing`, up to", note)
+    assert "at node 166. Contacts act along the normals of the mesh. Take out nodes of other faces" in note
 
 
 def test_laws_without_a_start_state_are_not_warned_of_one(folder):

@@ -32,6 +32,10 @@ FAR, SMALLEST = 10.0, 1e-4
 APART, INCLINED = 0.25, 10.0
 """Distance of the face of a body from a surface, over the size of the surface, and angle between them, degrees, from where on it
 is likely not the face that was meant."""
+LOST = 0.01
+"""Share of a surface without a counterpart from which on its loss is warned of, as that of a peak on patches is."""
+SKEW = 15.0
+"""Angle between the normal of a node and `facing`, degrees, from where on one of them is likely not what was meant."""
 STIFF, SOFT, HELD = 0.98, 0.85, 1e-9
 """Share of the stiffness against a motion of a body that patches keep, up to which it is noted and up to which it is warned of;
 stiffness, relative to the largest, below which contacts do not hold a motion at all."""
@@ -65,7 +69,9 @@ def contacts_on(table: SurfaceTable, number: int, parts: Parts, units: Units) ->
     more: dict[str, Any] = {"start": start, "balanced": getattr(table, "balanced", False), "mesh_gap": table.mesh_gap}
     contacts = surface_contacts(name, law, surface, against, tangent=table.tangent, points=table.points, **more)
     note = _note(name, surface, contacts, table, _middle(table, against, parts), units.system)
-    return contacts, [note, *_misfit(name, surface, str(table.against), parts, units.system)]
+    unmet = _unmet(name, law, surface, contacts, table, units.system)
+    misfit = _misfit(name, surface, str(table.against), parts, units.system)
+    return contacts, [note, *unmet, *misfit, *_skew(name, table, surface)]
 
 
 def force_on(table: ForceTable, parts: Parts, units: Units) -> Force:
@@ -173,6 +179,53 @@ def _misfit(name: str, surface: NodeSurface, against: str, parts: Parts, system:
     ]
 
 
+def _unmet(
+    name: str, law: Law, surface: NodeSurface, contacts: Sequence[Contact], table: SurfaceTable, system: UnitSystem
+) -> list[str]:
+    """What is lost of a surface by nodes that have nothing opposite; a warning where it is more than a little."""
+    met = {dof.rpartition(".")[0] for contact in contacts for direction in contact.directions for dof in direction}
+    beyond = np.array([node not in met for node in surface.nodes])
+    lost = float(surface.weights[beyond].sum())
+    if not beyond.any():
+        return []
+    area, square = (1e6, "mm2") if system.length == "m" else in_system("m2", system)
+    newton, unit = in_system("N", system)
+    area_lost = f"{100.0 * lost:.2g} % of the {'area' if surface.area else 'length'}"
+    area_lost += f" ({area * lost * surface.area:.4g} {square})" if surface.area else ""
+    load = sum(float(np.sum(getattr(law, key, None) or 0.0)) for key in ("preload", "normal_load"))
+    loads = f", of the stiffness and of the normal load ({newton * lost * load:.4g} {unit})" if load else " and of the stiffness"
+    count = f"{int(beyond.sum())} of {counted(len(beyond), 'node')}"
+    said = f"{count} of {table.surface} have nothing opposite on {table.against}: {area_lost}{loads} is lost"
+    if lost <= LOST:
+        return [f"{name}: {said}"]
+    remedy = (
+        f"Select the nodes that touch, or divide kt, kn and loads by {1.0 - lost:.3g} if they are those of the contact as it is."
+    )
+    return [f"Warning: {name}: {said}. {remedy}"]
+
+
+def _skew(name: str, table: SurfaceTable, surface: NodeSurface) -> list[str]:
+    """A warning where normals of the mesh, along which contacts act, are far from the direction that was stated."""
+    if table.facing is None:
+        return []
+    stated, middle = np.asarray(table.facing) / np.linalg.norm(table.facing), surface.weights @ surface.normals
+    normals = np.vstack([middle / np.linalg.norm(middle), surface.normals])
+    angles = np.degrees(np.arccos(np.clip(normals @ stated, -1.0, 1.0)))
+    far, most = int(np.sum(angles[1:] > SKEW)), int(np.argmax(angles[1:]))
+    if not far and angles[0] <= SKEW:
+        return []
+    node, written = surface.nodes[most].rpartition("/")[2], ", ".join(f"{axis:.3g}" for axis in np.round(normals[0], 6) + 0.0)
+    at = f"{angles[most + 1]:.0f} at node {node}"
+    if angles[0] > SKEW:
+        what = f"the mean normal of {table.surface} differs by {angles[0]:.0f} degrees from `facing`, up to {at}"
+        remedy = f"Write `facing = [{written}]` if the mesh is right, else check the set."
+    else:
+        count = f"{far} of the {len(surface.nodes)} normals"
+        what = f"{count} of {table.surface} differ by more than {SKEW:g} degrees from `facing`, up to {at}"
+        remedy = "Take out nodes of other faces, and divide a curved surface into sets with a `facing` each."
+    return [f"Warning: {name}: {what}. Contacts act along the normals of the mesh. {remedy}"]
+
+
 def turning_notes(contacts: Sequence[Contact], bodies: Iterable[str]) -> list[str]:
     """For each body that turns more easily on patches than on all nodes how much so: a patch moves as the mean of its nodes and
     does not resist rotation about itself."""
@@ -234,11 +287,6 @@ def _note(
         found.append(f"Areas in {unit}: {first_of(areas, SHOWN)}")
     if table.points is not None and table.points > touching:
         found.append(f"points = {table.points} are more than its nodes, so there is a contact at each")
-    left = len(surface.nodes) - touching
-    if left:
-        found.append(
-            f"{counted(left, 'node has', 'nodes have')} nothing opposite and no contact: their share of kt and kn is lost"
-        )
     if surface.has_holes:
         found.append("The nodes leave out a hole or a recess, whose area does not count")
     if opposite is not None:
