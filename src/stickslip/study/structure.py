@@ -39,10 +39,10 @@ from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.modes import rigid_motions
 from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.model.structure.rotation_axis import RotationAxis
-from stickslip.model.structure.spin import holds
+from stickslip.model.structure.spin import most_softened
 from stickslip.results.shown_units import in_system
 from stickslip.study import build
-from stickslip.study.faults import Found
+from stickslip.study.faults import WARNING, Found
 from stickslip.study.fields import (
     FREQUENCY,
     MASS,
@@ -65,6 +65,10 @@ MANY_KEPT = 800
 """Rows of contact nodes of a model from which on none is kept: two blades with 477 each take 43 CPU s with kept rows and 58 from
 the mesh; with 1257 each they take 125 CPU s and 3 GB, and with 1821 each they do not end.
 """
+
+SOFTENED = 0.1
+"""Share of a natural frequency that spin softening alone may take. Of a blade, stress stiffening adds at least 1.19 times as much
+stiffness (M. J. Schilhansl, J. Appl. Mech. 25, 1958, 28-30), so that the error of a K without it is larger than what is taken."""
 
 Rotation = tuple[float, RotationAxis]
 """Speed in rev/min, and axis."""
@@ -158,13 +162,27 @@ def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> M
         if not sector and rigid_motions(model.K, model.dofs, model.nodes).shape[1]:
             done = "none is added to a model that contacts alone hold"
         elif not turning:
-            square = (2.0 * np.pi * speed / 60.0) ** 2
-            model = replace(model, K=model.K - square * softening(model.M, model.dofs, axis))
-            if not sector and not holds(model.K):
-                remedy = "Take a K with the stress stiffening of this speed, or a lower one."
-                raise fault("speed of [rotation]", "must leave a K without stress stiffening positive definite", speed, remedy)
+            taken = (2.0 * np.pi * speed / 60.0) ** 2 * softening(model.M, model.dofs, axis)
+            lowered, warned = ("", ()) if sector else _lowered(model, taken, speed)
+            done += lowered
+            model = replace(model, K=model.K - taken, notes=(*model.notes, *warned))
         note = f"K contains no spin softening of {speed:g} rev/min: {done}. Its stress stiffening is that of the file"
     return replace(model, notes=(*model.notes, note))
+
+
+def _lowered(model: Model, taken: Any, speed: float) -> tuple[str, tuple[str, ...]]:
+    """What spin softening takes of a frequency, as the end of a note, and as a warning where it is much."""
+    share, rate = most_softened(model.K, model.M, taken)
+    if share >= 1.0:
+        remedy = "Take a K with the stress stiffening of this speed, or a lower one."
+        raise fault("speed of [rotation]", "must leave a K without stress stiffening positive definite", speed, remedy)
+    remains = np.sqrt(1.0 - share)
+    lowered = f"lowers a natural frequency from {rate / (2.0 * np.pi):.4g} to {remains * rate / (2.0 * np.pi):.4g} Hz"
+    remedy = "blades by more: take the matrices of a step with CENTRIF, else these frequencies are too low"
+    warned = (
+        f"Warning: spin softening of {speed:g} rev/min {lowered}, and the file has no stress stiffening, which raises {remedy}."
+    )
+    return f", and {lowered}", (warned,) if remains < 1.0 - SOFTENED else ()
 
 
 def _axis(table: AxisTable, units: Units) -> RotationAxis:
@@ -298,8 +316,14 @@ def structures_of(
         built = found.attempt(place, structure, table, whole, folder, units, progress, own, models, own_of(meshed, name))
         if built:
             made[name] = built
-            notes += [f"{name}: {note}" if name else note for note in built.notes]
+            notes += [note_of_part(name, note) for note in built.notes]
     return made
+
+
+def note_of_part(name: str, note: str) -> str:
+    """A note on one of several structures, whose warnings begin as all do."""
+    warning = WARNING if note.startswith(WARNING) else ""
+    return f"{warning}{name}: {note.removeprefix(warning)}" if name else note
 
 
 def own_of(surfaces: Sequence[str], name: str) -> list[str]:
