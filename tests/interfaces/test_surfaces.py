@@ -217,6 +217,17 @@ def test_nodes_of_an_arc_share_its_length_and_face_its_centre(turns):
     assert loads == pytest.approx(12.0 * found.weights)
 
 
+def test_patches_of_a_line_follow_it():
+    """A hairpin: the halves of its length are its legs, not the ends of both."""
+    x = np.arange(0.0, 8.1, 0.5)
+    hairpin = np.vstack(
+        [np.stack([x, 0.0 * x, 0.0 * x], axis=1), [(8.0, 0.5, 0.0)], np.stack([x[::-1], 1.0 + 0.0 * x, 0.0 * x], axis=1)]
+    )
+    first, second = surface(hairpin, (0.0, 0.0, 1.0), line=True).patches(2)
+    assert [*first, *second] == list(range(len(hairpin)))
+    assert abs(len(first) - len(second)) == 1
+
+
 def test_nodes_of_a_ring_share_it_equally_and_patches_follow_it():
     points, away, _ = arc(np.arange(0.0, 360.0, 30.0))
     ring = ss.NodeSurface.of(structure_of(points), "pad", opposite=(0.0, 0.0, 0.0), line=True)
@@ -229,6 +240,10 @@ def test_nodes_of_a_ring_share_it_equally_and_patches_follow_it():
     for members in ring.patches(4):
         assert np.ptp(np.sort(np.linalg.norm(points[members] - points[members].mean(axis=0), axis=1))) < 5e-3
         assert len(members) == 3
+    assert ring.mean_normal is None
+    for contact, normal in zip(ss.surface_contacts("ring", LAW, ring), ring.normals, strict=True):
+        t1 = np.array([contact.tangential[0].get(f"pad/{contact.name.split()[1]}.{axis}", 0.0) for axis in "xyz"])
+        np.testing.assert_allclose([t1 @ normal, t1[2]], 0.0, atol=1e-12)  # along the ring, whose normals lie in its plane
     with pytest.raises(InputError, match="to have places between them"):
         ring.at((0.0, 0.0, 0.0))
 

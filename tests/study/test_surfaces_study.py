@@ -102,13 +102,18 @@ def job(folder):
 def test_the_mesh_says_which_sets_cover_an_area(folder):
     """All nodes of PLATR are corners of faces in the set; of its sides none is; nodes apart say nothing."""
     content, _ = read_content(folder / "platform_blade.inp", {})
-    sets = {**content.sets, "ALONE": ("166",), "WITH ONE MORE": (*content.sets["PLATR"], "157")}
+    sets = {
+        **content.sets,
+        "ALONE": ("166",),
+        "SOME JOINED": ("166", "168", "190"),
+        "WITH ONE MORE": (*content.sets["PLATR"], "157"),
+    }
     model = model_of(content, unit_system("mm-t-s"), {}, (), "")
     found = {name: model.covers(members) for name, members in sets.items()}
     assert found["PLATR"]
     assert found["PLATL"]
     assert found["SIDES"] is False
-    assert [found[name] for name in ("APART", "ALONE", "WITH ONE MORE", "TIP")] == [None] * 4
+    assert [found[name] for name in ("APART", "ALONE", "SOME JOINED", "WITH ONE MORE", "TIP")] == [None] * 5
 
 
 def test_sides_of_a_surface_share_their_length_where_they_are_declared_a_line(folder):

@@ -164,12 +164,12 @@ def _pressed(law: Law, pressure: float, surface: NodeSurface) -> Law:
 def _misfit(name: str, surface: NodeSurface, against: str, parts: Parts, system: UnitSystem) -> list[str]:
     """A warning where the nearest face of a body with a section does not lie on the surface."""
     body = parts.bodies.get(against)
-    middle, normal = surface.weights @ surface.points, surface.weights @ surface.normals
-    face = None if body is None else body.nearest_face(middle)
-    if face is None:
+    normal = surface.mean_normal
+    face = None if body is None else body.nearest_face(surface.weights @ surface.points)
+    if face is None or normal is None:
         return []
     away, outwards = face
-    inclined = float(np.degrees(np.arccos(np.clip(-outwards @ normal / np.linalg.norm(normal), -1.0, 1.0))))
+    inclined = float(np.degrees(np.arccos(np.clip(-outwards @ normal, -1.0, 1.0))))
     if away <= APART * max(surface.size, SMALLEST) and inclined <= INCLINED:
         return []
     metre, length = in_system("m", system)
@@ -204,21 +204,25 @@ def _unmet(
     return [f"Warning: {name}: {said}. {remedy}"]
 
 
+def _written(direction: Array) -> str:
+    """A direction as it is written in a study."""
+    return ", ".join(f"{axis:.3g}" for axis in np.round(direction, 6) + 0.0)
+
+
 def _skew(name: str, table: SurfaceTable, surface: NodeSurface) -> list[str]:
     """A warning where normals of the mesh, along which contacts act, are far from the direction that was stated."""
-    if table.facing is None:
+    middle = surface.mean_normal
+    if table.facing is None or middle is None:
         return []
-    stated, middle = np.asarray(table.facing) / np.linalg.norm(table.facing), surface.weights @ surface.normals
-    normals = np.vstack([middle / np.linalg.norm(middle), surface.normals])
-    angles = np.degrees(np.arccos(np.clip(normals @ stated, -1.0, 1.0)))
+    normals, stated = np.vstack([middle, surface.normals]), np.array(table.facing)
+    angles = np.degrees(np.arccos(np.clip(normals @ stated / np.linalg.norm(stated), -1.0, 1.0)))
     far, most = int(np.sum(angles[1:] > SKEW)), int(np.argmax(angles[1:]))
     if not far and angles[0] <= SKEW:
         return []
-    node, written = surface.nodes[most].rpartition("/")[2], ", ".join(f"{axis:.3g}" for axis in np.round(normals[0], 6) + 0.0)
-    at = f"{angles[most + 1]:.0f} at node {node}"
+    at = f"{angles[most + 1]:.0f} at node {surface.nodes[most].rpartition('/')[2]}"
     if angles[0] > SKEW:
         what = f"the mean normal of {table.surface} differs by {angles[0]:.0f} degrees from `facing`, up to {at}"
-        remedy = f"Write `facing = [{written}]` if the mesh is right, else check the set."
+        remedy = f"Write `facing = [{_written(middle)}]` if the mesh is right, else check the set."
     else:
         count = f"{far} of the {len(surface.nodes)} normals"
         what = f"{count} of {table.surface} differ by more than {SKEW:g} degrees from `facing`, up to {at}"
@@ -273,8 +277,8 @@ def _note(
     system: UnitSystem,
 ) -> str:
     """What was found, and what is likely a slip, in the units of the study; areas of a study in m in mm²."""
-    middle = surface.weights @ surface.normals
-    normal = ", ".join(f"{axis:.3g}" for axis in np.round(middle / np.linalg.norm(middle), 6) + 0.0)
+    middle = surface.mean_normal
+    normal = "none" if middle is None else _written(middle)
     factor, unit = (1e6, "mm2") if system.length == "m" else in_system("m2", system)
     area = f", {factor * surface.area:.4g} {unit}" if surface.area else f", {surface.kind}"
     touching = sum(len(contact.at_nodes) for contact in contacts)

@@ -276,10 +276,19 @@ class NodeSurface:
     def _plane(self) -> _Plane:
         return _Plane.of(self.points)
 
+    @cached_property
+    def along(self) -> Array:
+        """At each node the direction in which the surface is longest, or the tangent of a line, (n, 3)."""
+        if self.area or len(self.nodes) == 1:
+            return np.tile(self._plane.axes[0], (len(self.nodes), 1))
+        return _Line.of(self.name, self.points).tangents
+
     @property
-    def long_axis(self) -> Array:
-        """The direction (3,) in which the surface is longest."""
-        return np.asarray(self._plane.axes[0])
+    def mean_normal(self) -> Array | None:
+        """The mean of the normals by area, (3,), unit; None where they cancel, as round a closed line."""
+        mean = self.weights @ self.normals
+        size = float(np.linalg.norm(mean))
+        return np.asarray(mean / size) if size > ALIKE else None
 
 
 def mean_motion(structure: Structure, name: str, direction: Sequence[float], line: bool | None = None) -> dict[str, float]:
