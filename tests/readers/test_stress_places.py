@@ -537,6 +537,7 @@ def test_a_margin_of_a_disk_without_the_stress_of_its_rotation_is_warned_of(ring
         text.replace("{}", "speed = 3000.0\n"),
         text.replace("{}", "speed = 0.0\n"),
         still + "mean = { inner = 1e8 }\n",
+        still.replace("[damping]", "[rotation]\nspeed = 3000.0\n[damping]"),
         still.replace("[sweep]", '[[force]]\ndirection = "tip.y"\nstatic = 10.0\n[sweep]'),
         still.partition("[fatigue]")[0],
     ):

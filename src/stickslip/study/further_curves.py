@@ -206,7 +206,7 @@ def resting_fatigue(asked: Asked) -> list[str]:
     """A warning on fatigue margins of a bladed disk whose mean stress has nothing of its rotation."""
     table, problem = asked.tables.get("fatigue"), None if asked.sweep is None else asked.sweep.problem
     recovery = recovery_of(asked) if isinstance(table, FatigueTable) and isinstance(problem, TunedDisk | FullDisk) else None
-    if problem is None or recovery is None or asked.disks or not isinstance(table, FatigueTable):
+    if problem is None or recovery is None or asked.disks or recovery.rotation is not None or not isinstance(table, FatigueTable):
         return []
     bodies = {dof.rpartition(".")[0] for dof in problem.structure.dofs if dof.endswith(".rx")}
     pulled = (force.coefficients for force in problem.forces if force.static)
@@ -218,8 +218,8 @@ def resting_fatigue(asked: Asked) -> list[str]:
         return []
     return [
         f"Warning: [fatigue]: the mean stress at {first_of(lacking, LISTED)} has nothing of the rotation of the disk: the margin "
-        "is that at rest, and too large. Write `speed` in [structure.sector], 0 for a test at rest, or state the stress of the "
-        "rotation as `mean` in [fatigue]."
+        "is that at rest, and too large. Write `speed` in [structure.sector], 0 for a test at rest, or [rotation], or state the "
+        "stress of the rotation as `mean` in [fatigue]."
     ]
 
 
