@@ -35,8 +35,8 @@ def grid(x, y, z=lambda x, y: 0.0 * x):
     return np.stack([X, Y, z(X, Y)], axis=1)
 
 
-def surface(points, towards=None):
-    return ss.NodeSurface.of(structure_of(points), "pad", towards)
+def surface(points, towards=None, line=None):
+    return ss.NodeSurface.of(structure_of(points), "pad", towards, line=line)
 
 
 @settings(deadline=None)
@@ -166,7 +166,7 @@ def test_memory_grows_as_the_nodes_do():
 
 def test_a_line_beside_a_body_faces_it():
     line = structure_of([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
-    found = ss.NodeSurface.of(line, "pad", opposite=(5.0, 0.0, -2.0))
+    found = ss.NodeSurface.of(line, "pad", opposite=(5.0, 0.0, -2.0), line=True)
     np.testing.assert_allclose(found.normals, np.tile([0.0, 0.0, -1.0], (2, 1)), atol=1e-12)
 
 
@@ -186,12 +186,125 @@ def test_interpolation_is_exact_for_linear_motion_and_ends_at_the_edge():
 
 
 def test_a_line_of_nodes_takes_its_normal_from_outside():
-    line = surface([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (3.0, 0.0, 0.0)], (0.0, 0.0, 2.0))
+    line = surface([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (3.0, 0.0, 0.0)], (0.0, 0.0, 2.0), line=True)
     np.testing.assert_allclose(line.weights, [1 / 6, 1 / 2, 1 / 3])
     np.testing.assert_allclose(line.normals, np.tile([0.0, 0.0, 1.0], (3, 1)))
     assert line.area == 0.0
     single = surface([(1.0, 2.0, 3.0)], (0.0, 1.0, 0.0))
     assert (single.weights.tolist(), single.normals.tolist()) == ([1.0], [[0.0, 1.0, 0.0]])
+
+
+def arc(turns):
+    """Points of a circle of radius 7 mm at turns in degrees, scattered in their order, and unit directions from its centre."""
+    turns = np.random.default_rng(1).permutation(np.radians(turns))
+    away = np.stack([np.cos(turns), np.sin(turns), 0.0 * turns], axis=1)
+    return 7e-3 * away, away, np.degrees(turns)
+
+
+@each("turns", [[0.0, 10.0, 20.0, 30.0, 40.0], [0.0, 20.0, 30.0, 60.0, 100.0, 130.0, 220.0]])
+def test_nodes_of_an_arc_share_its_length_and_face_its_centre(turns):
+    """A share is half the chords to both neighbours, 2R sin(α/2) each; the normal is radial, at the ends too."""
+    points, away, order = arc(turns)
+    steps = np.sin(np.radians(np.diff(turns)) / 2.0)
+    expected = dict(zip(turns, 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps)) / steps.sum(), strict=True))
+    found = ss.NodeSurface.of(structure_of(points @ TURN.T), "pad", opposite=(0.0, 0.0, 0.0), line=True)
+    np.testing.assert_allclose(found.weights, [expected[round(turn, 9)] for turn in order], rtol=1e-12)
+    np.testing.assert_allclose(found.normals, -away @ TURN.T, atol=1e-12)
+    across = surface(points @ TURN.T, TURN[:, 2], line=True)
+    np.testing.assert_allclose(across.normals, np.tile(TURN[:, 2], (len(turns), 1)), atol=1e-12)
+    assert (found.area, found.has_holes, found.facing((0.0, 0.0, 0.0)).area) == (0.0, False, 0.0)
+    loads = [contact.law.preload for contact in ss.surface_contacts("arc", LAW, found)]
+    assert loads == pytest.approx(12.0 * found.weights)
+
+
+def test_patches_of_a_line_follow_it():
+    """A hairpin: the halves of its length are its legs, not the ends of both."""
+    x = np.arange(0.0, 8.1, 0.5)
+    hairpin = np.vstack(
+        [np.stack([x, 0.0 * x, 0.0 * x], axis=1), [(8.0, 0.5, 0.0)], np.stack([x[::-1], 1.0 + 0.0 * x, 0.0 * x], axis=1)]
+    )
+    first, second = surface(hairpin, (0.0, 0.0, 1.0), line=True).patches(2)
+    assert [*first, *second] == list(range(len(hairpin)))
+    assert abs(len(first) - len(second)) == 1
+
+
+def test_nodes_of_a_ring_share_it_equally_and_patches_follow_it():
+    points, away, _ = arc(np.arange(0.0, 360.0, 30.0))
+    ring = ss.NodeSurface.of(structure_of(points), "pad", opposite=(0.0, 0.0, 0.0), line=True)
+    np.testing.assert_allclose(ring.weights, np.full(12, 1.0 / 12.0), rtol=1e-12)
+    np.testing.assert_allclose(ring.normals, -away, atol=1e-12)
+    assert ring.kind == "a closed line"
+    open_one = surface(arc(np.arange(0.0, 320.0, 30.0))[0], (0.0, 0.0, 1.0), line=True)
+    assert (len(open_one.nodes), open_one.kind) == (11, "a line")
+    assert surface([(0.0, 0.0, 0.0)], (0.0, 0.0, 1.0)).kind == "a node"
+    for members in ring.patches(4):
+        assert np.ptp(np.sort(np.linalg.norm(points[members] - points[members].mean(axis=0), axis=1))) < 5e-3
+        assert len(members) == 3
+    assert ring.mean_normal is None
+    for contact, normal in zip(ss.surface_contacts("ring", LAW, ring), ring.normals, strict=True):
+        t1 = np.array([contact.tangential[0].get(f"pad/{contact.name.split()[1]}.{axis}", 0.0) for axis in "xyz"])
+        np.testing.assert_allclose([t1 @ normal, t1[2]], 0.0, atol=1e-12)  # along the ring, whose normals lie in its plane
+    with pytest.raises(InputError, match="to have places between them"):
+        ring.at((0.0, 0.0, 0.0))
+
+
+BENT = {
+    "straight": grid(np.arange(4.0), [0.0]),
+    "two nodes": grid([0.0, 1.0], [0.0]),
+    "straight in few digits": np.round(grid(np.arange(9.0), [0.0]) @ TURN.T, 5),
+    "shallow arc": arc(np.linspace(0.0, 2.0, 40))[0],
+    "five of an arc": arc(np.linspace(0.0, 40.0, 5))[0],
+    "half a circle": arc(np.linspace(0.0, 180.0, 9))[0],
+    "most of a circle": arc(np.linspace(0.0, 330.0, 9))[0],
+    "a circle": arc(np.arange(0.0, 360.0, 15.0))[0],
+    "a corner": np.vstack([grid(np.arange(5.0), [0.0]), grid([4.0], np.arange(1.0, 5.0))]),
+    "an obtuse corner": grid(np.linspace(-1.0, 1.0, 9), [0.0], lambda x, y: np.abs(x)) @ TURN.T,
+}
+COVERING = {
+    "a face": grid([0.0, 1.0], [0.0, 1.0]),
+    "a strip of long elements": grid(np.arange(9.0), [0.0, 30.0]),
+    "a strip of flat elements": grid(np.arange(9.0), [0.0, 0.05]),
+    "a sheared strip": grid(np.arange(9.0), [0.0, 5.0]) + np.where(np.arange(18) % 2, 0.4, 0.0)[:, None] * [1.0, 0.0, 0.0],
+    "rows sheared by 45 degrees": (lambda p: p + np.outer(p[:, 1], [1.0, 0.0, 0.0]))(grid(5.0 * np.arange(9), np.arange(3.0))),
+    "a tapered strip": np.array([(s * (1.0 + 0.09 * x), x, 0.0) for x in range(9) for s in (-1.0, 1.0)]),
+    "two rings": np.vstack([arc(np.arange(0.0, 360.0, 15.0))[0] * f for f in (1.0, 1.5)]),
+    "an acute triangle": np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.5, 0.7, 0.0)]),
+}
+
+
+@each("name", BENT)
+def test_a_line_is_no_surface_unless_it_is_declared_one(name):
+    """Whatever its scale and the way it is turned; five nodes of an arc had an area and shares that fitted none of it."""
+    rng = np.random.default_rng(2)
+    for scale in (1e-6, 1.0, 1e4):
+        points = scale * BENT[name] @ np.linalg.qr(rng.normal(size=(3, 3)))[0].T
+        with pytest.raises(
+            InputError, match=r"Surface 'pad' must cover an area, but is 'a line of \d+ nodes'. Add `line = true`"
+        ):
+            surface(points, (1.0, 2.0, 3.0))
+        assert surface(points, rng.normal(size=3), line=True).area == 0.0
+
+
+def test_a_force_along_a_bent_line_shares_its_length_where_it_is_declared():
+    """A corner of 5 and 4 nodes: eight steps of 1, half of one to either end."""
+    bent = structure_of(BENT["a corner"])
+    with pytest.raises(InputError, match="must cover an area"):
+        ss.mean_motion(bent, "pad", (0.0, 0.0, 1.0))
+    shares = ss.mean_motion(bent, "pad", (0.0, 0.0, 1.0), line=True)
+    assert list(shares.values()) == pytest.approx([1 / 16, *[1 / 8] * 7, 1 / 16])
+    assert surface(BENT["a corner"], line=False).area == pytest.approx(8.0)
+
+
+@each("name", COVERING)
+def test_nodes_of_elements_are_a_surface_however_they_are_sheared(name):
+    rng = np.random.default_rng(2)
+    for scale in (1e-6, 1.0, 1e4):
+        assert surface(scale * COVERING[name] @ np.linalg.qr(rng.normal(size=(3, 3)))[0].T).area > 0.0
+
+
+def test_a_line_that_branches_is_refused():
+    with pytest.raises(InputError, match="Line 'pad' must be one line of nodes, but is 'branched'"):
+        surface(np.vstack([grid(np.arange(5.0), [0.0]), grid([2.0], [1.0, 2.0])]), (0.0, 0.0, 1.0), line=True)
 
 
 LAW = ss.Macroslip(3e6, 0.4, 6e6, preload=12.0)
@@ -257,8 +370,8 @@ def test_surfaces_of_two_meshes_that_do_not_match():
     ("make", "words"),
     [
         (lambda: ss.NodeSurface.of(structure_of(grid([0, 1], [0, 1])), "pads"), "'pads' does not exist. Did you mean 'pad'"),
-        (lambda: surface([(0, 0, 0), (1, 0, 0)]), "a line or one node, has no normal of its own"),
-        (lambda: surface([(0, 0, 0), (1, 0, 0)], (1, 0, 0)), "must not be zero or lie in it"),
+        (lambda: surface([(0, 0, 0), (1, 0, 0)], line=True), "a line or one node, has no normal of its own"),
+        (lambda: surface([(0, 0, 0), (1, 0, 0)], (1, 0, 0), True), "must not be zero or lie in it"),
         (lambda: surface(grid([0, 1], [0, 1]), (1.0, 0.0, 0.0)), "must not be zero or lie in it"),
         (lambda: surface(grid([0, 1], [0, 1]), (0.0, 0.0, 0.0)), "must not be zero or lie in it"),
         (lambda: surface([(0, 0, 0), (1, 0, 0), (0, 0, 0)], (0, 0, 1)), "must have different places, but is 'pad/3"),

@@ -160,3 +160,17 @@ def test_a_body_on_a_skew_axis_is_not_pulled():
     _, load = ss.in_rotation(body.structure(), SPEED, (point, direction))
     assert load.resultant == (0.0, 0.0, 0.0)
     assert load.static == 0.0
+
+
+def test_the_direction_of_an_axis_may_have_any_length():
+    """Squares of entries below 1e-162 vanish; below 1e-154 they lose digits."""
+    expected = RotationAxis.of(((0.0, 0.0, 0.0), (1.0, 2.0, -2.0))).direction
+    np.testing.assert_allclose(expected, (1.0 / 3.0, 2.0 / 3.0, -2.0 / 3.0), rtol=1e-15)
+    for size in (1e-300, 1e-250, 1e-160, 1e-150, 1e30):
+        found = RotationAxis.of(((0.0, 0.0, 0.0), (size, 2.0 * size, -2.0 * size))).direction
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+def test_a_speed_below_zero_is_refused():
+    with pytest.raises(ss.InputError, match="speed must not be negative, but is -3000"):
+        ss.in_rotation(whole(bar(3)[0]), -SPEED)

@@ -524,3 +524,30 @@ def test_a_study_of_a_sector_at_speed_does_not_count_the_rotation_twice(ring):
         job(text.replace("modes = 4", "modes = 4\nspeed = 3000.0"), deck.parent, "ring")
     with pytest.raises(ss.InputError, match=r"\[fatigue\]: mean must not be given together with the speed"):
         job(f"{text}{limit}mean = {{ inner = 1e8 }}\n", deck.parent, "ring")
+
+
+def test_a_margin_of_a_disk_without_the_stress_of_its_rotation_is_warned_of(ring):
+    """Of a sector whose speed nobody says; a speed, also of zero, the stress itself or static forces on the blade say it."""
+    deck, node = ring
+    sector = '[structure.sector]\nsectors = 12\nlow = "LOW"\nhigh = "HIGH"\n{}[excitation]\nengine_order = 3\n[damping]'
+    text = STUDY.replace("[damping]", sector).replace("middle = [0.01, 0.1, 0.0]", f"inner = {node}")
+    text += "[fatigue]\nfatigue_strength = 4e8\nultimate_strength = 9e8\n"
+
+    def warned(text):
+        return [note for note in job(text, deck.parent, "ring").notes if "[fatigue]" in note]
+
+    still = text.replace("{}", "")
+    (note,) = warned(still)
+    assert note.startswith("Warning: [fatigue]: the mean stress at inner has nothing of the rotation of the disk")
+    population = still.replace('"forced_response"', '"mistuned_population"') + "[mistuned_population]\nblade_scatter = 0.01\n"
+    assert len(warned(population)) == 1
+    for stated in (
+        text.replace("{}", "speed = 3000.0\n"),
+        text.replace("{}", "speed = 0.0\n"),
+        still + "mean = { inner = 1e8 }\n",
+        still.replace("[damping]", "[rotation]\nspeed = 3000.0\n[damping]"),
+        still.replace("[sweep]", '[[force]]\ndirection = "tip.y"\nstatic = 10.0\n[sweep]'),
+        still.partition("[fatigue]")[0],
+    ):
+        assert warned(stated) == []
+    assert len(warned(still + "mean = { inner = 0.0 }\n")) == 0

@@ -3,6 +3,8 @@
 Each slip is a factor of a thousand or a million, an exchange, or a sign, in the template of two blades and a wedge or in a mass.
 """
 
+import re
+
 import pytest
 
 from stickslip.study.reading import job
@@ -46,6 +48,11 @@ SLIPS = [
     ("frequency = [145.0, 235.0]", "frequency = [911.0, 1476.5]", "no natural frequency"),
     ("kn = 3e5", "kn = 0.3", "stiffnesses that do not fit"),
     ("kt = 3e5", "kt = 0.3", "stiffnesses that do not fit"),
+    (
+        "kn = 3e5",
+        "kn = 2e5",
+        "kn is 0.67 times kt. Between elastic bodies it is 1 to 1.5 times kt. Check whether the two are exch",
+    ),
     ("mu = 0.5", "mu = 50.0", "friction coefficients"),
     ('"1.x" = -0.8660254037844387', '"1.x" = 0.8660254037844387', "signs"),
     ("kn = 3e5  ", "kn = 3e5\npreload = -20.0  ", "a preload of -20 N"),
@@ -113,6 +120,31 @@ def test_slips_in_one_mass(meant, typed, said, tmp_path):
     text = MASS.replace(meant, typed)
     text = text.replace("[damping]\nrayleigh = [2.0, 1e-6]\n", "") if "C = " in typed else text
     assert any(said in sentence for sentence in sentences_of(text, tmp_path))
+
+
+def test_a_slider_far_beyond_what_its_contact_moves(tmp_path):
+    """Free in resonance the mass moves by F/(ω C), C = 2 N s/m, and the contact yields by μN/kt = 50 µm more."""
+    start = 'name = "slider"\nstart = {{ slider_offset = {} }}'
+    reach = 1.0 / (2.0 * (1e6 / 0.5) ** 0.5) + 0.5 * 20.0 / 2e5
+    for times in (-300.0, -90.0, 0.0, 1.0, 90.0, 300.0):
+        notes = notes_of(MASS.replace('name = "slider"', start.format(times * reach)), tmp_path)
+        assert len(notes) == (abs(times) > 100.0)
+        far = f"{300.0 * reach:.3g} m away, 3e+02 times as far as the contact moves and yields, {reach:.3g} m"
+        assert all(note.startswith(f"Warning: the slider of slider rests {far}: ") for note in notes)
+
+
+def test_kn_a_little_below_kt_is_let_pass(tmp_path):
+    """As a measured one may be. Directions of other lengths count with their squares: kn of 2z is a quarter of that of z."""
+    write_new("lumped", tmp_path / "study.toml")
+    text = (tmp_path / "study.toml").read_text()
+    for kn, odd in (("2.6e5", False), ("2.4e5", True), ("8e8", True)):
+        said = [note for note in notes_of(text.replace("kn = 3e5", f"kn = {kn}"), tmp_path) if "that do not fit" in note]
+        assert bool(said) == odd
+    twice = re.sub(r"normal = .*", lambda line: re.sub(r"0\.\d+", lambda part: str(2.0 * float(part[0])), line[0]), text)
+    assert twice != text
+    for kn, odd in (("0.65e5", False), ("0.6e5", True)):
+        said = [note for note in notes_of(twice.replace("kn = 3e5", f"kn = {kn}"), tmp_path) if "that do not fit" in note]
+        assert bool(said) == odd
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from problem.test_centrifugal_load import FOOT, LENGTH, OMEGA, SIDE, bar
+from scipy import linalg
 from study.test_surfaces_study import STUDY as BLADES
 from study.test_surfaces_study import folder as blades  # noqa: F401
 
@@ -118,6 +119,27 @@ def test_spin_softening_counts_once(folder):
     np.savez(folder / "bar.npz", **arrays)
     with pytest.raises(ss.InputError, match=r"speed of \[rotation\] must leave a K without stress stiffening positive definite"):
         job(text.replace("speed = 3000.0", "speed = 1e6"), folder, "bar")
+
+
+def test_what_spin_softening_takes_of_a_frequency_is_said(folder):
+    """Bending across the axis falls to (f² − n²)^½ at n turns a second, κ = (n/f)²; warned of below 0.9 f."""
+    arrays = dict(np.load(folder / "bar.npz"))
+    free = np.array([dof.rpartition(".")[0] not in bar(3)[0].sets["FOOT"] for dof in arrays["dofs"]])
+    M, K = (arrays[name][np.ix_(free, free)] for name in "MK")
+    np.savez(folder / "bar.npz", **arrays | {"dofs": arrays["dofs"][free], "M": M, "K": K})
+    text = STUDY[: STUDY.index("[[contact]]")] + STUDY[STUDY.index("[[force]]") :]
+    at_rest = float(np.sqrt(linalg.eigvalsh(K, M)[0])) / (2.0 * np.pi)
+    for share in (0.1, 0.42, 0.45, 0.98):
+        turns = share * at_rest
+        made = job(text.replace("speed = 3000.0", f"speed = {60.0 * turns}"), folder, "bar")
+        (note,) = (note for note in made.remarks if "it is added" in note)
+        said = [float(part) for part in re.search(r"lowers a natural frequency from ([\d.]+) to ([\d.]+) Hz", note).groups()]
+        assert said == pytest.approx([at_rest, np.sqrt(at_rest**2 - turns**2)], rel=2e-3 / np.sqrt(1.0 - share))
+        warned = [note for note in made.notes if note.startswith("Warning: spin softening of")]
+        assert len(warned) == (share > 0.436)
+        assert all(f"from {said[0]:.4g} to {said[1]:.4g} Hz, and the file has no stress stiffening" in note for note in warned)
+    with pytest.raises(ss.InputError, match="must leave a K without stress stiffening positive definite"):
+        job(text.replace("speed = 3000.0", f"speed = {60.0 * 1.01 * at_rest}"), folder, "bar")
 
 
 ROTATION = "[rotation]\nspeed = 3000.0\naxis = { point = [20.0, -300.0, 0.0] }\n"

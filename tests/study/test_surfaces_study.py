@@ -10,8 +10,11 @@ from each import each
 
 import stickslip as ss
 from stickslip.model.problem.at_rest import normal_loads_at_rest
+from stickslip.model.readers.model import model_of
+from stickslip.model.readers.read import read_content
 from stickslip.study import read
 from stickslip.support.checks import InputError
+from stickslip.support.units import unit_system
 
 DATA = Path(__file__).parents[1] / "data" / "calculix"
 STUDY = """
@@ -65,11 +68,20 @@ outputs = ["left/tip.x", "damper/centre.y"]
 """
 
 
+FURTHER_SETS = """*NSET, NSET=SIDES
+166,168,170,172,174,184,194,192,190,188,186
+*NSET, NSET=APART
+166,170,174,186,190,194
+"""
+"""Of the grid 166, 168, ... 174; 176, ... 184; 186, ... 194 of PLATR: three of its sides, and nodes that no side joins."""
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("blades")
     for name in ("inp", "dof"):
-        (place / f"platform_blade.{name}").write_bytes((DATA / f"platform_blade.{name}").read_bytes())
+        deck = (DATA / f"platform_blade.{name}").read_text()
+        (place / f"platform_blade.{name}").write_text(deck.replace("*NSET, NSET=TIP\n", FURTHER_SETS + "*NSET, NSET=TIP\n"))
     for name in ("sti", "mas"):
         packed = DATA / f"platform_blade.{name}.gz"
         (place / f"platform_blade.{name}").write_bytes(gzip.decompress(packed.read_bytes()))
@@ -85,6 +97,45 @@ def study(folder, text):
 @pytest.fixture(scope="module")
 def job(folder):
     return study(folder, STUDY)
+
+
+def test_the_mesh_says_which_sets_cover_an_area(folder):
+    """All nodes of PLATR are corners of faces in the set; of its sides none is; nodes apart say nothing."""
+    content, _ = read_content(folder / "platform_blade.inp", {})
+    sets = {
+        **content.sets,
+        "ALONE": ("166",),
+        "SOME JOINED": ("166", "168", "190"),
+        "WITH ONE MORE": (*content.sets["PLATR"], "157"),
+    }
+    model = model_of(content, unit_system("mm-t-s"), {}, (), "")
+    found = {name: model.covers(members) for name, members in sets.items()}
+    assert found["PLATR"]
+    assert found["PLATL"]
+    assert found["SIDES"] is False
+    assert [found[name] for name in ("APART", "ALONE", "SOME JOINED", "WITH ONE MORE", "TIP")] == [None] * 5
+
+
+def test_sides_of_a_surface_share_their_length_where_they_are_declared_a_line(folder):
+    """Two sides of four steps of 7.5 mm, one between them. Their coordinates alone could be those of a strip of long elements."""
+    sides = STUDY.replace("left/PLATR", "left/SIDES").replace("tangent = [1.0", "preload = 10.0\ntangent = [1.0", 1)
+    with pytest.raises(
+        InputError, match=r"\[\[contact\]\] 1: Surface 'left/SIDES' must cover an area, but is 'a line of 11 nodes'"
+    ):
+        study(folder, sides)
+    found = study(folder, sides.replace("preload = 10.0", "preload = 10.0\nline = true"))
+    loads = {each.name: each.law.preload for each in found.sweep.problem.contacts if each.name.startswith("L ")}
+    length = 60.0 + 9.0 / np.cos(ANGLE)
+    between = [0.5 * step / np.cos(ANGLE) for step in (4.0, 5.0)]
+    ends, corners = 3.75 * 10.0 / length, [(3.75 + half) * 10.0 / length for half in between]
+    expected = {166: ends, 168: 2 * ends, 172: 2 * ends, 186: ends, 174: corners[0], 184: sum(between) * 10.0 / length}
+    for node, load in (expected | {194: corners[1]}).items():
+        assert loads[f"L {node}"] == pytest.approx(load, rel=1e-6)
+    assert any(note.startswith("L: 11 contacts on left/SIDES against damper, a line; mean normal") for note in found.notes)
+    spread = STUDY.replace('direction = "left/tip.x"', 'surface = "left/SIDES"\ndirection = "x"')
+    with pytest.raises(InputError, match=r"\[\[force\]\] 1: Surface 'left/SIDES' must cover an area"):
+        study(folder, spread)
+    assert study(folder, spread.replace('direction = "x"', 'direction = "x"\nline = true')).sweep.problem.forces
 
 
 ANGLE = np.radians(35.0)
@@ -198,11 +249,47 @@ def test_nodes_of_one_deck_that_face_each_other(folder):
     text += "facing = [0.574, -0.819, 0.0]\nkt = 1e4\nkn = 1e4\nmu = 0.3\n"
     text += STUDY[STUDY.index("[[force]]") :].replace(', "damper/centre.y"', "")
     found = study(folder, text)
-    (note,) = [note for note in found.notes if note.startswith("j: ")]
-    assert "12 contacts" in note
-    assert "3 nodes have nothing opposite" in note
+    assert any(note.startswith("j: 12 contacts on left/PLATR against right/PLATR") for note in found.notes)
+    lost = "3 of 15 nodes of left/PLATR have nothing opposite on right/PLATR: 13 % of the area (41.2 mm2)"
+    remedy = "Select the nodes that touch, or divide kt, kn and loads by 0.875 if they are those of the contact as it is."
+    assert f"Warning: j: {lost} and of the stiffness is lost. {remedy}" in found.notes
+    pressed = study(folder, text.replace("mu = 0.3", "mu = 0.3\npreload = 40.0\nmean_pressure = 0.01"))
+    load = 0.125 * (40.0 + 0.01 * 329.614)
+    assert f"{lost}, of the stiffness and of the normal load ({load:.4g} N) is lost. {remedy}" in "".join(pressed.notes)
+    assert sum(each.law.preload for each in pressed.sweep.problem.contacts) == pytest.approx(7.0 * load, rel=1e-5)
+    whole = study(folder, text.replace(", 7.5]", ", 0.0]"))
+    assert not any("nothing opposite" in note for note in whole.notes)
 
     assert all(len(contact.normal) == 4 for contact in found.sweep.problem.contacts)
+
+
+def test_normals_far_from_the_stated_direction_are_said(folder):
+    """The undersides are inclined by 35 degrees, and so are their normals to (0, -1, 0)."""
+    stated = STUDY.replace("tangent = [1.0", "facing = [{}]\ntangent = [1.0", 1)
+
+    def said(facing, text=stated):
+        return [note for note in study(folder, text.replace("{}", facing)).notes if "`facing`" in note]
+
+    right = ", ".join(f"{part:.9f}" for part in (np.sin(ANGLE), -np.cos(ANGLE), 0.0))
+    turned = [", ".join(f"{part:.9f}" for part in (np.sin(each), -np.cos(each), 0.0)) for each in np.radians([20.5, 19.5])]
+    assert (said(right), said(turned[0])) == ([], [])
+    assert len(said(turned[1])) == 1
+    (mean,) = said("0.0, -2.0, 0.0")
+    assert mean.startswith("Warning: L: the mean normal of left/PLATR differs by 35 degrees from `facing`, up to 35 at node 1")
+    assert mean.endswith("Write `facing = [0.574, -0.819, 0]` if the mesh is right, else check the set.")
+
+
+def test_a_node_with_another_normal_is_named(folder, tmp_path):
+    """The corner 166 lies 2 mm deeper: the mean of the triangles around it is turned by more than 15 degrees."""
+    for file in folder.glob("platform_blade.*"):
+        (tmp_path / file.name).write_bytes(file.read_bytes().replace(b"166,8,52.80083,-15", b"166,6.852,54.4391,-15"))
+    (note,) = (
+        note
+        for note in study(tmp_path, STUDY.replace("tangent = [1.0", "facing = [0.574, -0.819, 0.0]\ntangent = [1.0", 1)).notes
+        if "`facing`" in note
+    )
+    assert re.match(r"Warning: L: \d of the 15 normals of left/PLATR differ by more than 15 degrees from `facing`, up to", note)
+    assert "at node 166. Contacts act along the normals of the mesh. Take out nodes of other faces" in note
 
 
 def test_laws_without_a_start_state_are_not_warned_of_one(folder):

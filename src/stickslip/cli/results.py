@@ -73,7 +73,7 @@ def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
     """A study without errors: its notes, the numbers of its model in the units of the study, the estimated time of a run."""
     from stickslip.model.problem.at_rest import normal_loads_at_rest
     from stickslip.results.shown_units import in_system
-    from stickslip.study.run import WARNING
+    from stickslip.study.faults import WARNING
 
     values = {
         "study": str(study),

@@ -207,8 +207,10 @@ class SurfaceTable(ContactTable):
     ] = None
     facing: Vector | None = None
     """direction out of the surface; default: to the side of what lies opposite"""
+    line: bool | None = None
+    """whether it is a line contact: nodes along an edge, straight, bent or closed, share its length; undeclared, it is refused"""
     tangent: Vector | None = None
-    """t1, as far as it lies in the surface; default: along its greatest length"""
+    """t1, as far as it lies in the surface; default: along its greatest length, or along the line"""
     mesh_gap: bool = False
     """add to `gap` how far the set of nodes opposite stands off each node of the mesh"""
     points: Annotated[

@@ -13,6 +13,9 @@ from pydantic_core import ErrorDetails
 from stickslip.study.fields import Table
 from stickslip.support.checks import LARGEST, SMALLEST, Faults, InputError, counted, fault, nearest
 
+WARNING = "Warning: "
+"""How a note on a study begins that its reader shall look at."""
+
 TABLES = {
     "bounds": "response_bounds",
     "samples": "response_samples",

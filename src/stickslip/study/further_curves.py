@@ -18,12 +18,13 @@ from stickslip.analyses.modes.work import AMPLITUDES, NonlinearModesWork
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.analyses.stress import own_recovery, with_fatigue
 from stickslip.model import rigs
+from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem.speed import MOST_PERIODS
 from stickslip.model.structure.stress import FatigueLimit, StressRecovery
 from stickslip.study.analysis import Asked
 from stickslip.study.fields import LENGTH, PRESSURE, Groups, Number, Positive, Table, Words, by_form, in_si, with_si
 from stickslip.study.tables import Ends
-from stickslip.support.checks import MOST, InputError, fault, nearest, unique
+from stickslip.support.checks import MOST, InputError, fault, first_of, nearest, unique
 from stickslip.support.late import xr
 
 ModeNumber = Annotated[int, Field(ge=1, le=MOST)]
@@ -149,6 +150,8 @@ def recovery_of(asked: Asked) -> StressRecovery | None:
 Pair = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
 
 
+LISTED = 4
+"""Places that a sentence names."""
 NO_STRESS = "[fatigue] must go with places of stress, but there are none. Name them in [structure] stress."
 
 
@@ -197,6 +200,27 @@ def fatigue_of(
     except InputError as error:
         raise InputError(f"[fatigue]: {error}") from None
     return lambda dataset: add(dataset, limit, mean, table.equivalent)
+
+
+def resting_fatigue(asked: Asked) -> list[str]:
+    """A warning on fatigue margins of a bladed disk whose mean stress has nothing of its rotation."""
+    table, problem = asked.tables.get("fatigue"), None if asked.sweep is None else asked.sweep.problem
+    recovery = recovery_of(asked) if isinstance(table, FatigueTable) and isinstance(problem, TunedDisk | FullDisk) else None
+    if problem is None or recovery is None or asked.disks or recovery.rotation is not None or not isinstance(table, FatigueTable):
+        return []
+    bodies = {dof.rpartition(".")[0] for dof in problem.structure.dofs if dof.endswith(".rx")}
+    pulled = (force.coefficients for force in problem.forces if force.static)
+    if any(dof.rpartition(".")[0] not in bodies for coefficients in pulled for dof in coefficients):
+        return []
+    given = tuple(table.mean or ())
+    lacking = [place for place in recovery.places if not any(place == name or place.startswith(f"{name}/") for name in given)]
+    if not lacking:
+        return []
+    return [
+        f"Warning: [fatigue]: the mean stress at {first_of(lacking, LISTED)} has nothing of the rotation of the disk: the margin "
+        "is that at rest, and too large. Write `speed` in [structure.sector], 0 for a test at rest, or [rotation], or state the "
+        "stress of the rotation as `mean` in [fatigue]."
+    ]
 
 
 class StabilityTable(Table):

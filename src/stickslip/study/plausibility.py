@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.analyses.settings import ForcedResponseSettings
-from stickslip.model.contact.point import Contact
+from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Output, excited_harmonics
 from stickslip.model.problem import Problem
@@ -53,6 +53,10 @@ YIELDING = 0.01
 
 APART = 0.05
 """Gap, or interference N0/kn, of a contact over the size of the structure, above which it is in other units."""
+
+BEYOND = 100.0
+"""Offset of a slider over what its contact can move and yield, far above which its unit is another: from one on, all offsets drag
+the slider to its limit alike."""
 
 SINKING = 0.3
 """Lowest stuck frequency over the lowest elastic one without contacts, below which a body is too heavy for its contacts."""
@@ -126,7 +130,7 @@ def plausibility_warnings(sweep: ForcedResponseSettings, system: UnitSystem | No
     system: the units of sentences, SI unless given; forced: whether force levels act in the analysis.
     """
     study = _Study(sweep, system)
-    levels = (_amplitudes, _friction) if forced else ()
+    levels = (_amplitudes, _friction, _offsets) if forced else ()
     return [words for check in (_band, _harmonics, _at_rest, _wiring, _distances, _bodies, *levels) for words in check(study)]
 
 
@@ -302,6 +306,41 @@ def _distances(study: _Study) -> list[str]:
     return found
 
 
+def _offsets(study: _Study) -> list[str]:
+    """Sliders that rest much further away than the contact moves, at the largest level and with contacts stuck or without them,
+    and yields before it slips.
+    """
+    problem, level = study.problem, max(study.sweep.levels)
+    given = {
+        contact.name: [
+            float(np.abs(start.values(group.stiffness.size)).max()) if isinstance(start, SliderOffset) else 0.0
+            for start, group in zip(contact.starts, contact.elements.friction, strict=True)
+        ]
+        for contact in problem.contacts
+        if contact.law.remembers_start
+    }
+    if not any(map(any, given.values())):
+        return []
+    moved = np.zeros(len(problem.contact_stiffness))
+    for stuck in (True, False):
+        for hertz in (*study.inside(stuck), *study.band):
+            motions = {h: _linear_motion(problem, level, hertz, h, stuck, damped=True)[0] for h in _excited(problem)}
+            moved = np.maximum(moved, sum(np.abs(problem.systems.at(h).B @ motion) for h, motion in motions.items()))
+    far = []
+    for contact, first in _first_rows(problem):
+        for row, offset in enumerate(given.get(contact.name, ()), start=first):
+            stiffness = float(contact.elements.friction[row - first].stiffness.sum())
+            reach = float(moved[row]) + study.limits.get(contact.name, 0.0) / stiffness
+            far.append((offset / max(reach, np.finfo(float).tiny), contact.name, offset, reach))
+    times, name, offset, reach = max(far)
+    if times <= BEYOND:
+        return []
+    return [
+        f"Warning: the slider of {name} rests {study.text(offset, 'm')} away, {times:.2g} times as far as the contact moves "
+        f"and yields, {study.text(reach, 'm')}: it is dragged to its limit, whatever the number. Check the unit of slider_offset."
+    ]
+
+
 def _standing(contact: Contact) -> float:
     """The largest gap or interference of a contact, m."""
     normal = contact.elements.normal
@@ -471,15 +510,15 @@ def _excited(problem: Problem) -> list[int]:
 
 
 def _linear_motion(
-    problem: Problem, level: float, hertz: float, harmonic: int = 1, stuck: bool = True
+    problem: Problem, level: float, hertz: float, harmonic: int = 1, stuck: bool = True, damped: bool | None = None
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """A harmonic with all contacts stuck, or without contacts and damping, complex amplitudes (n,), m, 0 where it is not
-    finite; and the force, (n,), N."""
+    """A harmonic with all contacts stuck, or without contacts, complex amplitudes (n,), m, 0 where it is not finite; and the
+    force, (n,), N. damped: unless given, where contacts stick."""
     system, omega = problem.systems.at(harmonic), 2.0 * np.pi * hertz
     load = problem.load(max(harmonic, *_excited(problem)), level, omega)[:, 2 * harmonic - 1 : 2 * harmonic + 1]
-    K, damped = (system.K, 1.0) if stuck else (problem.systems.free_stiffness(harmonic), 0.0)
+    K, share = system.K if stuck else problem.systems.free_stiffness(harmonic), float(stuck if damped is None else damped)
     w = harmonic * omega
-    dynamic: NDArray[np.complex128] = K - w**2 * system.M + 1j * w * damped * system.C
+    dynamic: NDArray[np.complex128] = K - w**2 * system.M + 1j * w * share * system.C
     force: NDArray[np.complex128] = load[:, 0] - 1j * load[:, 1]
     try:
         with warnings.catch_warnings():

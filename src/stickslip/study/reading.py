@@ -28,7 +28,7 @@ from stickslip.study.build import Names, dofs_in
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
 from stickslip.study.faults import Found, Model, parsed, with_new_names
 from stickslip.study.fields import SYSTEMS, Table, Units, check_of, values_of
-from stickslip.study.further_curves import NO_STRESS
+from stickslip.study.further_curves import NO_STRESS, resting_fatigue
 from stickslip.study.plausibility import check_static_loads, other_speed, plausibility_warnings
 from stickslip.study.structure import (
     AerodynamicsTable,
@@ -183,8 +183,10 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
         found.attempt("", check_static_loads, sweep.problem, notes)
     found.stop()
     disks = stated[1] if stated else {}
-    plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig), disks, document))
+    asked = Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig), disks, document)
+    plan = found.attempt("", kind.plan, asked)
     found.stop()
+    notes += resting_fatigue(asked)
     if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or (sweep.problem.heading if sweep else "") or name

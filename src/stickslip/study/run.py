@@ -17,13 +17,12 @@ from stickslip.results.shown_units import attributes_of
 from stickslip.runs.cases import Together, all_cases
 from stickslip.runs.work import Arrays, CheckpointFolder, Progress, StoppableWork, Stopped, Work, Workers, changed_line
 from stickslip.study.analysis import SearchingPlan
+from stickslip.study.faults import WARNING
 from stickslip.study.reading import Job
 from stickslip.support.checks import InputError
 from stickslip.support.files import WrittenFiles, only_own_files
 from stickslip.support.late import xr
 
-WARNING = "Warning: "
-"""How a note on a study begins that its reader shall look at."""
 UNFINISHED = "unfinished"
 """Folder of the checkpoint inside the folder of the results; removed when everything is written."""
 

@@ -21,6 +21,7 @@ from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.read import read_content
 from stickslip.model.readers.reduction import WHOLE_SIZE, Progress, structure_of
 from stickslip.model.readers.sector import Faces, disks_of
+from stickslip.model.readers.stress_places import Place as KeptPlace
 from stickslip.model.readers.stress_places import (
     StrainGauge,
     StressRows,
@@ -32,7 +33,7 @@ from stickslip.model.readers.stress_places import (
 )
 from stickslip.model.structure.aerodynamics import Aerodynamics
 from stickslip.model.structure.assembly import assemble
-from stickslip.model.structure.centrifugal import holds, softening
+from stickslip.model.structure.centrifugal import most_softened, softening
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameters, with_bodies
 from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.modes import rigid_motions
@@ -40,7 +41,7 @@ from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.results.shown_units import in_system
 from stickslip.study import build
-from stickslip.study.faults import Found
+from stickslip.study.faults import WARNING, Found
 from stickslip.study.fields import (
     FREQUENCY,
     MASS,
@@ -64,6 +65,10 @@ MANY_KEPT = 800
 the mesh; with 1257 each they take 125 CPU s and 3 GB, and with 1821 each they do not end.
 """
 
+SOFTENED = 0.1
+"""Share of a natural frequency that spin softening alone may take. Of a blade, stress stiffening adds at least 1.19 times as much
+stiffness (M. J. Schilhansl, J. Appl. Mech. 25, 1958, 28-30), so that the error of a K without it is larger than what is taken."""
+
 Rotation = tuple[float, RotationAxis]
 """Speed in rev/min, and axis."""
 OF_A_COPY = ("name", "keep", "modes", "shift", "stress", "speed", "axis")
@@ -75,12 +80,13 @@ ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift", "sec
 class Built:
     """The structure of a [structure] table; notes on where places were found and what is implausible; disks: of a sector
     whose speed is given, by rotor speed in rev/min, the disk itself and those of its models at other speeds, in one basis;
-    sets: names of all sets of nodes of the model, of which the structure keeps some."""
+    sets: all sets of nodes of the model, of which the structure keeps some, and whether those of contacts and forces cover an
+    area by the mesh (`Model.covers`)."""
 
     structure: Structure
     notes: tuple[str, ...]
     disks: Mapping[float, CyclicStructure]
-    sets: tuple[str, ...]
+    sets: Mapping[str, bool | None]
 
 
 class Whole(NamedTuple):
@@ -132,7 +138,13 @@ def structure(
         raise fault("axis", "must go with speed", "without one")
     made, found = structure_of(model, places, table.modes, damping, progress, stress, own_rotation, sparse)
     made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
-    return Built(made, (*notes, *found), {}, tuple(model.sets))
+    return Built(made, (*notes, *found), {}, _sets(model, surfaces, places or ()))
+
+
+def _sets(model: Model, surfaces: Sequence[str], places: Sequence[KeptPlace]) -> dict[str, bool | None]:
+    """All sets of nodes of a model, and whether those of contacts and forces cover an area by its mesh."""
+    nodes = {**model.sets, **{place.name: place.nodes for place in places}}
+    return {name: model.covers(members) if name in surfaces else None for name, members in nodes.items()}
 
 
 def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> Model:
@@ -149,13 +161,27 @@ def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> M
         if not sector and rigid_motions(model.K, model.dofs, model.nodes).shape[1]:
             done = "none is added to a model that contacts alone hold"
         elif not turning:
-            square = (2.0 * np.pi * speed / 60.0) ** 2
-            model = replace(model, K=model.K - square * softening(model.M, model.dofs, axis))
-            if not sector and not holds(model.K):
-                remedy = "Take a K with the stress stiffening of this speed, or a lower one."
-                raise fault("speed of [rotation]", "must leave a K without stress stiffening positive definite", speed, remedy)
+            taken = (2.0 * np.pi * speed / 60.0) ** 2 * softening(model.M, model.dofs, axis)
+            lowered, warned = ("", ()) if sector else _lowered(model, taken, speed)
+            done += lowered
+            model = replace(model, K=model.K - taken, notes=(*model.notes, *warned))
         note = f"K contains no spin softening of {speed:g} rev/min: {done}. Its stress stiffening is that of the file"
     return replace(model, notes=(*model.notes, note))
+
+
+def _lowered(model: Model, taken: Any, speed: float) -> tuple[str, tuple[str, ...]]:
+    """What spin softening takes of a frequency, as the end of a note, and as a warning where it is much."""
+    share, rate = most_softened(model.K, model.M, taken)
+    if share >= 1.0:
+        remedy = "Take a K with the stress stiffening of this speed, or a lower one."
+        raise fault("speed of [rotation]", "must leave a K without stress stiffening positive definite", speed, remedy)
+    remains = np.sqrt(1.0 - share)
+    lowered = f"lowers a natural frequency from {rate / (2.0 * np.pi):.4g} to {remains * rate / (2.0 * np.pi):.4g} Hz"
+    remedy = "blades by more: take the matrices of a step with CENTRIF, else these frequencies are too low"
+    warned = (
+        f"Warning: spin softening of {speed:g} rev/min {lowered}, and the file has no stress stiffening, which raises {remedy}."
+    )
+    return f", and {lowered}", (warned,) if remains < 1.0 - SOFTENED else ()
 
 
 def _axis(table: AxisTable, units: Units) -> RotationAxis:
@@ -207,7 +233,7 @@ def _disk(
     if whole.rotation is not None:  # the model says what K held before its softening was added
         notes = tuple(note for note in notes if note != prestress_note(model, faces.axis, None))
     by_speed = dict(zip(speeds, disks, strict=bool(speeds)))
-    return Built(disks[0], (*notes, *model.notes, *implausible(model)), by_speed, tuple(model.sets))
+    return Built(disks[0], (*notes, *model.notes, *implausible(model)), by_speed, _sets(model, surfaces, places))
 
 
 def _model(table: StructureTable, folder: Path, units: Units) -> Model:
@@ -256,8 +282,8 @@ class Parts:
     bodies: Mapping[str, RigidBody]
     disks: Mapping[float, CyclicStructure] = field(default_factory=dict)
     """Of a sector whose speed is given, the disks with these bodies by rotor speed in rev/min."""
-    sets: tuple[str, ...] = ()
-    """Names of all sets of nodes of the models, which a wrong name may have meant."""
+    sets: Mapping[str, bool | None] = field(default_factory=dict)
+    """All sets of nodes of the models, which a wrong name may have meant, and whether they cover an area by the mesh."""
     loads: tuple[CentrifugalLoad, ...] = ()
     """Of the rotation, one for each model and body."""
 
@@ -289,8 +315,14 @@ def structures_of(
         built = found.attempt(place, structure, table, whole, folder, units, progress, own, models, own_of(meshed, name))
         if built:
             made[name] = built
-            notes += [f"{name}: {note}" if name else note for note in built.notes]
+            notes += [note_of_part(name, note) for note in built.notes]
     return made
+
+
+def note_of_part(name: str, note: str) -> str:
+    """A note on one of several structures, whose warnings begin as all do."""
+    warning = WARNING if note.startswith(WARNING) else ""
+    return f"{warning}{name}: {note.removeprefix(warning)}" if name else note
 
 
 def own_of(surfaces: Sequence[str], name: str) -> list[str]:
@@ -369,7 +401,7 @@ def together(
         turning = structures | {name: body.structure() for name, body in bodies.items()}
         turned = {name: in_rotation(each, *rotation, part=name) for name, each in turning.items()}
         structures, loads = {name: turned[name][0] for name in structures}, [load for _, load in turned.values()]
-    sets = tuple(f"{name}/{own}" if name else own for name, each in built.items() for own in each.sets)
+    sets = {f"{name}/{own}" if name else own: cover for name, each in built.items() for own, cover in each.sets.items()}
     disk = structures.get("")
     if isinstance(disk, CyclicStructure):
         free = {name: body.structure() for name, body in bodies.items()}

@@ -269,6 +269,8 @@ class ForceTable(Table):
     """degree of freedom, or a table of coefficients; with `surface` x, y or z, or a table of these"""
     surface: str | None = None
     """set of nodes over which the force is spread by area; `amplitude` is the whole force"""
+    line: bool | None = None
+    """whether it is a line load, spread over the length of nodes along an edge; along a bent one that must be declared"""
     amplitude: Annotated[Amplitude, FORCE, Field(description="F for F cos ωt, or [re, im]; F sin ωt is [0, −F]")] = 0.0
     harmonic: Annotated[int, Field(ge=1, le=1000, description="h")] = 1
     static: Annotated[Number, FORCE, Field(description="constant part; force levels leave it as it is")] = 0.0

@@ -4,6 +4,8 @@ The nodes are projected onto the plane that fits them best. There each has its V
 Delaunay triangles between them carry normals and interpolation. Triangles far larger than those around their corners span
 holes or recesses, which are cut out. That suits surfaces that are flat or gently curved, whatever elements lie beneath.
 
+A line of nodes, straight, bent or closed, has no area: they share its length. It is refused unless it is declared.
+
 Patches of a contact surface: points with areas divided into parts of about equal area, compact in space.
 
 Recursive inertial bisection: the points are halved across the direction in which they spread furthest, then each half, and so on.
@@ -23,7 +25,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import connected_components, depth_first_order, minimum_spanning_tree
+from scipy.spatial.distance import pdist, squareform
 
 from stickslip.model.contact.point import Motion, mean, node
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
@@ -87,7 +90,13 @@ BESIDE = 1.5
 SEVERAL = 4.0
 """Area of a hole over that of the usual triangle beside it, up to which it is none: nodes are scattered unevenly."""
 
+CLOSING = 1.25
+"""Distance of the ends of a line over its longest step up to which it is closed, unless a node lies in the sphere on it."""
+
 GIVE = "Give it as `towards`, in a study as `facing`."
+
+SMALLEST_RING = 5
+"""Nodes of a closed line; three or four are the corners of a face."""
 
 SLIVER = 1e-3
 """Height of a triangle over its longest side below which its corners lie on one line."""
@@ -102,8 +111,8 @@ ROUNDING = 1e-9
 @dataclass(frozen=True, eq=False)
 class NodeSurface:
     """The nodes of a contact surface: names; points (n, 3) [m]; normals (n, 3), unit, out of the body to which the nodes belong;
-    weights (n,), the share of each node in the surface, sum 1; area [m²], 0 where the points lie on a line. turn (3, 3): of the
-    axes of the nodes, None where these are those of the points.
+    weights (n,), the share of each node in the surface, sum 1; area [m²], 0 of a line. turn (3, 3): of the axes of the nodes,
+    None where these are those of the points.
     """
 
     name: str
@@ -121,16 +130,25 @@ class NodeSurface:
         name: str,
         towards: Sequence[float] | None = None,
         opposite: ArrayLike | None = None,
+        line: bool | None = None,
     ) -> NodeSurface:
         """The surface of a set of nodes of a structure; `name` as in `Structure.sets`.
 
         towards: a direction (x, y, z) to the outside, which says on which side of the nodes the body does not lie; or opposite: a
-        point [m] on the outside, such as the mass centre of what it touches. Nodes on a line, or a single one, have no normal of
-        their own: they take that direction.
+        point [m] on the outside, such as the mass centre of what it touches.
+
+        line: whether the nodes are a line, straight, bent or closed, and no surface. The share of a node is half the way to the
+        nodes beside it over its length, its normal the direction to the outside as far as that lies across the
+        circle through these three nodes. None: what the coordinates say; nodes that form a line are refused. A single node needs
+        no word.
+
+        Nodes form a line where their Gabriel graph closes no cell, or a single one round all of them: two nodes are joined
+        where no third lies in the sphere on their distance as a diameter. On a surface each element is a cell. Source: Gabriel
+        and Sokal, Syst. Zool. 18 (1969) 259-278.
         """
         nodes = nodes_of(structure, name)
         points = np.array([structure.nodes[each] for each in nodes])
-        return cls._of_points(name, nodes, points, towards, opposite)
+        return cls._of_points(name, nodes, points, towards, opposite, line)
 
     @classmethod
     def _of_points(
@@ -140,17 +158,21 @@ class NodeSurface:
         points: Array,
         towards: Sequence[float] | None,
         opposite: ArrayLike | None,
+        line: bool | None,
     ) -> NodeSurface:
         plane = _Plane.of(points)
         out = None if towards is None else vector("towards", towards, 3)
+        if len(nodes) == 1 or line:
+            beyond = None if opposite is None else vector("opposite", opposite, 3) - points
+            return cls._on_a_line(name, nodes, points, beyond if out is None else np.tile(out, (len(nodes), 1)))
+        if plane.rank < 2 or (line is None and plane.is_line):
+            raise line_as_surface(name, len(nodes))
         if out is None and opposite is not None:
             out = vector("opposite", opposite, 3) - points.mean(axis=0)
-            if plane.rank == 2 and abs(plane.axes[2] @ out) < TOUCHING * np.ptp(points, axis=0).max():
+            if abs(plane.axes[2] @ out) < TOUCHING * np.ptp(points, axis=0).max():
                 raise InputError(
                     f"The direction out of surface {name!r} must be given, since what lies opposite touches it. {GIVE}"
                 )
-        if plane.rank < 2:
-            return cls._on_a_line(name, nodes, points, plane, out)
         normals = plane.normals(points) if plane.covers_once else np.zeros_like(points)
         steepness = normals @ plane.axes[2]
         if steepness.min() < STEEPEST:
@@ -166,19 +188,20 @@ class NodeSurface:
         return cls(name, nodes, points, sign * normals, areas / areas.sum(), float(areas.sum()))
 
     @classmethod
-    def _on_a_line(cls, name: str, nodes: tuple[str, ...], points: Array, plane: _Plane, out: Array | None) -> NodeSurface:
-        """Nodes on a line, or a single one: the normal is the direction out, as far as it lies across the line."""
+    def _on_a_line(cls, name: str, nodes: tuple[str, ...], points: Array, out: Array | None) -> NodeSurface:
+        """The nodes of a line, or a single one, with the directions out of each, (n, 3)."""
         if out is None:
             raise InputError(f"Surface {name!r}, a line or one node, has no normal of its own. {GIVE}")
-        across = out - (out @ plane.axes[0]) * plane.axes[0] if plane.rank else out
-        size = float(np.linalg.norm(across))
-        if size <= LEVEL * np.linalg.norm(out):
-            raise _no_way_out(name, out)
-        return cls(name, nodes, points, np.tile(across / size, (len(nodes), 1)), _line_shares(plane), 0.0)
+        along = _Line.of(name, points)
+        across = out - np.sum(out * along.tangents, axis=1)[:, None] * along.tangents
+        sizes = np.linalg.norm(across, axis=1)
+        if np.any(sizes <= TOUCHING * np.linalg.norm(out, axis=1)):
+            raise _no_way_out(name, out[int(np.argmin(sizes))])
+        return cls(name, nodes, points, across / sizes[:, None], along.shares, 0.0)
 
     def facing(self, point: Sequence[float]) -> NodeSurface:
         """The same with normals to the side on which a point [m] lies, such as the mass centre of a body opposite."""
-        return replace(self._of_points(self.name, self.nodes, self.points, None, point), turn=self.turn)
+        return replace(self._of_points(self.name, self.nodes, self.points, None, point, not self.area), turn=self.turn)
 
     def following(self, disk: CyclicStructure) -> NodeSurface:
         """Return the same surface of the following sector of a disk, rotated by 2π/N about the axis of the disk.
@@ -200,6 +223,12 @@ class NodeSurface:
         return lambda direction: own(back @ np.asarray(direction))
 
     @property
+    def kind(self) -> str:
+        """What it is where it has no area: "a node", "a line" or "a closed line"; else "a surface"."""
+        steps = 0 if self.area else _Line.of(self.name, self.points).steps.size
+        return "a surface" if self.area else ("a node", "a line", "a closed line")[(steps > 0) + (steps == len(self.nodes))]
+
+    @property
     def size(self) -> float:
         """The largest extent of the surface along an axis [m]."""
         return float(np.ptp(self.points, axis=0).max())
@@ -211,7 +240,7 @@ class NodeSurface:
         They are known by triangles between nodes three times as large as others at their corners. From each corner of a hole the
         half of one cell of the mesh still counts.
         """
-        return self._plane.rank == 2 and bool(self._plane.spanning.any())
+        return bool(self.area) and bool(self._plane.spanning.any())
 
     def at(self, point: Sequence[float]) -> Motion | None:
         """The motion of the surface opposite a point [m], by interpolation between three nodes; None beyond its edge."""
@@ -230,7 +259,7 @@ class NodeSurface:
 
     def _shares(self, point: Sequence[float]) -> dict[int, float] | None:
         """The nodes around a place opposite a point with their shares; None beyond the edge."""
-        if self._plane.rank < 2:
+        if not self.area:
             raise InputError(f"Surface {self.name!r} must have nodes that do not lie on a line, to have places between them.")
         return self._plane.shares(vector("point", point, 3))
 
@@ -239,30 +268,44 @@ class NodeSurface:
         patch."""
         chosen = np.arange(len(self.nodes)) if among is None else among
         flat = self._plane.flat * _signs(self._plane.axes[:2])  # a decomposition turns its axes as the order of the nodes has it
+        if not self.area:
+            flat = _Line.of(self.name, self.points).places
         return [chosen[part] for part in bisected(flat[chosen], self.weights[chosen], count)]
 
     @cached_property
     def _plane(self) -> _Plane:
         return _Plane.of(self.points)
 
+    @cached_property
+    def along(self) -> Array:
+        """At each node the direction in which the surface is longest, or the tangent of a line, (n, 3)."""
+        if self.area or len(self.nodes) == 1:
+            return np.tile(self._plane.axes[0], (len(self.nodes), 1))
+        return _Line.of(self.name, self.points).tangents
+
     @property
-    def long_axis(self) -> Array:
-        """The direction (3,) in which the surface is longest."""
-        return np.asarray(self._plane.axes[0])
+    def mean_normal(self) -> Array | None:
+        """The mean of the normals by area, (3,), unit; None where they cancel, as round a closed line."""
+        mean = self.weights @ self.normals
+        size = float(np.linalg.norm(mean))
+        return np.asarray(mean / size) if size > ALIKE else None
 
 
-def mean_motion(structure: Structure, name: str, direction: Sequence[float]) -> dict[str, float]:
+def mean_motion(structure: Structure, name: str, direction: Sequence[float], line: bool | None = None) -> dict[str, float]:
     """Coefficients of the mean displacement of a set of nodes along (x, y, z), each with its share w_k of the area, Σ w_k = 1.
 
     As the direction of a `Force` it spreads the force evenly over the surface; as that of an `Output` it reports the mean.
-    Nodes on a line share its length. Contact surfaces have the same shares.
+    Nodes on a straight line share its length, those on a bent one with `line`, as in `NodeSurface.of`. Contact surfaces have the
+    same shares.
     """
     along, nodes = vector("direction", direction, 3), nodes_of(structure, name)
     if not along.any():
         raise fault("direction", "must not be zero", direction)
     points = np.array([structure.nodes[each] for each in nodes])
-    plane = _Plane.of(points)
-    weights = _line_shares(plane) if plane.rank < 2 else NodeSurface._of_points(name, nodes, points, None, None).weights
+    if line or (line is None and _Plane.of(points).rank < 2):
+        weights = _Line.of(name, points).shares
+    else:
+        weights = NodeSurface._of_points(name, nodes, points, None, None, line).weights
     return {
         dof: float(share * coefficient)
         for each, share in zip(nodes, weights, strict=True)
@@ -275,6 +318,15 @@ def _signs(axes: Array) -> Array:
     """Of each axis (n, 3) the sign of its first component that is more than rounding."""
     first = np.argmax(np.abs(axes) > TILT, axis=1)
     return np.asarray(np.sign(axes[np.arange(len(axes)), first]))
+
+
+def line_as_surface(name: str, count: int) -> InputError:
+    """The error for a line of nodes that nobody declared one."""
+    remedy = (
+        "Add `line = true` if an edge touches, as `surface` and not as `against`: its nodes share its length. Else select all "
+        "nodes of the faces that touch; `line = false` takes the nodes as a surface as they are."
+    )
+    return fault(f"Surface {name!r}", "must cover an area", f"a line of {count} nodes", remedy)
 
 
 def _no_way_out(name: str, out: Array) -> InputError:
@@ -328,6 +380,30 @@ class _Plane:
     @cached_property
     def delaunay(self) -> scipy.spatial.Delaunay:
         return scipy.spatial.Delaunay(self.flat)
+
+    @property
+    def is_line(self) -> bool:
+        """Whether the points follow one another along a line, open or closed: their Gabriel graph has at most one cell.
+
+        The rows of a sheared mesh, which no cell joins either, follow one another in a zigzag: both ends of a step turn by more
+        than half a right angle, to opposite sides.
+        """
+        triangles = self.flat[self.delaunay.simplices]
+        to = [np.roll(triangles, -k, axis=1) - triangles for k in (1, 2)]
+        sizes = np.linalg.norm(to, axis=3).prod(axis=0)
+        inside = np.sum(to[0] * to[1], axis=2) <= TILT * sizes  # whether a corner lies in the circle on the opposite side
+        sides = np.sort(self.delaunay.simplices[:, np.array(PAIRS)], axis=2).reshape(-1, 2)
+        sides, which = np.unique(sides, axis=0, return_inverse=True)
+        joined = np.bincount(which.ravel(), inside.ravel()) == 0
+        cells = int(joined.sum()) - len(self.flat) + 1
+        order = _path(self.flat) if cells <= (len(self.flat) >= SMALLEST_RING) else None
+        if order is None:
+            return False
+        ahead = np.diff(self.flat[order], axis=0)
+        x, y = ahead.T
+        sine, cosine = x[:-1] * y[1:] - y[:-1] * x[1:], np.sum(ahead[1:] * ahead[:-1], axis=1)
+        side = np.sign(sine) * (np.abs(sine) > cosine)
+        return not np.any(side[1:] * side[:-1] < 0.0)
 
     @cached_property
     def solid(self) -> Index:
@@ -497,14 +573,59 @@ def _clipped(polygon: Array, beyond: Array) -> Array:
     return np.array(kept).reshape(-1, 2)
 
 
-def _line_shares(plane: _Plane) -> Array:
-    """Shares of points on a line, half the way to each neighbour; 1 for one point alone."""
-    if not plane.rank:
-        return np.ones(1)
-    along = plane.flat[:, 0]
-    order = np.argsort(along)
-    steps = np.diff(along[order])
-    lengths = np.zeros(along.size)
-    lengths[order[:-1]] += 0.5 * steps
-    lengths[order[1:]] += 0.5 * steps
-    return np.asarray(lengths / lengths.sum())
+def _path(points: Array) -> Index | None:
+    """The order in which the shortest tree visits points one after another; None where it branches."""
+    away = pdist(points)
+    tree = minimum_spanning_tree(squareform(away / away.max()))
+    joined = np.bincount(np.concatenate(tree.nonzero()), minlength=len(points))
+    return depth_first_order(tree, int(np.argmin(joined)), directed=False)[0].astype(np.int64) if joined.max() < 3 else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """A line of points: their order along it, lengths of the steps from each to the following one, with one more where it is
+    closed, and unit tangents (n, 3), those of the circle through a point and its two neighbours; 0 of a point alone."""
+
+    order: Index
+    steps: Array
+    tangents: Array
+
+    @classmethod
+    def of(cls, name: str, points: Array) -> _Line:
+        n = len(points)
+        if n == 1:
+            return cls(np.array([0]), np.zeros(0), np.zeros((1, 3)))
+        order = _path(points)
+        if order is None:
+            raise fault(f"Line {name!r}", "must be one line of nodes", "branched", "Divide it into several sets.")
+        ring = points[np.append(order, order[0])]
+        ahead = np.diff(ring, axis=0)
+        steps = np.linalg.norm(ahead, axis=1)
+        ahead /= steps[:, None]
+        if n == 2:
+            return cls(order, steps[:1], ahead[:1].repeat(2, axis=0))
+        beside = np.sum((ring[1 : n - 1] - ring[0]) * (ring[1 : n - 1] - ring[n - 1]), axis=1)
+        closed = n >= SMALLEST_RING and beside.min() > 0.0 and steps[-1] < CLOSING * steps[:-1].max()
+        tangents = np.zeros((n, 3))
+        tangents[order] = np.roll(steps, 1)[:, None] * ahead + steps[:, None] * np.roll(ahead, 1, axis=0)
+        tangents /= np.linalg.norm(tangents, axis=1)[:, None]
+        if not closed:  # at its ends, the circle through the last three points: mirrored at the chord
+            for end, inner, chord in ((0, 1, ahead[0]), (-1, -2, ahead[-2])):
+                beside_it = tangents[order[inner]]
+                tangents[order[end]] = 2.0 * (chord @ beside_it) * chord - beside_it
+        return cls(order, steps if closed else steps[:-1], tangents)
+
+    @property
+    def shares(self) -> Array:
+        """Of the length, half the way to each neighbour, (n,); 1 of a point alone."""
+        n, shares = len(self.order), np.zeros(len(self.order))
+        np.add.at(shares, self.order[np.arange(self.steps.size)], self.steps)
+        np.add.at(shares, self.order[np.arange(1, self.steps.size + 1) % n], self.steps)
+        return shares / shares.sum() if self.steps.size else np.ones(1)
+
+    @property
+    def places(self) -> Array:
+        """Lengths along it from its first point, and 0, (n, 2)."""
+        places = np.zeros((len(self.order), 2))
+        places[self.order, 0] = np.append(0.0, np.cumsum(self.steps))[: len(self.order)]
+        return places

@@ -33,8 +33,9 @@ def surface_contacts(
 
     law: that of the whole surface; its stiffnesses and loads (kt, kn, preload, normal_load) are shared over the nodes by area
     (`Law.share`). n is the normal of each node, t1 the direction `tangent` (x, y, z) as far as it lies in the surface; unless
-    given, that in which the surface is longest. start, balanced: of every contact, as of `Contact`. mesh_gap: the distance of a
-    node from the surface opposite, along its normal, adds to the gap of the law; where meshes overlap it is an interference.
+    given, that in which the surface is longest, or the tangent of a line. start, balanced: of every contact, as of `Contact`.
+    mesh_gap: the distance of a node from the surface opposite, along its normal, adds to the gap of the law; where meshes overlap
+    it is an interference.
 
     Meshes need not match: what lies opposite a node is interpolated between the three nodes around it. A node that has nothing
     opposite gets no contact, and the others share what the law says by their areas in the whole surface.
@@ -54,7 +55,7 @@ def surface_contacts(
     if mesh_gap and not (isinstance(against, NodeSurface) and law.has_normal and hasattr(law, "gap")):
         raise fault("mesh_gap", "must go with a surface opposite and a law that has a gap and kn", type(law).__name__)
     most = len(surface.nodes) if points is None else between("points", points, 1)
-    along = surface.long_axis if tangent is None else vector("tangent", tangent, 3)
+    along = surface.along if tangent is None else np.tile(vector("tangent", tangent, 3), (len(surface.nodes), 1))
     places = [surface.motion(k) for k in range(len(surface.nodes))]
     opposites = {k: motion for k, point in enumerate(surface.points) if (motion := _opposite(against, point)) is not None}
     if not opposites:
@@ -72,7 +73,9 @@ def surface_contacts(
         own: Any = law.share(part)
         own = replace(own, gap=own.gap + float(shares @ gaps[members])) if mesh_gap else own
         a, b = (mean([side[k] for k in members], shares) for side in (places, opposites))
-        contact = contact_in_space(title, own, a, b, _frame(name, normal / np.linalg.norm(normal), along), start)
+        contact = contact_in_space(
+            title, own, a, b, _frame(name, normal / np.linalg.norm(normal), shares @ along[members]), start
+        )
         return replace(contact, balanced=balanced, area=part * surface.area)
 
     titles = [f"{name} {surface.nodes[k].rpartition('/')[2]}" for k in touching]

@@ -12,7 +12,7 @@ from stickslip.model.structure.centrifugal import CentrifugalLoads
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Point, Structure
 from stickslip.model.structure.rotation_axis import AxisLike, RotationAxis
-from stickslip.support.checks import fault, finite
+from stickslip.support.checks import fault, not_negative
 
 
 @dataclass(frozen=True)
@@ -27,16 +27,14 @@ def in_rotation(
 ) -> tuple[Structure, CentrifugalLoad]:
     """The structure, and the load Ω² M r⊥ of its steady rotation; r⊥ (n,): vectors from the axis to the nodes, m.
 
-    speed: in rev/min; axis: "x", "y" or "z" through the origin, or (point [m], direction); part: name of the structure in an
-    assembly, whose problem takes the load. A rigid body gets m Ω² r⊥ at its mass centre and the moment −Ω × (J Ω). To the mean
-    stress at places of a reduced model is added what its modes lack of it. The stiffness stays as it is: spin softening and
-    stress stiffening are those of K. A sector of a disk rotates about the axis of the disk alone. Raises `InputError` for another
-    one, and where coordinates of nodes are not known.
+    speed: in rev/min, not negative, since the load is the same either way round; axis: "x", "y" or "z" through the origin, or
+    (point [m], direction); part: name of the structure in an assembly, whose problem takes the load. A rigid body gets m Ω² r⊥
+    at its mass centre and the moment −Ω × (J Ω). To the mean stress at places of a reduced model is added what its modes lack
+    of it. The stiffness stays as it is: spin softening and stress stiffening are those of K. A sector of a disk rotates about
+    the axis of the disk alone. Raises `InputError` for another one, and where coordinates of nodes are not known.
     """
-    square, about = (
-        (2.0 * np.pi * finite("speed", speed) / 60.0) ** 2,
-        axis if isinstance(axis, RotationAxis) else RotationAxis.of(axis),
-    )
+    square = (2.0 * np.pi * not_negative("speed", speed) / 60.0) ** 2
+    about = axis if isinstance(axis, RotationAxis) else RotationAxis.of(axis)
     if isinstance(structure, CyclicStructure):
         about = _axis_of(structure, about)
     if any(recovery.rotation is not None for recovery in structure.stresses):

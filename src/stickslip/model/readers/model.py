@@ -173,11 +173,31 @@ class Model:
         return names, np.array([self.nodes[node] for node in names]).reshape(len(names), 3)
 
     @cached_property
+    def faces(self) -> Index:
+        """The outer faces of the elements, (f, 4); a triangle repeats its last corner."""
+        return outer_faces(self.cells)
+
+    def covers(self, members: Iterable[str]) -> bool | None:
+        """Whether nodes cover an area by the mesh, whose nodes between corners do not count: True where each belongs to a face
+        with all corners among them, False where none does but each is joined to another by a side; None where it does not say.
+        """
+        numbers = np.array([int(name) for name in members if name.isdecimal()], dtype=np.int64)
+        inside = np.isin(self.faces, numbers)
+        corners = np.unique(self.faces[inside])
+        covered = np.unique(self.faces[inside.all(axis=1)])
+        if corners.size and covered.size == corners.size:
+            return True
+        following = np.roll(self.faces, -1, axis=1)
+        along = inside & np.roll(inside, -1, axis=1) & (self.faces != following)
+        joined = np.union1d(self.faces[along], following[along])
+        return False if corners.size and not covered.size and joined.size == corners.size else None
+
+    @cached_property
     def surface(self) -> Surface | None:
         """The outer surface of the mesh, thinned out where it is fine; None without elements, and where these are not those of
         the matrices: nodes without rows count as fixed, which most nodes of a mesh are not.
         """
-        faces = outer_faces(self.cells)
+        faces = self.faces
         used = np.unique(faces)
         names = [str(node) for node in used.tolist()]
         if not names or not all(name in self.nodes for name in names):

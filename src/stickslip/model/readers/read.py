@@ -34,7 +34,7 @@ from stickslip.model.readers.stress_places import Keep, StrainGauge, Where, plac
 from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.rotation_axis import AxisLike, RotationAxis
 from stickslip.model.structure.sparse import square_sparse
-from stickslip.support.checks import InputError, fault, finite, several, similar_file, truth
+from stickslip.support.checks import InputError, fault, not_negative, several, similar_file, truth
 from stickslip.support.units import UnitSystem, unit_system
 
 Paths = str | Path | Mapping[str, str | Path]
@@ -122,7 +122,7 @@ def read_structure(
     recovered = None if stress is None else stress_rows_of(model, stress, system.metres)
     for note in recovered.notes if recovered else ():
         progress(0.0, note)
-    rotation = None if speed is None else (finite("speed", speed), RotationAxis.of(axis).scaled(system.metres))
+    rotation = None if speed is None else (not_negative("speed", speed), RotationAxis.of(axis).scaled(system.metres))
     made, notes = structure_of(model, places, modes, damping, progress, recovered, rotation)
     for note in notes:
         progress(1.0, note)

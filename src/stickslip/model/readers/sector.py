@@ -38,7 +38,7 @@ from stickslip.model.structure.matrices import Damping
 from stickslip.model.structure.rotation_axis import Z_AXIS, AxisLike, RotationAxis
 from stickslip.model.structure.solid import Solid
 from stickslip.model.structure.sparse import Sparse
-from stickslip.support.checks import Index, InputError, between, counted, fault, finite, first_of, nearest
+from stickslip.support.checks import Index, InputError, between, counted, fault, first_of, nearest, not_negative
 from stickslip.support.units import UnitSystem, unit_system
 
 MODES = 30
@@ -115,7 +115,7 @@ def read_sector(
     joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
     recovered = None if stress is None else stress_places.stress_rows_of(model, stress, system.metres)
     places = stress_places.places_of(model, keep, system.metres)
-    speeds = [] if speed is None else [finite("speed", speed)]
+    speeds = [] if speed is None else [not_negative("speed", speed)]
     chosen = HeldDiameters.of(between("sectors", sectors, 2, MOST_SECTORS), nodal_diameters)
     disks, notes = disks_of([model], joint, places, modes, damping, progress, speeds, recovered, chosen)
     for note in notes:
@@ -145,7 +145,7 @@ def read_sector_at_speeds(
     stiffening and, as in CalculiX, spin softening. All are reduced with the shapes of the mean of the slowest and the fastest K.
     Other arguments as those of `read_sector`.
     """
-    speeds = sorted(finite("paths, a speed", speed) for speed in paths)
+    speeds = sorted(not_negative("paths, a speed", speed) for speed in paths)
     if len(speeds) < 2:
         raise fault("paths", "must be models at two speeds at least, {speed in rev/min: path}", dict(paths))
     system = unit_system(units)

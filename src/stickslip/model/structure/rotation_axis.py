@@ -37,10 +37,10 @@ class RotationAxis:
         except (TypeError, ValueError):
             raise fault("The axis of rotation", 'must be "x", "y", "z" or (point, direction)', axis) from None
         along = vector("The direction of the axis", direction, 3)
-        length = float(np.linalg.norm(along))
-        if not length:
+        if not along.any():
             raise fault("The direction of the axis", "must not be zero", list(direction))
-        return cls(tuple(vector("The point of the axis", point, 3).tolist()), tuple((along / length).tolist()))
+        along = along / np.abs(along).max()  # squares of tiny entries would vanish
+        return cls(tuple(vector("The point of the axis", point, 3).tolist()), tuple((along / np.linalg.norm(along)).tolist()))
 
     def scaled(self, metres: float) -> RotationAxis:
         """The axis whose point was given in units of `metres`."""
