@@ -143,8 +143,10 @@ def test_where_the_history_does_not_matter_it_is_said_why():
 
 @pytest.mark.parametrize(("weak", "said"), [(2e-3, False), (8e-3, True), (0.5, True)])
 def test_small_vibrations_of_contacts_that_are_open_at_rest(weak, said):
-    """A pull lifts one of two pads off; the other one, which it drags to its friction limit, sticks."""
-    structure = ss.Structure(np.eye(2), np.diag([1.0, 5.0]), ("1.x", "1.y"), C=1e-3 * np.eye(2))
+    """A pull lifts one of two pads off; the other one, which it drags to its friction limit, sticks.
+
+    Across, the natural frequency falls from above that along to below it."""
+    structure = ss.Structure(np.eye(2), np.diag([1.0, 0.6]), ("1.x", "1.y"), C=1e-3 * np.eye(2))
     law = ss.Macroslip(kt=1.0, mu=0.3, kn=1.0)
     lifted = ss.Contact("lifted", replace(law, kt=weak), ({"1.x": 1.0},), {"1.y": 1.0})
     pressed = ss.Contact("pressed", law, ({"1.x": 1.0},), {"1.y": -1.0})
@@ -152,7 +154,7 @@ def test_small_vibrations_of_contacts_that_are_open_at_rest(weak, said):
         structure, (lifted, pressed), (ss.Force("1.x", 1.0, static=1.0), ss.Force("1.y", 0.0, static=-1.0)), ("1.x",)
     )
     assert at_friction_limit(problem, at_rest(problem)) == ["pressed"]
-    response = ss.forced_response(problem, ss.hertz(0.2, 0.3), 1e-6)
+    response = ss.forced_response(problem, ss.hertz(0.2, 0.255), 1e-6)
     (found,) = response.dataset.peak_frequency.values[0, 0]
     stuck = np.sqrt(2.0 + weak) / (2.0 * np.pi)
     assert found == pytest.approx(np.sqrt(2.0) / (2.0 * np.pi), rel=1e-5)

@@ -22,7 +22,7 @@ def problem(contact=None, damping=None, dofs=("1.x", "1.y", "D.x", "D.y")):
 
 def pad(tangential, normal=None, **changed):
     law = {"kt": 1.0, "mu": 0.3} | ({"normal_load": 1.0} if normal is None else {"kn": 1.0, "preload": 1.0}) | changed
-    return ss.Contact("pad", ss.Macroslip(**law), (tangential,), normal)
+    return ss.Contact("pad", ss.Macroslip(**law), (tangential,), normal, balanced=normal is not None)
 
 
 @pytest.mark.parametrize(
