@@ -291,6 +291,8 @@ def _note(
         found.append(f"Areas in {unit}: {first_of(areas, SHOWN)}")
     if table.points is not None and table.points > touching:
         found.append(f"points = {table.points} are more than its nodes, so there is a contact at each")
+    if not surface.area and table.facing is None:
+        found.append(f"The normals of {surface.kind} point to the middle of {table.against}: give `facing` for another direction")
     if surface.has_holes:
         found.append("The nodes leave out a hole or a recess, whose area does not count")
     if opposite is not None:
