@@ -214,7 +214,7 @@ def _skew(name: str, table: SurfaceTable, surface: NodeSurface) -> list[str]:
     middle = surface.mean_normal
     if table.facing is None or middle is None:
         return []
-    normals, stated = np.vstack([middle, surface.normals]), np.array(table.facing)
+    normals, stated = np.vstack([middle, surface.normals]), np.array(table.facing) / np.abs(table.facing).max()
     angles = np.degrees(np.arccos(np.clip(normals @ stated / np.linalg.norm(stated), -1.0, 1.0)))
     far, most = int(np.sum(angles[1:] > SKEW)), int(np.argmax(angles[1:]))
     if not far and angles[0] <= SKEW:
