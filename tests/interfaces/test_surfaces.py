@@ -71,6 +71,13 @@ def test_normals_point_to_the_body_opposite():
     np.testing.assert_allclose(below.normals, -above.normals, atol=1e-12)
 
 
+def test_a_direction_to_the_outside_may_have_any_length():
+    for size in (1e-250, 1.0, 1e30):
+        for points, line in ((grid([0.0, 1.0, 2.0], [0.0, 1.0]), False), (grid([0.0, 1.0, 2.0], [0.0]), True)):
+            found = surface(points, (0.0, 0.0, -size), line=line)
+            np.testing.assert_allclose(found.normals, np.tile([0.0, 0.0, -1.0], (len(points), 1)), atol=1e-12)
+
+
 def test_what_touches_a_surface_does_not_say_on_which_side_it_lies():
     """A point in the surface, to rounding, whatever the rotation: refused, not guessed."""
     rng = np.random.default_rng(7)

@@ -131,7 +131,10 @@ def test_sides_of_a_surface_share_their_length_where_they_are_declared_a_line(fo
     expected = {166: ends, 168: 2 * ends, 172: 2 * ends, 186: ends, 174: corners[0], 184: sum(between) * 10.0 / length}
     for node, load in (expected | {194: corners[1]}).items():
         assert loads[f"L {node}"] == pytest.approx(load, rel=1e-6)
-    assert any(note.startswith("L: 11 contacts on left/SIDES against damper, a line; mean normal") for note in found.notes)
+    (note,) = (
+        note for note in found.notes if note.startswith("L: 11 contacts on left/SIDES against damper, a line; mean normal")
+    )
+    assert note.endswith("The normals of a line point to the middle of damper: give `facing` for another direction")
     spread = STUDY.replace('direction = "left/tip.x"', 'surface = "left/SIDES"\ndirection = "x"')
     with pytest.raises(InputError, match=r"\[\[force\]\] 1: Surface 'left/SIDES' must cover an area"):
         study(folder, spread)

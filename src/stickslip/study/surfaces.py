@@ -214,7 +214,7 @@ def _skew(name: str, table: SurfaceTable, surface: NodeSurface) -> list[str]:
     middle = surface.mean_normal
     if table.facing is None or middle is None:
         return []
-    normals, stated = np.vstack([middle, surface.normals]), np.array(table.facing)
+    normals, stated = np.vstack([middle, surface.normals]), np.array(table.facing) / np.abs(table.facing).max()
     angles = np.degrees(np.arccos(np.clip(normals @ stated / np.linalg.norm(stated), -1.0, 1.0)))
     far, most = int(np.sum(angles[1:] > SKEW)), int(np.argmax(angles[1:]))
     if not far and angles[0] <= SKEW:
@@ -291,6 +291,8 @@ def _note(
         found.append(f"Areas in {unit}: {first_of(areas, SHOWN)}")
     if table.points is not None and table.points > touching:
         found.append(f"points = {table.points} are more than its nodes, so there is a contact at each")
+    if not surface.area and table.facing is None:
+        found.append(f"The normals of {surface.kind} point to the middle of {table.against}: give `facing` for another direction")
     if surface.has_holes:
         found.append("The nodes leave out a hole or a recess, whose area does not count")
     if opposite is not None:

@@ -162,6 +162,8 @@ class NodeSurface:
     ) -> NodeSurface:
         plane = _Plane.of(points)
         out = None if towards is None else vector("towards", towards, 3)
+        if out is not None and out.any():
+            out = out / np.abs(out).max()  # squares of tiny entries would vanish
         if len(nodes) == 1 or line:
             beyond = None if opposite is None else vector("opposite", opposite, 3) - points
             return cls._on_a_line(name, nodes, points, beyond if out is None else np.tile(out, (len(nodes), 1)))
