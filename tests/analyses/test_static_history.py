@@ -133,6 +133,8 @@ def test_where_the_history_does_not_matter_it_is_said_why():
     assert np.isnan(across[0])
     assert across[1] == "The history of the static load does not matter: it moves no slider."
     assert np.isnan(found(beside_a_wall(), [0.2])[0])
+    sliding = beside_a_wall(grip=0.5)  # under a load of its own
+    assert at_friction_limit(sliding, at_rest(sliding)) == ["wall"]
     assert found(beside_a_wall(grip=0.0))[0] == pytest.approx(0.0, abs=1e-6)
     loose = ss.Structure(np.diag([1.0, 1.0]), np.diag([1.5, 0.0]), ("1.x", "1.y"), C=0.02 * np.eye(2))
     held = ss.Contact("wall", ss.Macroslip(KT, 1.0, normal_load=10.0), ({"1.y": 1.0, "1.x": 0.5},))
