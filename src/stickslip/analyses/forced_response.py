@@ -489,6 +489,11 @@ AUTOMATIC = 9
 """Harmonics up to which modes are kept where their number is still to be chosen."""
 
 
+def compile_forced_response() -> None:
+    """Compile the kernels, or load them from disk, with the smallest problem there is."""
+    forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+
+
 @dataclass(frozen=True, eq=False)
 class ForcedResponseWork(OneBalance):
     """A forced response as independent cases, one level each: its settings, and what they come to for the problem.
@@ -580,9 +585,7 @@ class ForcedResponseWork(OneBalance):
     def words(self) -> tuple[str, ...]:
         return tuple(f"force level {level:g}" for level in self.levels)
 
-    def prepare(self) -> None:
-        """Compile the kernels, or load them from disk, with the smallest problem there is."""
-        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+    prepare = staticmethod(compile_forced_response)
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one force level."""

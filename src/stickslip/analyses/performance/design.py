@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Protocol, get_args
 
 import numpy as np
 
-from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.forced_response import compile_forced_response
 from stickslip.analyses.performance.design_search import AllStarts, DesignRanges, Designs, Record, design_ranges, evolve, refine
 from stickslip.analyses.performance.worst_case import Conditions, Constraint, WorstCase, searched_peak, worst_case
 from stickslip.analyses.settings import (
@@ -33,7 +33,6 @@ from stickslip.analyses.settings import (
     takes,
 )
 from stickslip.model.problem import Problem
-from stickslip.model.rigs import single_mass
 from stickslip.results.schema import Result, named, stacked, variables_in
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers, silent
@@ -103,9 +102,7 @@ class DesignWork:
     def words(self) -> tuple[str, ...]:
         return tuple(", ".join(f"{n} {v:.4g}" for n, v in zip(self.variables, point, strict=True)) for point in self.points)
 
-    def prepare(self) -> None:
-        """Compile the kernels, or load them from disk, with the smallest problem there is."""
-        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+    prepare = staticmethod(compile_forced_response)
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The worst-case peak of one design."""

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Protocol
 
 import numpy as np
 
-from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.forced_response import compile_forced_response
 from stickslip.analyses.performance.scaled_problem import no_resonance
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
@@ -34,7 +34,6 @@ from stickslip.analyses.settings import (
     takes,
 )
 from stickslip.model.problem import Problem
-from stickslip.model.rigs import single_mass
 from stickslip.results.schema import Result, named
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
@@ -126,9 +125,7 @@ class DrawsWork(Sampled, MeasuredOutput, Execution):
     def words(self) -> tuple[str, ...]:
         return ("along the ranges", *(f"draws {block.start + 1} to {block.stop}" for block in self.blocks))
 
-    def prepare(self) -> None:
-        """Compile the kernels, or load them from disk, with the smallest problem there is."""
-        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+    prepare = staticmethod(compile_forced_response)
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The peaks of one case."""

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.forced_response import compile_forced_response
 from stickslip.analyses.performance.scaled_problem import (
     centrifugal_pull,
     excitation,
@@ -41,7 +41,6 @@ from stickslip.analyses.settings import (
 from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.protocol import OPEN, STICK, friction_period
 from stickslip.model.problem import Problem
-from stickslip.model.rigs import single_mass
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.energy import ContactCycle, EnergyBalance, contact_cycle, friction_limits
@@ -248,9 +247,7 @@ class PerformanceWork(Sampled, MeasuredOutput, Execution):
     def words(self) -> tuple[str, ...]:
         return tuple("performance curve" if np.isnan(mu) else f"performance curve, μ = {mu:g}" for mu in self.frictions)
 
-    def prepare(self) -> None:
-        """Compile the kernels, or load them from disk, with the smallest problem there is."""
-        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+    prepare = staticmethod(compile_forced_response)
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The performance curve of one friction coefficient."""

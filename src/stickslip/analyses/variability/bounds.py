@@ -23,7 +23,7 @@ from typing import Annotated, Any, Literal, Protocol, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.forced_response import compile_forced_response
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.settings import (
     Execution,
@@ -44,7 +44,6 @@ from stickslip.analyses.settings import (
 )
 from stickslip.analyses.variability.samples import search_cloud
 from stickslip.model.problem import Problem
-from stickslip.model.rigs import single_mass
 from stickslip.results.schema import Result, named, variables_in
 from stickslip.results.shown_units import ATTRIBUTE
 from stickslip.runs.cases import all_cases
@@ -318,9 +317,7 @@ class BoundsWork(OneBalance, Sampled, MeasuredOutput, Execution):
             for levels, stretch in self.cases
         )
 
-    def prepare(self) -> None:
-        """Compile the kernels, or load them from disk, with the smallest problem there is."""
-        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+    prepare = staticmethod(compile_forced_response)
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The bounds of one case."""

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, Protocol, get_args
 
 import numpy as np
 
-from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.forced_response import compile_forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.settings import (
     Execution,
@@ -33,7 +33,6 @@ from stickslip.analyses.settings import (
     takes,
 )
 from stickslip.model.problem import Problem
-from stickslip.model.rigs import single_mass
 from stickslip.results.schema import Result
 from stickslip.results.view import measure_in, sizes
 from stickslip.runs.cases import all_cases
@@ -323,7 +322,7 @@ class SamplesWork(OneBalance, Sampled, Measured, Execution):
         """Load the kernels and explore the start states, once for all processes."""
         for level in self.levels:
             self.explored_at(level)
-        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+        compile_forced_response()
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one level and start state."""

@@ -19,14 +19,13 @@ import numpy as np
 from scipy import special
 
 from stickslip.analyses.controlled_response import amplitudes_of
-from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.forced_response import compile_forced_response
 from stickslip.analyses.settings import Execution, OfKind, OneOf, Seed, Setting, Whole, made, takes
 from stickslip.analyses.variability.samples import start_curve
 from stickslip.laboratory.identification.response.draws import Draw, Draws, of_draws
 from stickslip.laboratory.identification.response.prediction_result import FINER, ResponsePrediction
 from stickslip.laboratory.measurement.measured_response import at_frequencies, curve_peak
 from stickslip.model.problem import Problem
-from stickslip.model.rigs import single_mass
 from stickslip.results.schema import named, stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
@@ -167,9 +166,7 @@ class DrawnProblems(Execution):
         values: dict[str, Any] = {**draw.values, **self.known_settings}
         return made(self.identification.problem_of, **values)
 
-    def prepare(self) -> None:
-        """Compile the kernels, or load them from disk, with the smallest problem there is."""
-        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+    prepare = staticmethod(compile_forced_response)
 
     def start_state(self, balance: HarmonicBalance, force: float, number: int) -> tuple[StartSpace | None, Array]:
         """The start states of the contacts, of the width that a force level needs, and the variables of a draw; None for virgin
