@@ -10,6 +10,7 @@ import stickslip as ss
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.stress import StressRecovery
 from stickslip.support.checks import InputError
 
 BAND, LEVELS, MODES_TO = ss.hertz(1200.0, 2800.0), [1.0, 20.0, 60.0], 8e3
@@ -80,6 +81,30 @@ def test_first_curves_with_the_harmonics_of_the_loads_lead_to_the_shapes_of_all(
     most = [response.dataset.amplitude.max("point").values for response in (few, whole)]
     assert most[0] == pytest.approx(most[1], rel=2e-5)
     assert few.dataset.attrs["coordinates"] <= 1.3 * whole.dataset.attrs["coordinates"]
+
+
+def test_stress_is_that_on_the_coordinates_of_the_result(tmp_path):
+    """Rows of stress go with the coordinates, of which a result has more than the problem it began with and one read anew."""
+    structure, *others = parts()
+    dofs = structure.dofs[300:312]
+    rows = np.random.default_rng(4).standard_normal((1, 6, len(dofs))) * 1e11
+    structure = replace(structure, stresses=(StressRecovery(("here",), rows, dofs),))
+    dense = {name: getattr(structure, name) for name in ("M", "K", "dofs", "damping", "nodes", "stresses")}
+    whole = ss.forced_response(ss.Problem(Structure(**dense), *others), BAND, LEVELS[2:], harmonics=3, samples=128)
+    few = ss.forced_response(meshed_problem(structure, *others, modes_to=MODES_TO), BAND, LEVELS[2:], harmonics=3, samples=128)
+    anew = ss.ForcedResponse(
+        ss.open_results(few.save(tmp_path / "few.nc")), meshed_problem(structure, *others, modes_to=MODES_TO)
+    )
+    assert anew.problem.structure.size < few.problem.structure.size
+    right, made, again = (each.with_stress().dataset for each in (whole, few, anew))
+    for name in ("stress_alternating", "stress_mean"):
+        largest = [np.abs(each[name]).max("point").values for each in (right, made, again)]
+        assert largest[1] == pytest.approx(largest[0], rel=1e-3)
+        assert largest[2] == pytest.approx(largest[1], rel=1e-9)
+    peak = few.peak_point(0)
+    assert anew.stress(0, peak).von_mises.values == pytest.approx(few.stress(0, peak).von_mises.values, rel=1e-9)
+    with pytest.raises(InputError, match="must not be given for a problem on few coordinates of a mesh"):
+        few.with_stress(few.problem.structure.stresses[0])
 
 
 def test_results_remember_the_shapes(meshed, tmp_path):

@@ -107,7 +107,7 @@ def octopus():
 def test_a_preload_that_the_structure_takes_away_is_named(stiffness, changed, said):
     """Two pads of one surface on a mass with a spring of 10 N/m: 10/(10 + kn) of the preload is left, whatever lifts them."""
     static = changed.pop("static", 0.0)
-    law = ss.Macroslip(kt=stiffness, mu=0.3, kn=0.5 * stiffness, preload=15.0)
+    law = ss.Macroslip(kt=0.5 * stiffness, mu=0.3, kn=0.5 * stiffness, preload=15.0)
     pads = [ss.Contact(f"pad {k}", law, (ss.between("1.x", "ground"),), ss.between("1.y", "ground"), **changed) for k in (1, 2)]
     structure = ss.Structure(np.eye(2), 10.0 * np.eye(2), ("1.x", "1.y"))
     found = ss.Problem(structure, pads, (ss.Force("1.x", 1.0), ss.Force("1.y", 0.5, static=static)), ("1.x",)).warnings

@@ -83,7 +83,7 @@ def test_a_pair_is_held_where_either_of_its_nodes_is(tmp_path, meshed):
 @pytest.mark.slow
 def test_the_surface_of_the_following_sector_is_turned_with_its_axes(tmp_path, meshed):
     disk = ss.read_sector(write(tmp_path, meshed), sectors=6, faces=("LOW", "HIGH"), keep=KEEP)
-    own = ss.NodeSurface.of(disk, "L", towards=(-1.0, 0.0, 0.0))
+    own = ss.NodeSurface.of(disk, "L", towards=(-1.0, 0.0, 0.0), line=True)
     following, turn = own.following(disk), rotation(6)
     assert following.nodes == tuple(f"next/{name}" for name in own.nodes)
     np.testing.assert_allclose(following.points, own.points @ turn.T, atol=1e-15)

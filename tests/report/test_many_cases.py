@@ -15,6 +15,7 @@ import stickslip as ss
 from stickslip import analyses, laboratory
 from stickslip.analyses.stress import with_fatigue
 from stickslip.model.structure.stress import COMPONENTS
+from stickslip.results.files import SavedResult
 from stickslip.results.representative import representatives, spread
 from stickslip.results.schema import Result
 from stickslip.show.plots.forced_response import figures_of
@@ -181,7 +182,8 @@ def classes() -> dict[str, type[Result]]:
     for room in (analyses, laboratory):
         for module in pkgutil.walk_packages(room.__path__, f"{room.__name__}."):
             import_module(module.name)
-    return {found.__name__: found for found in Result.__subclasses__() if found.__module__.startswith("stickslip.")}
+    kinds = {*Result.__subclasses__(), *SavedResult.__subclasses__()} - {SavedResult}
+    return {found.__name__: found for found in kinds if found.__module__.startswith("stickslip.")}
 
 
 def test_every_figure_is_tried():

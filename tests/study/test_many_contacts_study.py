@@ -47,7 +47,7 @@ def test_a_run_from_the_mesh(folder, from_mesh, monkeypatch):  # noqa: F811
     for name, within in (("peak_frequency", 2e-4), ("peak_amplitude", 1e-3)):
         assert data[name].values[:, 0] == pytest.approx(rows[name].values[:, 0], rel=within, nan_ok=True)
     kept = ss.ForcedResponse(rows, ss.read_problem(folder / "rows.toml")).deformed_shape(1).motion.displacement
-    assert np.abs(shape - kept).max() < 0.01 * np.abs(kept).max()
+    assert np.abs(shape - kept).max() < 1e-3 * np.abs(kept).max()
 
 
 def test_a_check_from_the_mesh_says_what_one_with_rows_says(folder, from_mesh, monkeypatch):  # noqa: F811

@@ -23,7 +23,8 @@ harmonics = 3
 
 
 def stopped(folder, share):
-    """The results of a run that is stopped at a share of its work; a case is a third, of which sweeps take the first 0.3."""
+    """The results of a run that is stopped at a share of its work; a case is a third, of which sweeps take the first 0.15
+    and the search for peaks what is left to a half."""
 
     def stop(fraction, text):
         if fraction > share:
@@ -44,7 +45,7 @@ def whole(tmp_path_factory):
 
 
 def test_stopped_in_a_sweep(tmp_path, whole):
-    found, kept = stopped(tmp_path, (1 + 0.5 * 0.3) / 3)
+    found, kept = stopped(tmp_path, (1 + 0.5 * 0.15) / 3)
     assert kept == 1
     assert found["case_outcome"].values.tolist() == [Outcome.CONVERGED, Outcome.STOPPED, Outcome.STOPPED]
     assert float(found["peak_amplitude"][0, 0, 0]) == float(whole["peak_amplitude"][0, 0, 0])
@@ -60,7 +61,7 @@ def test_stopped_in_a_sweep(tmp_path, whole):
 
 def test_stopped_in_the_search_for_peaks(tmp_path):
     """Every point of the sweep is there, and the largest stands for the peak."""
-    found, kept = stopped(tmp_path, (1 + 0.5) / 3)
+    found, kept = stopped(tmp_path, (1 + 0.3) / 3)
     assert kept == 1
     assert np.nanmax(found["frequency"].values[1]) == 0.3
     assert "the run was stopped at" in level_sentence(found, 1)

@@ -45,6 +45,7 @@ from stickslip.analyses.solved_points import (
     SHAPE_FORCE_ATTRIBUTES,
     SolvedPoints,
     deformed_shape,
+    on_its_coordinates,
     peaks_of_another,
     refuse_unexcited,
     response_at,
@@ -261,11 +262,13 @@ class ForcedResponse(Result):
         (`read_structure(stress=...)`)
         unless a recovery is given (`stickslip.model.structure.stress`).
         """
-        return stress(self.dataset, self.problem, case, point, self._recovery(recovery))
+        problem = on_its_coordinates(self.problem, self.dataset)
+        return stress(self.dataset, problem, case, point, _recovery(problem, recovery))
 
     def with_stress(self, recovery: StressRecovery | None = None) -> ForcedResponse:
         """A copy whose dataset also holds the stress along its curves, for figures, report and tables; places as in `stress`."""
-        return replace(self, dataset=with_stress(self.dataset, self.problem, self._recovery(recovery)))
+        problem = on_its_coordinates(self.problem, self.dataset)
+        return replace(self, dataset=with_stress(self.dataset, problem, _recovery(problem, recovery)))
 
     def with_fatigue(
         self, limit: FatigueLimit, mean: Mapping[str, float] | None = None, equivalent: Equivalent = "sines"
@@ -279,14 +282,6 @@ class ForcedResponse(Result):
         sum; "principal": the normal stress on the plane where its amplitude is largest.
         """
         return replace(self, dataset=with_fatigue(self.dataset, limit, mean, equivalent))
-
-    def _recovery(self, given: StressRecovery | None) -> StressRecovery:
-        found = own_recovery(self.problem) if given is None else given
-        if found is None:
-            raise InputError(
-                "Stress needs places: give a recovery, or read the model with stress={NAME: node, set or coordinates}."
-            )
-        return found
 
     def with_motion(self) -> ForcedResponse:
         """A copy whose dataset also holds the motion of the dampers and of meshed bodies at its highest peaks, which the report
@@ -441,6 +436,17 @@ class ForcedResponse(Result):
     def save(self, path: str | Path) -> Path:
         """Write the dataset as NetCDF."""
         return save(self.dataset, path)
+
+
+def _recovery(problem: Problem, given: StressRecovery | None) -> StressRecovery:
+    """That of the places of a problem unless one is given; a given one knows nothing of the coordinates of a mesh."""
+    if given is not None and problem.mesh is not None:
+        remedy = "Leave it out: stress is that at the places which the models name."
+        raise fault("A stress recovery", "must not be given for a problem on few coordinates of a mesh", "given", remedy)
+    found = own_recovery(problem) if given is None else given
+    if found is None:
+        raise InputError("Stress needs places: give a recovery, or read the model with stress={NAME: node, set or coordinates}.")
+    return found
 
 
 @renamed_arguments(finished="checkpoint")

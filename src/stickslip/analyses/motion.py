@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.analyses.solved_points import SolvedPoints, on_its_coordinates
 from stickslip.model.contact.point import Contact
 from stickslip.model.contact.protocol import OPEN, STICK
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
@@ -264,6 +264,7 @@ def _covers(one: LoopMotion, other: LoopMotion) -> bool:
 
 def response_motion(dataset: xr.Dataset, problem: Problem, case: int, point: int) -> PeriodOfMotion:
     """Sections, loops and, of a disk, its blades over the period of a solved point."""
+    problem = on_its_coordinates(problem, dataset)
     points = SolvedPoints(dataset, problem)
     balance = points.balance
     evaluation = points.evaluation(case, point)

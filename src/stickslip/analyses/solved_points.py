@@ -68,6 +68,13 @@ REMEDY = (
 )
 
 
+def on_its_coordinates(problem: Problem, dataset: xr.Dataset) -> Problem:
+    """A problem on the coordinates on which a result was solved: those of a mesh have the shapes of its contact forces."""
+    if problem.mesh is None or SHAPE_FORCE not in dataset:
+        return problem
+    return with_all_forces(problem, ContactRows(problem).collected(dataset[SHAPE_FORCE].to_numpy()))
+
+
 class SolvedPoints:
     """The converged points of a dataset; `balance`: the one that solved them.
 
@@ -80,8 +87,7 @@ class SolvedPoints:
             if kept != own:
                 raise fault(f"The {what}s of the problem", f"must be those of the results, {kept}", own, REMEDY)
         self.rows = ContactRows(problem)
-        if SHAPE_FORCE in dataset:
-            problem = with_all_forces(problem, self.rows.collected(dataset[SHAPE_FORCE].to_numpy()))
+        problem = on_its_coordinates(problem, dataset)
         if "modes_to" in dataset.attrs:
             problem = on_few_coordinates(problem, 0.0, float(dataset.attrs["modes_to"]))
         self.problem = problem
@@ -337,7 +343,8 @@ def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int,
     """
     if not has_surface(problem):
         raise InputError(f"A deformed shape needs a problem with the surface of a mesh, but this one has none. {NO_SURFACE}")
-    points, periods = SolvedPoints(dataset, problem), periods_of(dataset)
+    problem, periods = on_its_coordinates(problem, dataset), periods_of(dataset)
+    points = SolvedPoints(dataset, problem)
     harmonics = complex_harmonics(points.whole_motion(case, point))
     if harmonic is None:
         first = points.kept["response"][case, point, 0, periods::periods]

@@ -39,7 +39,10 @@ TURNS = 256
 
 def stress(dataset: xr.Dataset, problem: Problem, case: int, point: int, recovery: StressRecovery) -> xr.Dataset:
     """`stress` (place, component, harmonic, part), `amplitude` of the first harmonic (place, component), `largest` (place,
-    component) in size over the period, and `von_mises` (place), its largest over the period; all with the mean, Pa."""
+    component) in size over the period, and `von_mises` (place), its largest over the period; all with the mean, Pa.
+
+    problem, recovery: on the coordinates of the result (`on_its_coordinates`).
+    """
     here, points = degrees_of_freedom(problem, recovery), SolvedPoints(dataset, problem)
     harmonics = stress_harmonics(problem, recovery, points.whole_motion(case, point)[here])
     over_time = np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E)
@@ -76,6 +79,8 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
     contacts per unit force level, at its natural frequencies in the band, and that frequency, Hz; NaN if there are none.
     `principal_without_contacts`: its largest principal stress there.
     With strain gauges `strain_amplitude` (case, point, gauge): half the peak-to-peak strain over the period, with all harmonics.
+
+    problem, recovery: on the coordinates of the result (`on_its_coordinates`).
     """
     here, points = degrees_of_freedom(problem, recovery), SolvedPoints(dataset, problem)
     sizes = (*dataset["outcome"].shape, len(recovery.places))
@@ -131,7 +136,7 @@ def _without_contacts(
     turns = np.exp(2j * np.pi * np.arange(TURNS) / TURNS)
     for hertz in dataset["natural_frequency_free"].values:
         if low <= hertz <= high:
-            stress = rows @ alone.motion(2.0 * np.pi * hertz)[here]
+            stress = rows @ problem.structure.motion(alone.motion(2.0 * np.pi * hertz))[here]
             over_time = (stress[:, None] * turns[:, None]).real
             size = von_mises(over_time).max(axis=1)
             larger = np.isfinite(size) & ~(size <= largest)

@@ -62,7 +62,9 @@ class ForcedResponsePlan(Plan):
         work = self.works[""]
         response = self.further.added(work.gathered(results[""]), work)
         response = response if self.stability is None else response.with_stability(self.stability.highest)
-        found = (response if self.recovery is None else response.with_stress(self.recovery)).with_motion().dataset
+        if self.recovery is not None:  # on few coordinates of a mesh it is that of the response
+            response = response.with_stress(self.recovery if response.problem.mesh is None else None)
+        found = response.with_motion().dataset
         return found if self.fatigue is None else self.fatigue(found)
 
 
