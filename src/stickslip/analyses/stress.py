@@ -6,7 +6,7 @@ Fatigue margin along response curves: the stress amplitude that a material stand
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -136,7 +136,8 @@ def _without_contacts(
     turns = np.exp(2j * np.pi * np.arange(TURNS) / TURNS)
     for hertz in dataset["natural_frequency_free"].values:
         if low <= hertz <= high:
-            stress = rows @ problem.structure.motion(alone.motion(2.0 * np.pi * hertz))[here]
+            vibration: Any = alone.motion(2.0 * np.pi * hertz)
+            stress = np.asarray(rows @ problem.structure.motion(vibration)[here])
             over_time = (stress[:, None] * turns[:, None]).real
             size = von_mises(over_time).max(axis=1)
             larger = np.isfinite(size) & ~(size <= largest)
