@@ -271,17 +271,23 @@ SHORTEST = 1.0 / 32.0
 
 def followed(solver_at: Callable[[float], PeakSolver], known: SolvedPeak) -> SolvedPeak | None:
     """The known peak followed while its problem changes, from share 0 to 1 of the change; None where it is lost."""
-    done, step = 0.0, 1.0
+    done, step, failed = 0.0, 1.0, False
+    last, before = 0.0, known
     while done < 1.0:
         share = min(done + step, 1.0)
+        ahead = (share - done) / (done - last) if done > last else 0.0
+        off, away = known.point.forces - before.point.forces, known.omega - before.omega
+        start = known.point.moved(ahead * off, "omega", ahead * away)  # on the line through the last two peaks
         try:
-            known = solver_at(share).from_near(known.point, known.plane)
+            found = solver_at(share).from_near(start, known.plane)
         except NoPeakError:
             if step <= SHORTEST:
                 return None
-            step *= 0.5
+            step, failed = 0.5 * step, True
         else:
-            done, step = share, 2.0 * step
+            last, before, done, known = done, known, share, found
+            # A step that fails costs as much as several that do not: after one, the length is tried again first.
+            step, failed = step if failed else 2.0 * step, False
     return known
 
 
