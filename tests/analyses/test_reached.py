@@ -2,8 +2,13 @@
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import stickslip as ss
+from stickslip.cli.app import app
+from stickslip.results.quantities import words_of_flags
+from stickslip.show.report.responses import sentences
+from stickslip.study import job
 from stickslip.support.checks import InputError
 
 
@@ -72,6 +77,13 @@ def test_no_sweep_reaches_a_detached_curve():
     assert table[["sweep_up", "sweep_down"]].values.tolist() == [[True, False], [False, False]]
     assert not table.from_rest[1]
     assert table.next_lower[1] < table.amplitude[1]
+    kept = found.with_reached(steps_per_period=200)
+    assert words_of_flags(kept.dataset.reached, kept.dataset.reached.values[1]) == ["not reached"] * 3
+    assert words_of_flags(kept.dataset.reached, kept.dataset.reached.values[0]) == ["not reached", "reached", "not reached"]
+    said = [line for line in sentences(kept.dataset) if "reached" in line]
+    assert "is reached by a slow sweep up; not reached from rest or by a slow sweep down." in said[0]
+    assert said[1].endswith(f"a disturbance has to exceed {table.next_lower[1]:.4g} m, roughly.")
+    assert any("[reached]" in line for line in sentences(found.dataset))
 
 
 def test_what_time_integration_does_not_settle_is_not_known(hardening):
@@ -80,6 +92,59 @@ def test_what_time_integration_does_not_settle_is_not_known(hardening):
     assert table.unknown[0].startswith("from_rest: not periodic after 2 periods at 0.16107 Hz")
     assert table.sweep_up.tolist() == [True, True]  # no fold comes before the peak
     assert table.sweep_down.tolist() == [None, None]  # where it begins is not known
+    said = [line for line in sentences(hardening.with_reached(steps_per_period=200, periods=2).dataset) if "reached" in line]
+    assert "is reached by a slow sweep up; not known from rest: not periodic after 2 periods at 0.16107 Hz" in said[0]
+
+
+STUDY = """
+[study]
+title = "One mass on a hardening spring"
+analysis = "forced_response"
+[structure]
+matrices = { M = [[1.0]], K = [[1.0]], C = [[0.1]] }
+dofs = ["1.x"]
+[[contact]]
+law = "cubic_spring"
+k3 = 1.0
+between = ["1.x", "ground"]
+[[force]]
+direction = "1.x"
+amplitude = 1.0
+[sweep]
+frequency = [0.08, 0.35]
+force_levels = [0.2]
+harmonics = 5
+samples = 64
+outputs = ["1.x"]
+[reached]
+steps_per_period = 200
+"""
+
+
+@pytest.mark.usefixtures("unsaved_figures")
+def test_a_study_says_which_peaks_are_reached(tmp_path):
+    (tmp_path / "study.toml").write_text(STUDY)
+    command = ["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"), "--workers", "1"]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 0, result.output
+    assert "is reached by a slow sweep up; not reached from rest or by a slow sweep down." in result.output
+    results = ss.open_results(tmp_path / "out" / "results.nc")
+    assert words_of_flags(results.reached, results.reached.values[0]) == ["not reached", "reached", "not reached"]
+    assert float(results.next_lower[0]) < float(results.peak_amplitude[0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("frequency = [0.08, 0.35]", "at = [0.1, 0.2]", "must go with a band"),
+        ("steps_per_period = 200", 'output = "2.x"', "must be an output, but is '2.x'"),
+        ("steps_per_period = 200", "steps_per_period = 4", "steps_per_period"),
+    ],
+)
+def test_a_study_that_cannot_say_it_is_refused(tmp_path, before, after, words):
+    (tmp_path / "study.toml").write_text(STUDY.replace(before, after))
+    with pytest.raises(InputError, match=words):
+        job((tmp_path / "study.toml").read_text(), tmp_path, "study.toml")
 
 
 def test_listed_frequencies_are_refused():

@@ -27,7 +27,7 @@ from stickslip.analyses.motion import response_motion, with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.peak_shapes import SETTLED, own_shapes_error, with_loaded_harmonics, with_shapes_of_peaks
-from stickslip.analyses.reached import reached
+from stickslip.analyses.reached import reached, with_reached
 from stickslip.analyses.response_dataset import (
     ContactRows,
     absolute,
@@ -241,7 +241,21 @@ class ForcedResponse(Result):
         sector: solve the disk with all its sectors, `disk.full()`.
         """
         row = between("output", output, 0, self.dataset.sizes["output"] - 1)
-        return reached(self.dataset, self.problem, row, steps_per_period, periods, progress)
+        return reached(self.dataset, self.problem, row, steps_per_period, periods, progress).drop(columns="case", errors="ignore")
+
+    def with_reached(
+        self,
+        output: int = 0,
+        *,
+        steps_per_period: int = 500,
+        periods: int = 2000,
+        progress: Callable[[float, str], None] | None = None,
+    ) -> ForcedResponse:
+        """A copy whose dataset also holds what `reached` says, for report and tables: `reached` (case, question), with the
+        questions from_rest, sweep_up and sweep_down, `next_lower` (case) [m] and `reached_unknown` (case)."""
+        row = between("output", output, 0, self.dataset.sizes["output"] - 1)
+        table = reached(self.dataset, self.problem, row, steps_per_period, periods, progress)
+        return replace(self, dataset=with_reached(self.dataset, table, row))
 
     def sensitivity(self, case: int, point: int, parameters: Mapping[str, Parameter]) -> Sensitivity:
         """dX/dθ of any solved point at its frequency, those of an overhanging branch included, as by `stickslip.sensitivity`.

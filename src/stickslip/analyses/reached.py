@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from stickslip.analyses.solved_points import SolvedPoints, response_at
+from stickslip.analyses.stability import flags_of
 from stickslip.analyses.time_response import harmonics_of, time_response
 from stickslip.model.problem import Problem
 from stickslip.results.quantities import words_of_flags
-from stickslip.results.schema import CurveKind, kinds_in
+from stickslip.results.schema import CurveKind, described, kinds_in, named
 from stickslip.results.view import band_of, converged_points, highest_peak, is_listed, periods_of
 from stickslip.solve.time.march import TimeStart, from_harmonics
 from stickslip.support.checks import Array, InputError
@@ -37,6 +39,14 @@ FURTHER = 1e-3
 
 SWEEPS = {"sweep_up": 1, "sweep_down": -1}
 """Directions of the frequency."""
+
+
+class Reached(IntEnum):
+    """Whether a machine shows the highest peak of a curve; not known of a curve without one, either."""
+
+    NOT_KNOWN = 0
+    REACHED = 1
+    NOT_REACHED = 2
 
 
 class Place(NamedTuple):
@@ -185,6 +195,7 @@ def reached(
             place = Place(case, int(np.searchsorted(motions.points[case], peak.point)))
             amplitude = float(dataset["amplitude"].values[case, peak.point, output])
             row = {
+                "case": case,
                 "force_level": level,
                 "curve": kinds_in(dataset)[case].name.lower(),
                 "frequency": peak.frequency,
@@ -200,6 +211,23 @@ def reached(
             row["unknown"] = "; ".join(f"{question}: {motions.unknown[question]}" for question in asked)
             rows.append(row)
     return pd.DataFrame(rows)
+
+
+def with_reached(dataset: xr.Dataset, table: pd.DataFrame, output: int) -> xr.Dataset:
+    """A dataset with the table of `reached` for an output."""
+    flag = {None: Reached.NOT_KNOWN, True: Reached.REACHED, False: Reached.NOT_REACHED}
+    questions = ["from_rest", *SWEEPS]
+    flags = np.zeros((dataset.sizes["case"], len(questions)), dtype=np.int8)
+    lower, unknown = np.full(len(flags), np.nan), np.full(len(flags), "", dtype=object)
+    for row in table.to_dict("records"):
+        flags[row["case"]] = [flag[row[question]] for question in questions]
+        lower[row["case"]], unknown[row["case"]] = row["next_lower"], row["unknown"]
+    variables = {
+        "reached": (("case", "question"), flags, flags_of("whether the highest peak is reached", Reached)),
+        "question": named("question", questions, "how the highest peak may be reached"),
+        **described("reached", {"next_lower": lower, "reached_unknown": unknown.astype(str)}),
+    }
+    return dataset.assign(variables).assign_attrs(output_reached=str(dataset["output"].values[output]))
 
 
 def _apart(motion: Array, other: Array) -> float:

@@ -1,6 +1,6 @@
 """Further curves in a study: the tables [isolated] and [branches] of a forced response.
 
-What a study asks of a response beside its curves: the tables [stress], [fatigue] and [stability].
+What a study asks of a response beside its curves: the tables [stress], [fatigue], [stability] and [reached].
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from stickslip.model import rigs
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem.speed import MOST_PERIODS
 from stickslip.model.structure.stress import FatigueLimit, StressRecovery
+from stickslip.solve.time.period import refuse_waves
 from stickslip.study.analysis import Asked
 from stickslip.study.fields import LENGTH, PRESSURE, Groups, Number, Positive, Table, Words, by_form, in_si, with_si
 from stickslip.study.tables import Ends
@@ -237,3 +238,28 @@ def stability_of(asked: Asked) -> StabilityTable | None:
     """The table [stability]; None where it is not asked for."""
     table = asked.tables.get("stability")
     return table if isinstance(table, StabilityTable) else None
+
+
+class ReachedTable(Table):
+    """Which of its motions a machine shows: whether the highest peak of each curve is reached from rest, and by slow sweeps."""
+
+    output: str | None = None
+    """name of the output whose peaks they are; default: the first"""
+    steps_per_period: Annotated[int, Field(ge=8, le=MOST)] = 500
+    """steps of the time integration in a period of the excitation"""
+    periods: Annotated[int, Field(ge=2, le=MOST)] = 2000
+    """periods after which a motion that is not yet periodic is given up"""
+
+
+def reached_of(asked: Asked) -> ReachedTable | None:
+    """The table [reached]; refused where no sweep can be followed or motions cannot be integrated in time."""
+    table = asked.tables.get("reached")
+    if not isinstance(table, ReachedTable) or asked.sweep is None:
+        return None
+    if asked.sweep.listed:
+        raise fault("[reached]", "must go with a band, [sweep] frequency", "listed frequencies, [sweep] at")
+    refuse_waves(asked.sweep.problem)
+    names = asked.sweep.problem.output_names
+    if table.output is not None and table.output not in names:
+        raise fault("[reached]: output", "must be an output", table.output, nearest(table.output, names))
+    return table

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stickslip.analyses.reached import Reached
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results import view
 from stickslip.results.quantities import about_all, is_unstable, none_is_judged, peak_is_unstable, peak_unjudged, peak_verdict
@@ -88,6 +89,38 @@ def further_curves_sentence(dataset: xr.Dataset, output: int = 0) -> str:
         parts.append(f"{height(swept)} on the curve begun at {hertz(begin)} Hz")
     parts.append(f"{height(highest)} on {which} ({peak_verdict(dataset, highest, output, peaks[highest].point)})")
     return f"{', '.join(names)}{': ' if names else ''}{', '.join(parts)}."
+
+
+WAYS = {"from_rest": "from rest", "sweep_up": "by a slow sweep up", "sweep_down": "by a slow sweep down"}
+"""The questions of `ForcedResponse.reached` in the words of a sentence."""
+
+
+def reached_sentences(dataset: xr.Dataset) -> list[str]:
+    """Of the highest peak of each curve, what leads to it, and what a disturbance has to exceed where nothing else does; empty
+    where this was not asked for."""
+    if "reached" not in dataset:
+        return []
+    output = dataset["output"].values.tolist().index(dataset.attrs["output_reached"])
+    sentences = []
+    for case, flags in enumerate(dataset["reached"].values.tolist()):
+        peak = view.highest_peak(dataset, case, output)
+        if peak is None:
+            continue
+        yes, no = (
+            [words for flag, words in zip(flags, WAYS.values(), strict=True) if flag == each]
+            for each in (Reached.REACHED, Reached.NOT_REACHED)
+        )
+        parts = [f"is reached {', '.join(yes)}"] if yes else []
+        parts += [f"{'' if yes else 'is '}not reached {' or '.join(no)}"] if no else []
+        lower, reasons = dataset["next_lower"], str(dataset["reached_unknown"].values[case])
+        if not yes and np.isfinite(lower.values[case]):
+            smallest = view.size_text(float(lower.values[case]), lower.attrs["units"], dataset)
+            parts.append(f"a disturbance has to exceed {smallest}, roughly")
+        for question, words in WAYS.items():
+            reasons = reasons.replace(f"{question}:", f"{words}:")
+        parts += [f"not known {reasons}"] if reasons else []
+        sentences.append(f"{view.level_text(dataset, case)}: the peak at {hertz(peak.frequency)} Hz {'; '.join(parts)}.")
+    return sentences
 
 
 def _of_sweeps(dataset: xr.Dataset, output: int) -> str:

@@ -17,7 +17,7 @@ from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.analyses.variability.samples import percentiles as percentiles_of
 from stickslip.results import quantities
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
-from stickslip.results.schema import kind_words
+from stickslip.results.schema import CurveKind, kind_words, kinds_in
 from stickslip.results.shown_units import in_system, shown_table, system_of
 from stickslip.results.view import (
     force_text,
@@ -33,7 +33,7 @@ from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.response_curves import controlled_response, resonances
 from stickslip.show.plots.variability import response_bounds, response_percentiles
-from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence
+from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence, reached_sentences
 from stickslip.show.report.markup import Charts, Presentation, framed, hertz, presents, section
 from stickslip.show.report.stress import (
     fatigue_sentences,
@@ -144,7 +144,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines += [f"  {sentence}"] if (sentence := quantities.about_all(dataset)) else []
     lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
-    lines += isolated_sentences(dataset)
+    lines += [*isolated_sentences(dataset), *reached_sentences(dataset)]
     lines += quantities.stability_sentences(dataset) if quantities.has_stability(dataset) else []
     lines += stress_sentences(dataset) if has_stress(dataset) else []
     lines += strain_sentences(dataset) if has_gauges(dataset) else []
@@ -161,6 +161,8 @@ def isolated_sentences(dataset: xr.Dataset) -> list[str]:
     said = np.atleast_1d(dataset.attrs.get("isolated_search", [])).tolist()
     more = f" Of {counted(len(said) - 1, 'more force level')} it is in the attribute `isolated_search`." if len(said) > 1 else ""
     searched = [f"{said[0]}{more}"] if said else []
+    if CurveKind.ISOLATED in kinds_in(dataset) and "reached" not in dataset:
+        searched.append("Which of these motions a machine shows, from rest and by slow sweeps, is said by `[reached]`.")
     if "isolated_starts" not in dataset.attrs:
         return searched
     found, starts = (int(dataset.attrs[name]) for name in ("isolated_curves", "isolated_starts"))

@@ -55,6 +55,7 @@ def overview(datasets: Datasets, charts: Charts) -> str:
             fatigue_headline(dataset),
             conclusions.bounds_headline(detached(dataset)) if has_bounds(dataset) else "",
             conclusions.further_curves_sentence(dataset),
+            " ".join(conclusions.reached_sentences(dataset)),
         ]
         cases = range(dataset.sizes["case"])
         count, good = sum(view.points(dataset, c).size for c in cases), sum(view.converged_points(dataset, c).size for c in cases)

@@ -9,17 +9,20 @@ from functools import cached_property
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.structure.stress import StressRecovery
-from stickslip.runs.work import Arrays, Progress
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers, silent
+from stickslip.solve.time.period import refuse_waves
 from stickslip.study.analysis import Asked, Kind, Plan, summary_of
 from stickslip.study.further_curves import (
     BranchesTable,
     FatigueTable,
     FurtherCurves,
     IsolatedTable,
+    ReachedTable,
     StabilityTable,
     StressTable,
     fatigue_of,
     ordered,
+    reached_of,
     recovery_of,
     stability_of,
 )
@@ -35,13 +38,14 @@ class ForcedResponsePlan(Plan):
     recovery: StressRecovery | None = None
     fatigue: Callable[[xr.Dataset], xr.Dataset] | None = None
     stability: StabilityTable | None = None
+    reached: ReachedTable | None = None
 
     @classmethod
     def of(cls, asked: Asked) -> ForcedResponsePlan:
         """The plan of a study."""
         recovery = recovery_of(asked)
         fatigue = fatigue_of(asked, recovery)
-        plan = cls(sweep_of(asked), FurtherCurves.of(asked), recovery, fatigue, stability_of(asked))
+        plan = cls(sweep_of(asked), FurtherCurves.of(asked), recovery, fatigue, stability_of(asked), reached_of(asked))
         if plan.further.periods > 1 and plan.sweep.harmonics != "auto":
             _ = plan.works
         return plan
@@ -57,11 +61,22 @@ class ForcedResponsePlan(Plan):
     def begin(self, progress: Progress) -> None:
         """Of a finite-element model, the coordinates that its highest peaks need."""
         self.__dict__["works"] = {name: work.with_shapes(progress) for name, work in self.works.items()}
+        if self.reached is not None:
+            refuse_waves(self.works[""].problem)  # few coordinates may have springs that hold mean positions
 
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+    def searched(
+        self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
+    ) -> xr.Dataset:
+        return self.dataset(results, progress)
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]], progress: Progress = silent) -> xr.Dataset:
         work = self.works[""]
         response = self.further.added(work.gathered(results[""]), work)
         response = response if self.stability is None else response.with_stability(self.stability.highest)
+        if self.reached is not None:
+            output = 0 if self.reached.output is None else work.problem.output_names.index(self.reached.output)
+            how = self.reached.model_dump(include={"steps_per_period", "periods"})
+            response = response.with_reached(output, **how, progress=progress)
         if self.recovery is not None:  # on few coordinates of a mesh it is that of the response
             response = response.with_stress(self.recovery if response.problem.mesh is None else None)
         found = response.with_motion().dataset
@@ -86,6 +101,7 @@ KIND = Kind(
         "stress": StressTable,
         "fatigue": FatigueTable,
         "stability": StabilityTable,
+        "reached": ReachedTable,
         "isolated": IsolatedTable,
         "branches": BranchesTable,
     },
