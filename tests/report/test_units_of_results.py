@@ -250,6 +250,10 @@ def test_a_kept_sentence_is_shown_in_the_units_of_the_study(sentence, shown):
     assert shown_sentence(sentence, xr.Dataset()) == sentence
 
 
+def test_a_small_length_of_a_kept_sentence_has_the_unit_of_the_tables():
+    assert shown_sentence("4.678e-07 m at 551 Hz; 0.0005 m", xr.Dataset()) == "0.4678 µm at 551 Hz; 0.0005 m"
+
+
 def test_limit_cycles_and_modes_are_told_in_mm(tmp_path):
     """The message that the result keeps, and the modal amplitude of the table, with its unit."""
     alone = IN_MM.replace("forced_response", "limit_cycles").replace("force_levels = [2.0, 4.0]\n", "")

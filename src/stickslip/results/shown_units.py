@@ -105,6 +105,8 @@ def shown_sentence(sentence: str, *datasets: xr.Dataset) -> str:
 
     def converted(size: re.Match[str]) -> str:
         factor, unit = in_system(size[3], system)
+        if system is None and unit == "m" and 0.0 < float(size[2]) < 1e-4:  # "g" writes an exponent
+            factor, unit = 1e6, "µm"
         ends = [f"{factor * float(end):.4g}" for end in size.group(1, 2) if end]
         return size[0] if factor == 1.0 else f"{' to '.join(ends)} {unit}"
 
