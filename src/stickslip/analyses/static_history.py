@@ -30,9 +30,6 @@ from stickslip.solve.curves.curve import Curve
 from stickslip.solve.peaks.climb import PeakSolver, followed, settled
 from stickslip.support.checks import Array, first_of
 
-SHOWN = 3
-"""Names of contacts that a sentence lists."""
-
 SEEN = 1e-3
 """Relative difference of two natural frequencies from which on it is seen in tables and figures."""
 
@@ -54,7 +51,7 @@ def opened(problem: Problem, low: float, high: float) -> str:
     if rest is None or not (released := open_stiffness(problem, rest)).any():
         return ""
     owners = [contact.name for contact in problem.contacts for _ in contact.directions]
-    names = first_of(list(dict.fromkeys(owners[row] for row in np.flatnonzero(released))), SHOWN)
+    names = first_of(list(dict.fromkeys(owners[row] for row in np.flatnonzero(released))))
     for harmonic in problem.systems.excited:
         M, _, K, B, _ = problem.systems.at(harmonic)
         stuck, small = natural_modes(M, K), natural_modes(M, K - B.conj().T @ (released[:, None] * B))

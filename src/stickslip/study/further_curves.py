@@ -151,8 +151,6 @@ def recovery_of(asked: Asked) -> StressRecovery | None:
 Pair = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
 
 
-LISTED = 4
-"""Places that a sentence names."""
 NO_STRESS = "[fatigue] must go with places of stress, but there are none. Name them in [structure] stress."
 
 
@@ -218,7 +216,7 @@ def resting_fatigue(asked: Asked) -> list[str]:
     if not lacking:
         return []
     return [
-        f"Warning: [fatigue]: the mean stress at {first_of(lacking, LISTED)} has nothing of the rotation of the disk: the margin "
+        f"Warning: [fatigue]: the mean stress at {first_of(lacking)} has nothing of the rotation of the disk: the margin "
         "is that at rest, and too large. Write `speed` in [structure.sector], 0 for a test at rest, or [rotation], or state the "
         "stress of the rotation as `mean` in [fatigue]."
     ]

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from stickslip.study.reading import Job
 
 SHOWN = 6
-"""How many frequencies, and how many contacts, a sentence lists."""
+"""Nodal diameters whose frequencies a sentence lists."""
 
 
 def model_summary(sweep: ForcedResponseSettings, condition: str = "", system: UnitSystem | None = None) -> list[str]:
@@ -75,7 +75,7 @@ def _listed(frequencies: Array) -> str:
     """The lowest frequencies, and how many rigid motions there are below."""
     moving = frequencies[frequencies > 0.0]
     rigid = [counted(frequencies.size - moving.size, "rigid motion")] if moving.size < frequencies.size else []
-    return first_of([*rigid, *(f"{f:.5g}" for f in moving)], SHOWN)
+    return first_of([*rigid, *(f"{f:.5g}" for f in moving)])
 
 
 def _loads(problem: Problem, when: str, system: UnitSystem | None) -> list[str]:
@@ -90,9 +90,9 @@ def _loads(problem: Problem, when: str, system: UnitSystem | None) -> list[str]:
     factor, unit = in_system("N", system)
     closed = [f"{name} {factor * load:.4g}" for name, load in loads.items() if load > 0.0]
     return [
-        *([f"Normal loads at rest in {unit}{when}: {first_of(closed, SHOWN)}."] if closed else []),
-        *([f"Open at rest{when}: {first_of(open_, SHOWN)}."] if open_ else []),
-        *([f"At the friction limit at rest{when}: {first_of(slipped, SHOWN)}."] if slipped else []),
+        *([f"Normal loads at rest in {unit}{when}: {first_of(closed)}."] if closed else []),
+        *([f"Open at rest{when}: {first_of(open_)}."] if open_ else []),
+        *([f"At the friction limit at rest{when}: {first_of(slipped)}."] if slipped else []),
     ]
 
 

@@ -24,8 +24,6 @@ from stickslip.support.units import UnitSystem
 
 AXES = ("x", "y", "z")
 
-SHOWN = 12
-"""Areas that a note lists."""
 
 FAR, SMALLEST = 10.0, 1e-4
 """Distance of what lies opposite from where on it is likely a slip, over the size of the surface or this length [m]."""
@@ -288,7 +286,7 @@ def _note(
     found = [f"{name}: {what} on {table.surface} against {table.against}{area}; mean normal {normal}"]
     if len(contacts) < touching and surface.area:
         areas = [f"{contact.name} {factor * contact.area:.4g}" for contact in contacts]
-        found.append(f"Areas in {unit}: {first_of(areas, SHOWN)}")
+        found.append(f"Areas in {unit}: {first_of(areas)}")
     if table.points is not None and table.points > touching:
         found.append(f"points = {table.points} are more than its nodes, so there is a contact at each")
     if not surface.area and table.facing is None:

@@ -10,8 +10,6 @@ from stickslip.support.checks import fault, first_of, nearest
 
 FEWEST = 3
 """Values of a vector that may be a curve."""
-LISTED = 12
-"""Vectors that a message lists."""
 COLUMN = "(:,"
 TIMES = tuple(unit for unit, (kind, _) in UNITS.items() if kind == "s")
 AXIS = ("start_value", "increment", "number_of_values")
@@ -42,7 +40,7 @@ def response_columns(
     else:
         several = [keys for keys in groups.values() if len(keys) > 1]
         if len(several) != 1:
-            shown = first_of([f"{key} ({values.size})" for key, values in vectors.items()], LISTED) or "no vectors of numbers"
+            shown = first_of([f"{key} ({values.size})" for key, values in vectors.items()]) or "no vectors of numbers"
             example = next(iter(vectors), "FRF.H")
             remedy = f"Say which it is, such as columns={{'{what}': '{example}'}} (--column '{what}={example}')."
             raise fault(f"The vectors of {name}", "must be those of one response, of one length", shown, remedy)
@@ -89,7 +87,7 @@ def _meant(name: str, vectors: Mapping[str, Any], which: str) -> str:
     inside = [key for key in vectors if key.startswith(f"{which}.") and not key.endswith(".x_values")]
     if len(inside) == 1:
         return inside[0]
-    remedy = f"It holds {first_of(inside, LISTED)}." if inside else nearest(which, vectors)
+    remedy = f"It holds {first_of(inside)}." if inside else nearest(which, vectors)
     raise fault(f"The vector that is named in {name}", "must be one of the file", which, remedy)
 
 

@@ -53,8 +53,6 @@ ROUNDED = 0.01
 LEAST_SIZE, MOST_SIZE = 2e-3, 3.0
 """Of a body, relative to the model: from a pin of half a millimetre under a blade of 0.25 m to three times all blades."""
 
-SHOWN = 10
-"""Names that a sentence lists."""
 
 AXES, ROTATIONS = ("x", "y", "z"), ("rx", "ry", "rz")
 
@@ -263,7 +261,8 @@ def negative_damping(problem: Problem) -> str:
     return (
         f"Negative damping: with all contacts stuck, the mode at {frequency:.5g} Hz{name} has the damping ratio {ratio:.3g}. "
         "Small vibrations of this mode grow by themselves, whatever the excitation, and the computed response may be unstable. "
-        "`limit_cycles` computes the amplitudes at which friction stops the growth, and beyond which nothing does. If this is not intended, check the sign."
+        "`limit_cycles` computes the amplitudes at which friction stops the growth, and beyond which nothing does. If this is not "
+        "intended, check the sign."
     )
 
 
@@ -362,4 +361,4 @@ def _perpendicular(one: Direction, other: Direction) -> bool:
 
 def _named(names: Sequence[str]) -> str:
     """The first names of a list, each once."""
-    return first_of(list(dict.fromkeys(names)), SHOWN)
+    return first_of(list(dict.fromkeys(names)))

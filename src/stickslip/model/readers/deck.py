@@ -140,8 +140,6 @@ MOST_GENERATED = 1_000_000
 """Members of a generated set of nodes: more is a slip of the deck."""
 MOST_MADE = 2_000_000
 """Nodes that cards of a deck make of others, in all."""
-SHOWN = 8
-"""Cards that a note lists."""
 
 
 @dataclass
@@ -241,7 +239,7 @@ class CardsMet:
         missing = tuple(f"{file}: {card} is not read; {what}." for card, what in self.missing.items())
         if not self.unknown:
             return missing
-        listed = first_of([f"{card} ({place})" for card, place in self.unknown.items()], SHOWN)
+        listed = first_of([f"{card} ({place})" for card, place in self.unknown.items()])
         return *missing, f"{file}: this reader does not know {listed}. Their effect on nodes and sets, if any, is missing."
 
 

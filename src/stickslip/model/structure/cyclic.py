@@ -23,8 +23,6 @@ Waves = NDArray[np.complex128]
 
 MOST_SECTORS = 1000
 """Of a disk; no machine has as many blades on one."""
-MOST_NAMED = 12
-"""Nodal diameters that a message names."""
 NEXT = "next/"
 """Prefix of the names of the following sector's degrees of freedom: "next/pad_1.x"."""
 
@@ -73,7 +71,7 @@ class HeldDiameters:
     def missing(self, wanted: str) -> InputError:
         """What is said where one is asked for that is not held."""
         remedy = "Read the sector with more `nodal_diameters`, or the study by `read_problem(..., whole_disk=True)`."
-        return fault("The disk", f"must hold {wanted}", first_of([*map(str, self.held)], MOST_NAMED), remedy)
+        return fault("The disk", f"must hold {wanted}", first_of([*map(str, self.held)]), remedy)
 
 
 ONE_SECTOR = HeldDiameters(1, (0,))

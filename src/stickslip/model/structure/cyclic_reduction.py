@@ -25,7 +25,7 @@ from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rotation_axis import Z_AXIS, RotationAxis
 from stickslip.model.structure.solid import Solid
 from stickslip.model.structure.sparse import symmetric_sparse
-from stickslip.support.checks import Array, Index, InputError, fault
+from stickslip.support.checks import Array, Index, InputError, fault, first_of
 
 Progress = Callable[[float, str], None]
 
@@ -132,9 +132,6 @@ def _not_held() -> InputError:
 MATCH = 1e-3
 """How far nodes of the two faces may be apart, relative to the smallest distance of neighbours on a face: coordinates are printed
 with six digits in some formats."""
-
-NAMED = 4
-"""Names that a message lists."""
 
 
 def rotation(sectors: int, steps: int = 1) -> Array:
@@ -264,8 +261,7 @@ def refuse_on_faces(sector: Sector, kept: Mapping[str, int]) -> None:
     on_faces = {row for side in (sector.left, sector.right) for row in sector.solid.numbers[side].ravel().tolist()}
     missing = [name for name, row in kept.items() if row in on_faces]
     if missing:
-        more = "" if len(missing) <= NAMED else f" and {len(missing) - NAMED} more"
-        shown = f"{', '.join(missing[:NAMED])}{more}"
+        shown = first_of(missing)
         remedy = "Keep nodes beside the faces, and take theirs out of the contact surfaces."
         raise fault("Kept degrees of freedom", "must not lie on the cyclic faces", shown, remedy)
 
