@@ -210,15 +210,8 @@ def _followed(curve: SolvedCurve, evaluation: Evaluation) -> Followed:
 FREQUENCIES = 4
 """Frequencies evenly inside the band, and as many more beside the lowest fold."""
 
-BEGIN, END = 0.02, 100.0
-"""Force levels where an S-curve begins and ends, relative to that of the swept curve."""
-
-REACH = 8.0
-"""Level of a fold, relative to that of the swept curve, up to which more frequencies are tried beside it: a curve that is as
-narrow as the distance of two frequencies has its fold a few times higher there."""
-
-NARROWEST = 0.01
-"""Share of the band below which the distance of two frequencies is not halved."""
+FARTHEST = 100.0
+"""An S-curve goes from a force level this many times below that of the swept curve to one as many times above."""
 
 HARMONICS = 3
 """Harmonics of S-curves; the motions of a level found on them are solved with those of the swept curve. Where all contacts open
@@ -332,12 +325,12 @@ class LevelCurves:
         """The force levels along an S-curve, whose motions of the swept curve's level are taken on the way."""
         level = self.curve.level
         balance = self.curve.balance.with_harmonics(min(HARMONICS, self.curve.balance.highest))
-        first = solve_cold(balance, omega, BEGIN * level)
+        first = solve_cold(balance, omega, level / FARTHEST)
         if not first.converged:
             raise LostCurveError("No motion of a small force level was found.")
         most = sustained(balance.problem, omega * balance.periods, abs(level))
         before: CurvePoint | None = None
-        for point in trace(balance, first, "level", END * level, StepControl(points=self.left)):
+        for point in trace(balance, first, "level", FARTHEST * level, StepControl(points=self.left)):
             self.left -= 1
             yield abs(point.point.level)
             if before is not None and (before.point.level - level) * (point.point.level - level) < 0.0:
@@ -361,7 +354,7 @@ class LevelCurves:
     def sentence(self) -> str:
         """What was searched."""
         bounded = np.isfinite(sustained(self.curve.balance.problem, self.curve.band[1], 1.0)).any()
-        reach = f"{'the largest vibration that damping lets it sustain or ' if bounded else ''}{END:g} times this level"
+        reach = f"{'the largest vibration that damping lets it sustain or ' if bounded else ''}{FARTHEST:g} times this level"
         found = self.isolated.found
         led = f"{counted(len(found), 'curve')} apart from the sweep" if found else "no motion that the sweep does not pass"
         short = f" At {self._hertz(self.lost)} the search ended before." if self.lost else ""
@@ -372,17 +365,15 @@ class LevelCurves:
         return f"{', '.join(f'{self.curve.balance.hertz(omega):.5g}' for omega in sorted(set(omegas)))} Hz"
 
     def _beside_lowest_fold(self) -> float | None:
-        """The middle between the frequency of the lowest fold and its farther neighbour; None where no fold is near the level."""
+        """The middle between the frequency of the lowest fold and its farther neighbour; None without a fold."""
         low, high = self.curve.band
         known = sorted(self.fold)
         lowest = min(known, key=lambda omega: self.fold[omega], default=None)
-        if lowest is None or self.fold[lowest] >= REACH * abs(self.curve.level):
+        if lowest is None or not np.isfinite(self.fold[lowest]):
             return None
         place = known.index(lowest)
         ends = [known[place - 1] if place else low, known[place + 1] if place + 1 < len(known) else high]
-        wide = [end for end in ends if abs(end - lowest) > NARROWEST * (high - low)]
-        beside = max(wide, key=lambda omega: abs(omega - lowest), default=None)
-        return None if beside is None else 0.5 * (lowest + beside)
+        return 0.5 * (lowest + max(ends, key=lambda omega: abs(omega - lowest)))
 
 
 def searched(curve: SolvedCurve) -> tuple[list[Curve], str]:

@@ -261,8 +261,8 @@ def negative_damping(problem: Problem) -> str:
     return (
         f"Negative damping: with all contacts stuck, the mode at {frequency:.5g} Hz{name} has the damping ratio {ratio:.3g}. "
         "Small vibrations of this mode grow by themselves, whatever the excitation, and the computed response may be unstable. "
-        "`limit_cycles` computes the amplitudes at which friction stops the growth, and beyond which nothing does. If this is not "
-        "intended, check the sign."
+        "`limit_cycles` computes the amplitudes at which friction stops the growth, and beyond which nothing does. If this is "
+        "not intended, check the sign."
     )
 
 
