@@ -13,7 +13,8 @@ from pydantic import Field
 
 import stickslip as ss
 from stickslip.analyses.controlled_response import ControlledResponseWork
-from stickslip.analyses.settings import Setting, Settings, Whole, takes
+from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.settings import ForcedResponseSettings, Setting, Settings, Whole, takes
 from stickslip.study.faults import parsed
 from stickslip.study.fields import Positive, check_of, table_of
 from stickslip.support.checks import Faults, InputError, among, positive, unique
@@ -155,3 +156,22 @@ def test_none_is_not_checked_where_it_is_the_default_and_nowhere_else():
     check_of(Limited)(parsed(table, {"size": 1.0}))
     with pytest.raises(InputError, match=r"limit must be positive, but is -1\.0"):
         check_of(Limited)(parsed(table, {"size": 1.0, "limit": -1.0}))
+
+
+@dataclass(frozen=True, eq=False)
+class WithDummy(ForcedResponseSettings):
+    dummy: Annotated[int, Setting(Whole(1, 9), "a setting that a developer adds in one line")] = 2
+
+
+def test_a_new_setting_of_a_forced_response_is_a_key_an_argument_part_of_the_name_of_a_case_and_of_the_results():
+    works = [ForcedResponseWork.of(WithDummy(RIG, ss.hertz(0.1, 0.2), samples=64, dummy=dummy)) for dummy in (3, 4)]
+    assert works[0].names != works[1].names
+    assert "dummy 3" in works[0].so_far({}).attrs["settings"]
+    with pytest.raises(InputError, match="dummy must be at most 9, but is 10"):
+        WithDummy(RIG, ss.hertz(0.1, 0.2), dummy=10)
+    assert "dummy" in inspect.signature(takes(WithDummy)(lambda settings: settings)).parameters
+    table = table_of(WithDummy, "Where to compute.")
+    meaning = "a setting that a developer adds in one line"
+    assert f"| `dummy` | whole number | - | `2` | ≥ 1, ≤ 9 | {meaning} |" in rows(table)
+    with pytest.raises(Faults, match="dummy"):
+        parsed(table, {"dummy": 10})

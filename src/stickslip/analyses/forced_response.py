@@ -591,15 +591,17 @@ class ForcedResponseWork(OneBalance):
         """What peaks are of."""
         return self.settings.measured
 
+    @property
+    def others(self) -> str:
+        """The settings that curves depend on as they are given."""
+        return self.settings.identity("problem", "force", "harmonics", "samples", "tolerance")
+
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Everything that a curve depends on."""
-        where = f"{'at' if self.settings.listed else 'over'} {self.settings.frequencies!r} Hz"
-        how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
-        how += f", peaks of the {self.measure.words} to {self.settings.peak_tolerance!r}"
-        how += f", over {self.periods} periods" if self.periods > 1 else ""
+        """Everything that a curve depends on: of the settings, and what they come to."""
+        how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}, {self.others}"
         how += ", with isolated curves" if self._seeks else ""
-        return tuple(f"forced response, level {level!r}, {where}, {how}" for level in self.levels)
+        return tuple(f"forced response, level {level!r}, {how}" for level in self.levels)
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -782,6 +784,7 @@ class ForcedResponseWork(OneBalance):
         }
         attrs |= {"harmonics_chosen": self.choice, "one_motion": int(contracts(self.problem))}
         attrs |= {"listed_frequencies": int(self.settings.listed), "peak_tolerance": self.settings.peak_tolerance}
+        attrs["settings"] = self.others
         attrs["cpu_seconds"] = sum(float(curve.get("cpu_seconds", 0.0)) for curve in curves)
         low, high = min(self.settings.frequencies), max(self.settings.frequencies)
         ends = (low, high) if low < high else (0.9 * low, 1.1 * low)
