@@ -32,10 +32,8 @@ SETTLED = 1e-3 * SAME
 """Distance from its periodic motion, relative, at which a motion in time ends."""
 
 TOLERANCE = 1e-3
-"""Error with which motions between points are known, as `ForcedResponse.at` has it."""
-
-FURTHER = 1e-3
-"""Share of its frequency by which a fold is passed, at least."""
+"""Error with which motions between points are known, as `ForcedResponse.at` has it, and the share of its frequency by which a fold
+is passed at least."""
 
 SWEEPS = {"sweep_up": 1, "sweep_down": -1}
 """Directions of the frequency."""
@@ -129,12 +127,12 @@ class MotionsOfLevel:
             self.unknown[question] = "no swept curve"
             return passed, begin
         f = self.frequency[sweep]
-        place = Place(sweep, 0) if abs(f[0] - begin) <= FURTHER * begin else self.settled(question, begin)
+        place = Place(sweep, 0) if abs(f[0] - begin) <= TOLERANCE * begin else self.settled(question, begin)
         reached = begin
         while place is not None and place not in passed:
             place = self._followed(place, sign, passed)
             f, k = self.frequency[place.case], place.point
-            step = max(abs(f[k] - f[max(k - 1, 0)]), abs(f[k] - f[min(k + 1, f.size - 1)]), FURTHER * f[k])
+            step = max(abs(f[k] - f[max(k - 1, 0)]), abs(f[k] - f[min(k + 1, f.size - 1)]), TOLERANCE * f[k])
             reached = float(f[k] + sign * step)
             if sign * reached >= sign * end:
                 return passed, sign * np.inf
@@ -152,7 +150,7 @@ class MotionsOfLevel:
     def _followed(self, place: Place, sign: int, passed: set[Place]) -> Place:
         """The last point of a curve whose frequency goes on in one direction; those on the way are passed."""
         f, X, k = self.frequency[place.case], self.response[place.case], place.point
-        closed = f.size > 2 and abs(f[0] - f[-1]) <= FURTHER * f[0] and _apart(X[0], X[-1]) <= FURTHER
+        closed = f.size > 2 and abs(f[0] - f[-1]) <= TOLERANCE * f[0] and _apart(X[0], X[-1]) <= TOLERANCE
 
         def goes_on(to: int) -> bool:
             return bool((closed or 0 <= to < f.size) and sign * (f[to % f.size] - f[k % f.size]) > 0.0)
