@@ -32,8 +32,8 @@ SETTLED = 1e-3 * SAME
 """Distance from its periodic motion, relative, at which a motion in time ends."""
 
 TOLERANCE = 1e-3
-"""Error with which motions between points are known, as `ForcedResponse.at` has it, and the share of its frequency by which a fold
-is passed at least."""
+"""Error with which motions between points are known, as `ForcedResponse.at` has it; a fold is passed by that share of its
+frequency at least."""
 
 SWEEPS = {"sweep_up": 1, "sweep_down": -1}
 """Directions of the frequency."""
