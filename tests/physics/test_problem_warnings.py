@@ -108,8 +108,23 @@ def test_a_preload_that_the_structure_takes_away_is_named(stiffness, changed, sa
     """Two pads of one surface on a mass with a spring of 10 N/m: 10/(10 + kn) of the preload is left, whatever lifts them."""
     static = changed.pop("static", 0.0)
     law = ss.Macroslip(kt=0.5 * stiffness, mu=0.3, kn=0.5 * stiffness, preload=15.0)
-    pads = [ss.Contact(f"pad {k}", law, (ss.between("1.x", "ground"),), ss.between("1.y", "ground"), **changed) for k in (1, 2)]
+    pads = [
+        ss.Contact(f"pad {k}", law, (ss.between("1.x", "ground"),), ss.between("1.y", "ground"), area=1e-4, **changed)
+        for k in (1, 2)
+    ]
     structure = ss.Structure(np.eye(2), 10.0 * np.eye(2), ("1.x", "1.y"))
     found = ss.Problem(structure, pads, (ss.Force("1.x", 1.0), ss.Force("1.y", 0.5, static=static)), ("1.x",)).warnings
     assert len(found) == bool(said)
     assert said in "".join(found)
+
+
+def test_a_lost_preload_is_named_beside_a_contact_elsewhere_that_keeps_its_own():
+    """Two contacts at two places, numbered because they have no names: 1/11 of 100 N is left, and most of 1000 N."""
+    laws = [ss.Macroslip(kt=kn, mu=0.3, kn=kn, preload=preload) for kn, preload in ((1e6, 100.0), (1.2e3, 1000.0))]
+    contacts = [
+        ss.Contact(f"contact {k}", law, (ss.between(f"{node}.x", "ground"),), ss.between(f"{node}.y", "ground"))
+        for k, (law, node) in enumerate(zip(laws, "ab", strict=True), start=1)
+    ]
+    structure = ss.Structure(np.eye(4), 1e5 * np.eye(4), ("a.x", "a.y", "b.x", "b.y"))
+    (found,) = ss.Problem(structure, contacts, (ss.Force("a.x", 1.0),), ("a.x",)).warnings
+    assert found.startswith("The preload of contact 1, 100 N, is an interference, of which 9.09 N are left")

@@ -8,7 +8,7 @@ from problem.loose_wedge import wedge_between
 from scipy.optimize import brentq, minimize
 
 import stickslip as ss
-from stickslip.model.problem.at_rest import normal_loads_at_rest, seated
+from stickslip.model.problem.at_rest import at_rest, normal_loads_at_rest, seated
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation.sweep import solve_cold
 from stickslip.study import job
@@ -90,3 +90,27 @@ def test_contacts_seated_without_friction_have_the_least_energy_and_slide_no_far
         assert expected[-2] == pytest.approx(0.0, abs=1e-6)
         assert not found.forces[::2].any()
         np.testing.assert_allclose(found.forces[1::2], kn * np.maximum(q[size:], 0.0), atol=1e-5)
+
+
+def test_a_body_that_one_contact_holds_is_at_rest_although_stuck_contacts_would_both_slip():
+    """The second contact slips, the first one sticks: T2 = µ N2, T1 = -T2, k a = p0 - T2, w = a - T2/kt1. With all stuck both are
+    beyond their limits, and where both slip nothing holds the body. Amplitude and mean at 20 Hz: explicit time integration."""
+    k, p0, kt1, kt2, load = 1e5, 8.0, 5e5, 1e5, 10.0
+    structure = ss.Structure(
+        np.diag([1.0, 0.05, 0.05]), np.diag([k, 0.0, 0.0]), ("a.x", "w.x", "w.y"), C=np.diag([4.0, 0.1, 0.1])
+    )
+    contacts = (
+        ss.Contact("one", ss.Macroslip(kt=kt1, mu=0.3, kn=2 * kt1), ({"w.x": 1.0, "a.x": -1.0},), {"w.y": 1.0}),
+        ss.Contact("other", ss.Macroslip(kt=kt2, mu=0.5, kn=2 * kt2), ({"w.x": 1.0},), {"w.y": 1.0}),
+    )
+    forces = ss.Force("a.x", 1.0, static=p0), ss.Force("w.y", 0.0, static=load)
+    problem = ss.Problem(structure, contacts, forces, ("a.x", "w.x"))
+    T2 = 0.5 * kt2 * load / (kt1 + kt2)
+    a = (p0 - T2) / k
+    w = a - T2 / kt1
+    rest = at_rest(problem)
+    np.testing.assert_allclose(rest.forces[[0, 2]], [-T2, T2], rtol=1e-9)
+    np.testing.assert_allclose(rest.motion[[0, 2]], [w - a, w], rtol=1e-9)
+    dataset = ss.forced_response(problem, [20.0], force=1e-3, harmonics=3).dataset
+    assert float(dataset.amplitude[0, 0, 0]) == pytest.approx(5.98825e-9, rel=1e-4)
+    assert float(dataset.response[0, 0, 0, 0, 0]) == pytest.approx(7.16717e-5, rel=1e-5)

@@ -240,7 +240,8 @@ def test_a_table_is_converted_column_by_column():
             "kt × 1.8 = 90050 N/m, 95 % interval 89982 to 90120 N/m (× 1.79 to 1.81)",
             "kt × 1.8 = 90.05 N/mm, 95 % interval 89.98 to 90.12 N/mm (× 1.79 to 1.81)",
         ),
-        ("2 m/s, 3 m^2, 4 mm, 5 N m and 6 masses", "2 m/s, 3 m^2, 4 mm, 5 N m and 6 masses"),
+        ("3 m^2, 4 mm, 5 N m and 6 masses", "3 m^2, 4 mm, 5 N m and 6 masses"),
+        ("6.216 m/s2 where 4.72 m/s, 0.002 m/N or 3 m/(s2 N)", "6216 mm/s² where 4720 mm/s, 2 mm/N or 3000 mm/(s² N)"),
     ],
 )
 def test_a_kept_sentence_is_shown_in_the_units_of_the_study(sentence, shown):
@@ -252,6 +253,13 @@ def test_a_kept_sentence_is_shown_in_the_units_of_the_study(sentence, shown):
 
 def test_a_small_length_of_a_kept_sentence_has_the_unit_of_the_tables():
     assert shown_sentence("4.678e-07 m at 551 Hz; 0.0005 m", xr.Dataset()) == "0.4678 µm at 551 Hz; 0.0005 m"
+
+
+def test_forces_of_a_kept_sentence_are_shown_in_the_units_of_the_study():
+    dataset = xr.Dataset(attrs=attributes_of(UnitSystem("mm", "kN", "kg", "ms")))
+    assert shown_sentence("A preload of 100 N, of which 9.09 N are left; 5 N m", dataset) == (
+        "A preload of 0.1 kN, of which 0.00909 kN are left; 5 N m"
+    )
 
 
 def test_limit_cycles_and_modes_are_told_in_mm(tmp_path):

@@ -31,8 +31,10 @@ FACTOR = re.compile(r"([A-Za-zµ]+)(\^?-?[\d.]+|²|³)?")
 """A unit with its power inside of a compound one, as in m/(s2 N)."""
 HEAD = re.compile(r"(.* \[)([^\]]+)(\])|(.* in )(\S+)()")
 """The head of a column with its unit, "amplitude [m]" or "kt in N/µm"."""
-SIZE = re.compile(r"(?<![\w.])(?:(\d[\d.]*(?:e[+-]?\d+)?) to )?(\d[\d.]*(?:e[+-]?\d+)?) (m kg\^0\.5|N/m|[µn]?m)(?![\w/^])")
-"""A length, a modal amplitude or a stiffness in a sentence, or a range of them whose unit stands after its upper end."""
+UNITS = r"m kg\^0\.5|N/m|m/\(s[2²]? N\)|m/s[2²]?|m/N|[µn]?m|N(?! m\b)"
+SIZE = re.compile(rf"(?<![\w.])(?:(\d[\d.]*(?:e[+-]?\d+)?) to )?(\d[\d.]*(?:e[+-]?\d+)?) ({UNITS})(?![\w/^²])")
+"""A length, a motion, also per force, a modal amplitude, a force or a stiffness in a sentence, or a range of them whose unit
+stands after its upper end."""
 
 
 def attributes_of(system: UnitSystem) -> dict[str, str]:
@@ -101,14 +103,18 @@ def shown_table(table: pd.DataFrame, dataset: xr.Dataset) -> pd.DataFrame:
 
 def shown_sentence(sentence: str, *datasets: xr.Dataset) -> str:
     """A sentence that a result keeps, with its sizes in the units of the study; those that are in them already stay."""
-    system = system_of(*datasets)
+    return sentence_in(sentence, system_of(*datasets))
+
+
+def sentence_in(sentence: str, system: UnitSystem | None) -> str:
+    """A sentence in SI with its sizes in a system of units."""
 
     def converted(size: re.Match[str]) -> str:
         factor, unit = in_system(size[3], system)
-        if system is None and unit == "m" and 0.0 < float(size[2]) < 1e-4:  # "g" writes an exponent
-            factor, unit = 1e6, "µm"
+        if system is None and unit in ("m", "m/N") and 0.0 < float(size[2]) < 1e-4:  # "g" writes an exponent
+            factor, unit = 1e6, f"µ{unit}"
         ends = [f"{factor * float(end):.4g}" for end in size.group(1, 2) if end]
-        return size[0] if factor == 1.0 else f"{' to '.join(ends)} {unit}"
+        return size[0] if factor == 1.0 else f"{' to '.join(ends)} {unit.replace('s2', 's²')}"
 
     return SIZE.sub(converted, sentence)
 

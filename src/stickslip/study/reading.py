@@ -21,6 +21,7 @@ from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
 from stickslip.model.structure.matrices import Damping, Dashpot, ModalDamping, Structure
 from stickslip.model.structure.sparse_structure import SparseStructure
+from stickslip.results.shown_units import sentence_in
 from stickslip.solve.balance.fourier import harmonics_for, highest
 from stickslip.study import build
 from stickslip.study.analysis import KINDS, Asked, Kind, Plan, StudyTable, all_keys, keys_of, owners
@@ -98,7 +99,8 @@ class Job:
             return self.remarks
         forced = "force_levels" not in KINDS[self.analysis].without
         with one_blas_thread():
-            return (*self.remarks, *self.sweep.problem.warnings, *plausibility_warnings(self.sweep, self.units, forced))
+            own = (sentence_in(warning, self.units) for warning in self.sweep.problem.warnings)
+            return (*self.remarks, *own, *plausibility_warnings(self.sweep, self.units, forced))
 
 
 @dataclass(frozen=True)

@@ -65,8 +65,8 @@ def at_rest(problem: Problem) -> Rest | None:
 
     f = S w + f₀ by the start states: T = kt (u − s) of slider offsets, ±μN where that is more, m μ N of traction ratios, T̄ of
     mean tractions; friction that forgets its start carries nothing at rest. Newton's method: the equilibrium of the states at a
-    motion, of which a share is gone that reduces what is left over. None where such contacts do not hold the structure, or where
-    the search does not end.
+    motion, of which a share is gone that reduces what is left over. Where contacts of these states do not hold the structure, it
+    goes on as stuck ones would. None where these do not hold it either, or where the search does not end.
     """
     rest = _AtRest(problem)
     motion = rest.found()
@@ -173,7 +173,10 @@ class _AtRest:
                 return None
             states = self.states(motion)
             target = self.equilibrium(states)
-            if target is None or all(one.same(other) for one, other in zip(states, self.states(target), strict=True)):
+            if target is None:
+                motion = self.beyond(motion, stuck)
+                continue
+            if all(one.same(other) for one, other in zip(states, self.states(target), strict=True)):
                 return target
             # On the way contacts may change their states, for which the step is too long: it must bring a tenth of its promise.
             share, left = 1.0, self.left_over(motion)
@@ -205,12 +208,33 @@ class _AtRest:
     def equilibrium(self, states: list[State]) -> NDArray[Any] | None:
         """The motion (n,) at which contacts of these states carry the loads; None where they do not hold the structure."""
         S, constant = self.linear(states)
-        pressed = np.vstack([np.zeros_like(self.B[:0]), *(s @ self.B[r] for s, r in zip(S, self.rows, strict=True))])
-        return _solved(self.K + self.B.conj().T @ pressed, self.load - self.B.conj().T @ constant)
+        return _solved(self.stiffness(S), self.load - self.B.conj().T @ constant)
+
+    def beyond(self, motion: NDArray[Any], stuck: list[State]) -> NDArray[Any] | None:
+        """A motion nearer to equilibrium than one at which the states of contacts do not hold the structure.
+
+        On the step of stuck contacts what is unbalanced works against it, ever less, and after a change of states with it: the
+        length is that from which on it does, between two powers of two. None where it never does.
+        """
+        step = _solved(self.stiffness(self.linear(stuck)[0]), -self.unbalanced(motion))
+        for _ in range(ROUNDS):
+            if step is None or np.vdot(step, self.unbalanced(motion + step)).real >= 0.0:
+                return None if step is None else motion + step
+            step = 2.0 * step
+        return None
+
+    def stiffness(self, contacts: list[Array]) -> NDArray[Any]:
+        """K + Bᵀ S B (n, n), of the S of each contact."""
+        pressed = np.vstack([np.zeros_like(self.B[:0]), *(S @ self.B[r] for S, r in zip(contacts, self.rows, strict=True))])
+        return np.asarray(self.K + self.B.conj().T @ pressed)
+
+    def unbalanced(self, motion: NDArray[Any]) -> NDArray[Any]:
+        """K q + Bᵀ f(B q) − p (n,), N."""
+        return np.asarray(self.K @ motion + self.B.conj().T @ self.rest(motion).forces - self.load)
 
     def left_over(self, motion: NDArray[Any]) -> float:
-        """‖K q + Bᵀ f(B q) − p‖, N."""
-        return float(np.linalg.norm(self.K @ motion + self.B.conj().T @ self.rest(motion).forces - self.load))
+        """Its norm, N."""
+        return float(np.linalg.norm(self.unbalanced(motion)))
 
 
 def _solved(stiffness: NDArray[Any], load: NDArray[Any]) -> NDArray[Any] | None:

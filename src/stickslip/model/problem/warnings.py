@@ -190,17 +190,19 @@ def _preloads(problem: Problem) -> str:
     Contacts of one surface share theirs, and static loads, which may unload contacts, do not count.
     """
     stated: dict[str, float] = {}
+    group_of: dict[str, str] = {}
     for contact in problem.contacts:
         normal = contact.elements.normal
         if normal is not None and not contact.balanced:
             stated[contact.name] = float(normal.forces(0.0).sum())
+            group_of[contact.name] = NUMBER.sub("", contact.name) if contact.nodes or contact.area else contact.name
     if not any(stated.values()):
         return ""
     shaking = [replace(force, static=0.0) for force in problem.forces if any(force.amplitudes.values())]
     loads = normal_loads_at_rest(problem.with_forces(shaking))
     groups: dict[str, list[str]] = {}
     for name in loads.keys() & stated.keys():
-        groups.setdefault(NUMBER.sub("", name), []).append(name)
+        groups.setdefault(group_of[name], []).append(name)
     for group, names in sorted(groups.items()):
         whole, left = (sum(values[name] for name in names) for values in (stated, loads))
         if left < LEFT * whole:

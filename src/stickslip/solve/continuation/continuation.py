@@ -9,7 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stickslip.solve.balance.balance import HarmonicBalance, Parameter
+from stickslip.model.problem.at_rest import at_rest
+from stickslip.solve.balance.balance import HarmonicBalance, Parameter, Point
 from stickslip.solve.continuation.curve_points import CurvePoint, LostCurveError, solve_at
 from stickslip.solve.continuation.finer_peak import resolved
 from stickslip.solve.continuation.held_amplitude import first_held
@@ -68,7 +69,7 @@ def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correct
     if balance.control is not None:
         return first_held(balance, omega)
     descent = _descended(balance, omega, level, iterations=20)
-    if descent.converged or descent.singular:
+    if descent.converged:
         return descent
     if balance.highest > FEW:
         carried = _from_fewer(balance, omega, level)
@@ -117,16 +118,32 @@ def _from_fewer(balance: HarmonicBalance, omega: float, level: float) -> Correct
 
 
 def solve_cold(balance: HarmonicBalance, omega: float, level: float) -> Correction:
-    """Newton from the stuck state at a given frequency and level: by descent, else with the patience to cross kinks."""
+    """Newton from the stuck state at a given frequency and level: by descent, else with the patience to cross kinks; else from
+    the contacts at rest."""
     descent = _descended(balance, omega, level, iterations=40)
-    if descent.converged or descent.singular:
+    if descent.converged:
         return descent
-    patient = _patient(balance, omega, level)
-    return patient if patient.converged else descent
+    patient = descent if descent.singular else _patient(balance, omega, level)
+    if patient.converged:
+        return patient
+    rested = _from_rest(balance, omega, level)
+    return descent if rested is None or not rested.converged else rested
 
 
 def _descended(balance: HarmonicBalance, omega: float, level: float, iterations: int) -> Correction:
     return correct(balance, balance.stuck_point(omega, level), fixed("omega", omega), iterations, halvings=12)
+
+
+def _from_rest(balance: HarmonicBalance, omega: float, level: float) -> Correction | None:
+    """Newton from the contacts at rest: from the stuck state so many of them may slip that nothing holds a body. None where no
+    state of rest is known."""
+    problem = balance.problem.at_frequency(omega)
+    rest = at_rest(problem) if balance.kept[0] == 0 else None
+    if rest is None:
+        return None
+    forces = np.zeros((balance.rows, balance.columns))
+    forces[:, 0] = rest.forces - problem.contact_stiffness * rest.motion
+    return correct(balance, Point(forces, omega, level), fixed("omega", omega), iterations=40, halvings=12)
 
 
 def _patient(balance: HarmonicBalance, omega: float, level: float) -> Correction:

@@ -76,7 +76,7 @@ class Beside(NamedTuple):
 
     padded: the solution as the finer balance sees it; condition: the plane through it; evaluation: of the finer curve where it is
     solved, else after two Newton steps; way: the motion on the way there, m, (1 or 2 steps, rows + outputs, 2H+1), infinite where
-    Newton's matrix is singular.
+    Newton's matrix is singular or gives no step.
     """
 
     padded: Evaluation
@@ -122,10 +122,11 @@ def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition
         solution = correct(finer, carried.evaluation.point, condition, 30, 10, PATIENCE)
     if solution.converged:
         return Beside(padded, condition, solution.evaluation, (solution.evaluation.w - padded.w)[None], True)
-    found, way = padded, []
+    found, way = padded, list[Array]()
     for _ in range(2):
         step = correct(finer, found.point, condition, iterations=1, halvings=0, patience=1)
-        if step.singular or not np.isfinite(step.evaluation.w).all():
+        stands = not way and np.array_equal(step.evaluation.w, found.w)  # which would say that nothing changes
+        if step.singular or stands or not np.isfinite(step.evaluation.w).all():
             return Beside(padded, condition, padded, np.full_like(padded.w, np.inf)[None], False)
         way.append(step.evaluation.w - found.w)
         found = step.evaluation
