@@ -7,6 +7,7 @@ import pytest
 from scipy import optimize
 
 import stickslip as ss
+from stickslip.analyses.static_history import opened
 from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.study import job
 from stickslip.study.run_time import model_summary
@@ -96,3 +97,45 @@ def test_modal_damping_across_an_open_gap_is_warned_of():
     assert not problem("free").warnings
     assert not problem("free").C[0, 1]
     assert not problem("stuck", static=1.0).warnings
+
+
+def test_a_band_with_the_frequency_of_small_vibrations_at_rest_holds_one(tmp_path):
+    """One of two contacts is open: √(k + kn)/2π = 31.83 Hz lies between 15.9 Hz, free, and 162 Hz, both stuck."""
+    study = """
+    [study]
+    title = "open at rest"
+    analysis = "forced_response"
+    [structure]
+    matrices = { M = [[1.0, 0.0], [0.0, 1.0]], K = [[1e4, 0.0], [0.0, 9e6]], C = [[2.0, 0.0], [0.0, 2.0]] }
+    dofs = ["a.y", "a.x"]
+    [[contact]]
+    name = "closed"
+    law = "macroslip"
+    tangential = ["a.x", "ground"]
+    normal = ["a.y", "ground"]
+    kt = 3e4
+    kn = 3e4
+    mu = 0.3
+    preload = 50.0
+    [[contact]]
+    name = "open"
+    law = "macroslip"
+    tangential = ["a.x", "ground"]
+    normal = ["a.y", "ground"]
+    kt = 1e6
+    kn = 1e6
+    mu = 0.3
+    gap = 0.01
+    [[force]]
+    direction = "a.y"
+    amplitude = 0.05
+    [sweep]
+    frequency = [25.0, 40.0]
+    outputs = ["a.y"]
+    """
+    made = job(study, tmp_path, "study")
+    assert not any("no natural frequency" in note for note in made.notes)
+    sentence = opened(made.sweep.problem, 25.0, 40.0)
+    assert "small vibrations have the natural frequency 31.831 Hz, not the 162.31 Hz" in sentence
+    far = job(study.replace("[25.0, 40.0]", "[50.0, 100.0]"), tmp_path, "study")
+    assert any("no natural frequency lies between 50 and 100 Hz" in note and "31.831" in note for note in far.notes)

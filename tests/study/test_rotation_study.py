@@ -122,7 +122,7 @@ def test_spin_softening_counts_once(folder):
 
 
 def test_what_spin_softening_takes_of_a_frequency_is_said(folder):
-    """Bending across the axis falls to (f² − n²)^½ at n turns a second, κ = (n/f)²; warned of below 0.9 f."""
+    """Bending across the axis falls to (f² − n²)^½ at n turns a second; warned of below 0.9 f."""
     arrays = dict(np.load(folder / "bar.npz"))
     free = np.array([dof.rpartition(".")[0] not in bar(3)[0].sets["FOOT"] for dof in arrays["dofs"]])
     M, K = (arrays[name][np.ix_(free, free)] for name in "MK")
@@ -133,7 +133,9 @@ def test_what_spin_softening_takes_of_a_frequency_is_said(folder):
         turns = share * at_rest
         made = job(text.replace("speed = 3000.0", f"speed = {60.0 * turns}"), folder, "bar")
         (note,) = (note for note in made.remarks if "it is added" in note)
-        said = [float(part) for part in re.search(r"lowers a natural frequency from ([\d.]+) to ([\d.]+) Hz", note).groups()]
+        said = [
+            float(part) for part in re.search(r"lowers the lowest natural frequency from ([\d.]+) to ([\d.]+) Hz", note).groups()
+        ]
         assert said == pytest.approx([at_rest, np.sqrt(at_rest**2 - turns**2)], rel=2e-3 / np.sqrt(1.0 - share))
         warned = [note for note in made.notes if note.startswith("Warning: spin softening of")]
         assert len(warned) == (share > 0.436)

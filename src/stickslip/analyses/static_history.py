@@ -20,7 +20,7 @@ from stickslip.analyses.truncation import SEATED, highest_points, same_motion
 from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import at_rest, begins, open_stiffness, seated
 from stickslip.model.problem.meshed import with_forces
-from stickslip.model.structure.modes import natural_modes
+from stickslip.model.structure.modes import Modes, natural_modes
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.balance.measure import Measure
 from stickslip.solve.continuation.curve_points import CurvePoint
@@ -31,7 +31,8 @@ from stickslip.solve.peaks.climb import PeakSolver, followed, settled
 from stickslip.support.checks import Array, first_of
 
 SEEN = 1e-3
-"""Relative difference of two natural frequencies from which on it is seen in tables and figures."""
+"""Relative difference of two natural frequencies from which on it is seen in tables and figures, and share of the excitation of a
+mode in that of the most driven one."""
 
 ROUNDING = 1e-9
 """Friction kt |u₀| over the forces of the contacts at rest, below which it is rounding."""
@@ -43,21 +44,37 @@ UNSEATED = (
 )
 
 
-def opened(problem: Problem, low: float, high: float) -> str:
-    """A sentence where parts of contacts are open at rest, so that small vibrations between two frequencies [Hz] have another
-    natural frequency than those of contacts that are stuck as a whole: of K without the stiffness that is open."""
+def modes_at_rest(problem: Problem) -> tuple[str, list[tuple[int, Modes, Modes]]]:
+    """The contacts or parts of them that are open at rest, in words, and by excited harmonic the modes with all contacts stuck,
+    and those of small vibrations, of K without the stiffness that is open; nothing where none is."""
     problem = problem.at_frequency(problem.first_omega_at_rest)
     rest = at_rest(problem)
     if rest is None or not (released := open_stiffness(problem, rest)).any():
-        return ""
+        return "", []
     owners = [contact.name for contact in problem.contacts for _ in contact.directions]
     names = first_of(list(dict.fromkeys(owners[row] for row in np.flatnonzero(released))))
+    modes = []
     for harmonic in problem.systems.excited:
         M, _, K, B, _ = problem.systems.at(harmonic)
-        stuck, small = natural_modes(M, K), natural_modes(M, K - B.conj().T @ (released[:, None] * B))
-        alike = np.argmax(np.abs(small.shapes.conj().T @ M @ stuck.shapes), axis=0)
-        for one, other in zip(stuck.frequencies / harmonic, small.frequencies[alike] / harmonic, strict=True):
-            if low <= one <= high and other < (1.0 - SEEN) * one:
+        modes.append((harmonic, natural_modes(M, K), natural_modes(M, K - B.conj().T @ (released[:, None] * B))))
+    return names, modes
+
+
+def opened(problem: Problem, low: float, high: float) -> str:
+    """A sentence where parts of contacts are open at rest, so that small vibrations between two frequencies [Hz], of a mode that
+    the excitation drives, have another natural frequency than those of contacts that are stuck as a whole."""
+    names, modes = modes_at_rest(problem)
+    if not modes:
+        return ""
+    powers = problem.load_powers(max(harmonic for harmonic, _, _ in modes))
+    systems = problem.at_frequency(problem.first_omega_at_rest).systems
+    for harmonic, stuck, small in modes:
+        alike = np.argmax(np.abs(stuck.shapes.conj().T @ systems.at(harmonic).M @ small.shapes), axis=0)
+        load = powers[:, :, [2 * harmonic - 1, 2 * harmonic]] @ np.array([1.0, -1.0j])
+        driven = np.abs(load @ small.shapes.conj()).max(axis=0)
+        seen = driven > SEEN * driven.max(initial=0.0)
+        for one, other in zip(stuck.frequencies[alike[seen]] / harmonic, small.frequencies[seen] / harmonic, strict=True):
+            if (low <= one <= high or low <= other <= high) and other < (1.0 - SEEN) * one:
                 return (
                     f"At rest contacts or parts of them are open ({names}): small vibrations have the natural frequency "
                     f"{other:.5g} Hz, not the {one:.5g} Hz of contacts that are closed and stuck as a whole."

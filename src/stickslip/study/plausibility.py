@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.analyses.settings import ForcedResponseSettings
+from stickslip.analyses.static_history import modes_at_rest
 from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Output, excited_harmonics
@@ -178,10 +179,14 @@ def _amplitudes(study: _Study) -> list[str]:
 
 
 def _band(study: _Study) -> list[str]:
-    """A band that holds no natural frequency, free or stuck, at which a harmonic of the excitation meets the structure."""
+    """A band that holds no natural frequency, free, stuck or of small vibrations at rest, at which a harmonic of the excitation
+    meets the structure."""
     low, high = study.band
     met = np.concatenate(list(study.met.values()))
     if study.sweep.listed or np.any((met >= low) & (met <= high)):
+        return []
+    met = np.concatenate([met, *(small.frequencies / harmonic for harmonic, _, small in modes_at_rest(study.problem)[1])])
+    if np.any((met >= low) & (met <= high)):
         return []
     nearest = sorted(f"{f:.5g}" for f in sorted(met[met > 0.0], key=lambda f: abs(np.log(f / np.sqrt(low * high))))[:2])
     where = f"; the nearest are at {' and '.join(nearest)} Hz" if nearest else ""

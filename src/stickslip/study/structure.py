@@ -33,7 +33,8 @@ from stickslip.model.readers.stress_places import (
 )
 from stickslip.model.structure.aerodynamics import Aerodynamics
 from stickslip.model.structure.assembly import assemble
-from stickslip.model.structure.centrifugal import most_softened, softening
+from stickslip.model.structure.centrifugal import softening
+from stickslip.model.structure.complete_modes import lowest_modes
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameters, with_bodies
 from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.modes import rigid_motions
@@ -64,6 +65,9 @@ MANY_KEPT = 800
 """Rows of contact nodes of a model from which on none is kept: two blades with 477 each take 43 CPU s with kept rows and 58 from
 the mesh; with 1257 each they take 125 CPU s and 3 GB, and with 1821 each they do not end.
 """
+
+OF_SECTOR = ". What it takes of each nodal diameter shows beside a study without [rotation]"
+"""The end of a note: the frequencies of a sector are those of its reduction, which holds one K."""
 
 SOFTENED = 0.1
 """Share of a natural frequency that spin softening alone may take. Of a blade, stress stiffening adds at least 1.19 times as much
@@ -162,7 +166,7 @@ def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> M
             done = "none is added to a model that contacts alone hold"
         elif not turning:
             taken = (2.0 * np.pi * speed / 60.0) ** 2 * softening(model.M, model.dofs, axis)
-            lowered, warned = ("", ()) if sector else _lowered(model, taken, speed)
+            lowered, warned = (OF_SECTOR, ()) if sector else _lowered(model, taken, speed)
             done += lowered
             model = replace(model, K=model.K - taken, notes=(*model.notes, *warned))
         note = f"K contains no spin softening of {speed:g} rev/min: {done}. Its stress stiffening is that of the file"
@@ -171,17 +175,17 @@ def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> M
 
 def _lowered(model: Model, taken: Any, speed: float) -> tuple[str, tuple[str, ...]]:
     """What spin softening takes of a frequency, as the end of a note, and as a warning where it is much."""
-    share, rate = most_softened(model.K, model.M, taken)
-    if share >= 1.0:
+    lowest = [lowest_modes(model.M, K, 1) for K in (model.K, model.K - taken)]
+    before, after = (0.0 if modes is None or modes.negative else float(modes.frequencies[0]) for modes in lowest)
+    if not after:
         remedy = "Take a K with the stress stiffening of this speed, or a lower one."
         raise fault("speed of [rotation]", "must leave a K without stress stiffening positive definite", speed, remedy)
-    remains = np.sqrt(1.0 - share)
-    lowered = f"lowers a natural frequency from {rate / (2.0 * np.pi):.4g} to {remains * rate / (2.0 * np.pi):.4g} Hz"
-    remedy = "blades by more: take the matrices of a step with CENTRIF, else these frequencies are too low"
+    lowered = f"lowers the lowest natural frequency from {before:.4g} to {after:.4g} Hz"
+    remedy = "blades by more: take the matrices of a step with CENTRIF, else frequencies are too low"
     warned = (
         f"Warning: spin softening of {speed:g} rev/min {lowered}, and the file has no stress stiffening, which raises {remedy}."
     )
-    return f", and {lowered}", (warned,) if remains < 1.0 - SOFTENED else ()
+    return f", and {lowered}", (warned,) if after < (1.0 - SOFTENED) * before else ()
 
 
 def _axis(table: AxisTable, units: Units) -> RotationAxis:

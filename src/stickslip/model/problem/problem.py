@@ -138,7 +138,7 @@ class Problem:
             dof = self.structure.dofs[int(np.argmax(np.abs(vectors[:, 0])))]
             what = "held by nothing" if abs(low) < 1e-9 * scale else "of negative stiffness"
             everywhere = high <= -1e-9 * scale
-            remedy = "Add a support or a contact with stiffness, or check the signs in K."
+            remedy = "Add a support or a contact with stiffness, or check the signs in K and the speed of its spin softening."
             if any(contact.nodes for contact in self.contacts):
                 remedy = f"More points of a surface hold rotations that few do not. {remedy}"
             raise InputError(

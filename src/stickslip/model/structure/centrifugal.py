@@ -15,8 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy import linalg, sparse
-from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy import sparse
 
 from stickslip.model.structure.factor import Factor, Singular
 from stickslip.model.structure.rotation_axis import RotationAxis
@@ -122,9 +121,6 @@ def softening(M: Any, dofs: Sequence[str], axis: RotationAxis) -> sparse.csc_arr
     return sparse.csc_array(0.5 * (P @ M + M @ P))
 
 
-SMALL, SETTLED = 20, 1e-6
-"""Rows up to which all eigenvalues are computed; relative error of one that is sought alone, far below what is printed."""
-
 ACROSS = np.diag([1.0, 1.0, 0.0])
 """What of a place is across the axis of rotation."""
 
@@ -151,28 +147,6 @@ def holds(K: Any) -> bool:
     except Singular:
         return False
     return factor.negative == 0 and factor.weak == 0
-
-
-def most_softened(K: Any, M: Any, S: Any) -> tuple[float, float]:
-    """The largest κ of S x = κ K x, a share of the stiffness of a motion x, and ω of x, ω² = xᵀK x / xᵀM x [rad/s].
-
-    K − S is positive definite where κ < 1, and has the frequency ω (1 − κ)^½ there. K, M, S: (n, n), symmetric, sparse. κ is
-    infinite where K itself is not positive definite.
-    """
-    size, K = K.shape[0], sparse.csc_array(K)
-    try:
-        factor = Factor(K)
-    except Singular:
-        return np.inf, 0.0
-    if factor.negative or factor.weak:
-        return np.inf, 0.0
-    if size < SMALL:
-        shares, motions = linalg.eigh(S.toarray(), K.toarray())
-    else:
-        inverse = LinearOperator((size, size), factor.solve, dtype=float)
-        shares, motions = eigsh(S, 1, M=K, Minv=inverse, which="LA", v0=np.ones(size), tol=SETTLED)
-    x = motions[:, -1]
-    return float(shares[-1]), float(np.sqrt((x @ (K @ x)) / (x @ (M @ x))))
 
 
 def spin_stiffness(body: Solid, mesh: Any, material: Material, joined: sparse.csc_array | None = None) -> sparse.csc_array:
