@@ -3,8 +3,6 @@
 Output folders, and checks before anything in them is overwritten.
 """
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence

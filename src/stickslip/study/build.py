@@ -3,8 +3,6 @@
 Names of degrees of freedom in a study: detection of unknown names, and directions as coefficients in SI.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields

@@ -1,8 +1,6 @@
 """The structure of a study: [structure] tables with a model file or small matrices, rigid bodies, and the gas forces of
 [aerodynamics], put together as one structure in SI."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A structure in steady rotation: its centrifugal load as a static force of a problem."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A problem on few coordinates of finite-element models whose contacts are many: no contact row is kept."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any

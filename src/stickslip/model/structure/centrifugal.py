@@ -8,8 +8,6 @@ Centrifugal stress stiffening and spin softening of a rotating body.
 Linear about the state of steady rotation about z at Ω: K(Ω) = K + Ω² S. Gyroscopic (Coriolis) terms are left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -44,7 +42,7 @@ class CentrifugalLoads:
     @classmethod
     def of(
         cls, M: Any, dofs: Sequence[str], nodes: Mapping[str, Sequence[float]], inner: Collection[str] = ()
-    ) -> CentrifugalLoads:
+    ) -> "CentrifugalLoads":
         """Those of all rows of M (n, n), dense or sparse; dofs: "NODE.DIRECTION" of each row; nodes: coordinates, m; inner: nodes
         of incompatible modes of elements, which move relative to the others and have no place.
 
@@ -68,16 +66,16 @@ class CentrifugalLoads:
         _add_bodies(rows, mass, named)
         return cls(np.hstack([rows, rows @ along]), count)
 
-    def shifted(self, by: Array) -> CentrifugalLoads:
+    def shifted(self, by: Array) -> "CentrifugalLoads":
         """Those of the same structure elsewhere, `by` (3,) [m]."""
         rest = self.table[6:]
         return replace(self, table=np.vstack([self.table[:6] + UNITS @ by @ rest, rest]))
 
-    def on_rows(self, rows: Index) -> CentrifugalLoads:
+    def on_rows(self, rows: Index) -> "CentrifugalLoads":
         """Those on some of the rows: the others are held."""
         return CentrifugalLoads(np.hstack([self.table[:, rows], self.table[:, self.size :]]), rows.size)
 
-    def projected(self, T: Array, held: Array) -> CentrifugalLoads:
+    def projected(self, T: Array, held: Array) -> "CentrifugalLoads":
         """Those on few coordinates y of the motion T y, with more that is linear in them, `held` (k, 9)."""
         return CentrifugalLoads(np.hstack([self.table[:, : self.size] @ T, self.table[:, self.size :], held.T]), T.shape[1])
 

@@ -1,7 +1,5 @@
 """The axis about which a bladed disk rotates: rotations by whole sectors, and the axes as users write them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, pi, sin
@@ -26,7 +24,7 @@ class RotationAxis:
     direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     @classmethod
-    def of(cls, axis: AxisLike) -> RotationAxis:
+    def of(cls, axis: AxisLike) -> "RotationAxis":
         """The axis "x", "y" or "z" through the origin, or that of a point [m] and a direction of any length."""
         if isinstance(axis, str):
             if axis not in ("x", "y", "z"):
@@ -42,12 +40,12 @@ class RotationAxis:
         along = along / np.abs(along).max()  # squares of tiny entries would vanish
         return cls(tuple(vector("The point of the axis", point, 3).tolist()), tuple((along / np.linalg.norm(along)).tolist()))
 
-    def scaled(self, metres: float) -> RotationAxis:
+    def scaled(self, metres: float) -> "RotationAxis":
         """The axis whose point was given in units of `metres`."""
         x, y, z = self.point
         return RotationAxis((metres * x, metres * y, metres * z), self.direction)
 
-    def is_line_of(self, other: RotationAxis, size: float) -> bool:
+    def is_line_of(self, other: "RotationAxis", size: float) -> bool:
         """Whether both are one line, to rounding of coordinates of this size [m]."""
         apart = self.across @ (np.array(other.point) - self.point)
         turned = size * np.linalg.norm(self.across @ other.direction)

@@ -1,7 +1,5 @@
 """Checks of large sparse matrices: square, finite, symmetric."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, TypeVar
 

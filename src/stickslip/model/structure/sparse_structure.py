@@ -1,7 +1,5 @@
 """A structure whose matrices stay sparse: a finite-element model that its contacts reduce."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

@@ -11,8 +11,6 @@ K. M. Marshek, Fundamentals of Machine Component Design, chapter 8 (Goodman, Ger
 under complex static and alternating stresses (1959), for several components.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -59,7 +57,7 @@ class StressRecovery:
         """The rows of a nodal diameter, any whole number: that of N − n runs the other way, its rows are conjugate."""
         return self.rows if self.waves is None else self.diameters.pick(self.waves, nodal_diameter)
 
-    def of_whole_disk(self, chosen: Sequence[int] | None = None) -> StressRecovery:
+    def of_whole_disk(self, chosen: Sequence[int] | None = None) -> "StressRecovery":
         """Of one sector, that of all sectors of its disk, or of some, from 1: all names are "SECTOR/..."."""
         if self.waves is None:
             raise InputError("The stress recovery of a disk must be of one of its sectors, with rows for each nodal diameter.")
@@ -75,7 +73,7 @@ class StressRecovery:
         rotation = None if self.rotation is None else np.tile(self.rotation, (len(here), 1))
         return StressRecovery(places, rows, dofs, gauges=strains, rotation=rotation)
 
-    def prefixed(self, body: str) -> StressRecovery:
+    def prefixed(self, body: str) -> "StressRecovery":
         """The same within an assembly, where places and degrees of freedom are named "BODY/..."."""
         places, dofs, gauges = (
             tuple(f"{body}/{name}" if body else name for name in names) for names in (self.places, self.dofs, self.gauges)

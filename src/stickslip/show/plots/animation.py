@@ -4,8 +4,6 @@
 `plot` with matplotlib. Colours stand by name, as in `interactive.py`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property

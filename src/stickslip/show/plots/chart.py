@@ -4,8 +4,6 @@ A figure is written once, as a function from a dataset to a `Chart`; `paper.py` 
 plotly, for the report and for notebooks. Colours and dashes are those of `look.py`, named by what a layer shows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from textwrap import wrap

@@ -3,8 +3,6 @@
 A layer of a chart names its colour by what it shows ("level 2/6", "contact 0", "failed"); `colour` gives the value.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass

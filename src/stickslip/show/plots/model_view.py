@@ -4,8 +4,6 @@ Where a contact or a force stands, and along which direction, is read from its c
 drawing shows what is computed, not what was meant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

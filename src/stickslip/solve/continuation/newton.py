@@ -27,8 +27,6 @@ The parts, in the order of an iteration (compiled in `balance.iteration`, for no
 * `tangent`: the direction of the curve there, of which the next prediction is made.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Floquet's multipliers of one solved point, and whether it is stable."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -145,7 +143,7 @@ class PeriodMap:
                 return Multipliers(values, float(error), steps, contacts.exact_ones, self._resolved(evaluation, values), follows)
             coarse, before = fine, better
 
-    def _follows(self, contacts: ContactPeriod, modes: BlockModes, steps: int) -> bool:
+    def _follows(self, contacts: "ContactPeriod", modes: BlockModes, steps: int) -> bool:
         """Whether so many steps follow the contacts that slip, and no mode that they free is among those that follow at once.
 
         δλ goes linearly over a step h of the stuck modes: in slip −kt δu cancels the stuck spring, and the scheme amplifies what
@@ -188,7 +186,7 @@ def stiffest_mean_spring(problem: Problem) -> float:
     return float(max((spring.stiffness * g for spring, g in zip(problem.mean_springs, compliance, strict=True)), default=0.0))
 
 
-def _map(contacts: ContactPeriod, modes: BlockModes, steps: int) -> Array:
+def _map(contacts: "ContactPeriod", modes: BlockModes, steps: int) -> Array:
     path, columns = contacts.path(steps)
     whole = period_map(contacts.table, modes, path, columns)
     size = modes.force.shape[0]

@@ -1,7 +1,5 @@
 """Damper cycle in a study: the tables [damper], [motion] and [cycle]."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
