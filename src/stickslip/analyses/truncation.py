@@ -12,7 +12,7 @@ from stickslip.analyses.further_curves import NEAR
 from stickslip.analyses.solved_points import SHAPE_FORCE
 from stickslip.model.contact.point import Contact
 from stickslip.model.problem import Problem
-from stickslip.results.shown_units import shown_sentence
+from stickslip.results.schema import shown_sentence
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.fourier import Harmonics, in_words
 from stickslip.solve.balance.measure import Measure

@@ -371,7 +371,7 @@ def beside_modes(decay: MeasuredDecay, study: Path, output: str | None) -> Measu
     import numpy as np
 
     from stickslip.analyses.modes.nonlinear_modes import nonlinear_modes
-    from stickslip.results.shown_units import attributes_of
+    from stickslip.results.schema import attributes_of
     from stickslip.study import read
     from stickslip.study.analyses.free_decay import BEYOND
 

@@ -32,10 +32,10 @@ from stickslip.results.schema import (
     analysis_named,
     check_results,
     labelled,
+    shown_dataset,
     stamped,
     with_frequency,
 )
-from stickslip.results.shown_units import shown_dataset
 from stickslip.results.view import measure_in
 from stickslip.support.checks import Faults, InputError, fault, similar_file
 from stickslip.support.files import replacing

@@ -20,7 +20,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import dampers, normal_loads_at_rest, unbearable_loads
 from stickslip.model.problem.warnings import LARGEST_FRICTION
 from stickslip.model.structure.cyclic import NEXT
-from stickslip.results.shown_units import in_system
+from stickslip.results.schema import in_system
 from stickslip.study.surfaces import CHECK_FIT, CHECK_UNITS
 from stickslip.support.checks import Array, InputError
 from stickslip.support.units import Band, UnitSystem

@@ -20,7 +20,7 @@ from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
 from stickslip.model.structure.matrices import Damping, Dashpot, ModalDamping, Structure
-from stickslip.model.structure.sparse_structure import SparseStructure
+from stickslip.model.structure.sparse import SparseStructure
 from stickslip.solve.balance.fourier import harmonics_for, highest
 from stickslip.study import build
 from stickslip.study.analysis import KINDS, Asked, Kind, Plan, StudyTable, all_keys, keys_of, owners

@@ -31,13 +31,12 @@ from stickslip.model.readers.stress_places import (
 )
 from stickslip.model.structure.aerodynamics import Aerodynamics
 from stickslip.model.structure.assembly import assemble
-from stickslip.model.structure.centrifugal import most_softened, softening
+from stickslip.model.structure.centrifugal import RotationAxis, most_softened, softening
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameters, with_bodies
 from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.modes import rigid_motions
 from stickslip.model.structure.rigid_body import RigidBody
-from stickslip.model.structure.rotation_axis import RotationAxis
-from stickslip.results.shown_units import in_system
+from stickslip.results.schema import in_system
 from stickslip.study import build
 from stickslip.study.faults import WARNING, Found
 from stickslip.study.fields import (

@@ -6,10 +6,9 @@ import numpy as np
 
 from stickslip.model.loads import Force
 from stickslip.model.structure.assembly import prefixed
-from stickslip.model.structure.centrifugal import CentrifugalLoads
+from stickslip.model.structure.centrifugal import AxisLike, CentrifugalLoads, RotationAxis
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Point, Structure
-from stickslip.model.structure.rotation_axis import AxisLike, RotationAxis
 from stickslip.support.checks import fault, not_negative
 
 

@@ -10,8 +10,7 @@ from stickslip.model.contact.point import Contact, stuck_stiffness
 from stickslip.model.loads import Force, Output
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.problem import Mesh, Problem
-from stickslip.model.structure.sparse import Report
-from stickslip.model.structure.sparse_structure import SparseStructure
+from stickslip.model.structure.sparse import Report, SparseStructure
 from stickslip.model.structure.stuck_mesh import StuckMesh, quiet
 from stickslip.support.checks import Array
 

@@ -30,12 +30,11 @@ from stickslip.model.readers.reduction import (
     to_cache,
 )
 from stickslip.model.readers.sector_faces import interpolation_error, paired
-from stickslip.model.structure.centrifugal import CentrifugalLoads
+from stickslip.model.structure.centrifugal import Z_AXIS, AxisLike, CentrifugalLoads, RotationAxis
 from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names, reduced_waves
 from stickslip.model.structure.matrices import Damping
-from stickslip.model.structure.rotation_axis import Z_AXIS, AxisLike, RotationAxis
 from stickslip.model.structure.solid import Solid
 from stickslip.model.structure.sparse import Sparse
 from stickslip.support.checks import Index, InputError, between, counted, fault, first_of, nearest, not_negative

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.schema import in_system, system_of
 from stickslip.show.plots.look import Style
 from stickslip.support.checks import Array
 from stickslip.support.late import Figure

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.solved_points import SurfaceMotion
-from stickslip.results.shown_units import in_system
+from stickslip.results.schema import in_system
 from stickslip.results.view import Length, unit_in
 from stickslip.show.plots.chart import wrapped
 from stickslip.show.plots.interactive import BASE, Combination

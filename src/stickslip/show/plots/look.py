@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.results.representative import spread
+from stickslip.results.view import spread
 from stickslip.support.checks import Array
 from stickslip.support.late import Figure
 

@@ -20,7 +20,7 @@ from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rigid_body import arm_of
-from stickslip.results.shown_units import in_system
+from stickslip.results.schema import in_system
 from stickslip.show.plots.look import CONTACTS, colour, house_style
 from stickslip.support.checks import Array, Index, InputError
 from stickslip.support.late import Figure

@@ -24,9 +24,8 @@ from stickslip.analyses.solved_points import has_shapes, kept_shapes
 from stickslip.analyses.stress import has_stress
 from stickslip.analyses.variability.bounds import has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
-from stickslip.results.representative import spread
-from stickslip.results.shown_units import system_of
-from stickslip.results.view import level_text
+from stickslip.results.schema import system_of
+from stickslip.results.view import level_text, spread
 from stickslip.show.plots.animation import Animation
 from stickslip.show.plots.deformed_shape import DeformedShape
 from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, wave_damping

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from stickslip.laboratory.identification.contact_law.fit import LoopErrors
 from stickslip.laboratory.identification.contact_law.work import ContactLawWork, contact_law_work
-from stickslip.study.analysis import Asked, Kind, OneWork
+from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import FORCE, STIFFNESS, Column, Number, Positive, Table, in_si
 from stickslip.support.checks import counted, fault, nearest
 
@@ -49,7 +49,7 @@ class ContactLawTable(Table):
         return LoopErrors(**self.errors)
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """Files and what to fit to them; they are read when the work begins."""
     table = ContactLawTable.model_validate(asked.tables["contact_law"])
     si, errors, files = in_si(table, asked.units), table.loop_errors(), [asked.folder / name for name in table.files]
@@ -70,7 +70,7 @@ def plan(asked: Asked) -> OneWork:
 
     summary = f"{counted(len(files), 'file')}, {' or '.join(table.laws)}"
     content = sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()  # of those that exist
-    return OneWork(work, summary, lambda work, arrays: work.contact_law(arrays[0]).dataset, content)
+    return Works(work, summary, lambda work, arrays: work.contact_law(arrays[0]).dataset, content)
 
 
 KIND = Kind(plan, {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False)

@@ -10,7 +10,7 @@ from stickslip.laboratory.measurement.cycles import read_motion
 from stickslip.model.dampers import BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
 from stickslip.model.dampers.between_platforms import LAWS, suitable_gaps
 from stickslip.solve.time.period import GeneralisedAlpha, Method, Newmark
-from stickslip.study.analysis import Asked, Kind, OneWork
+from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.build import shape_of
 from stickslip.study.contacts import Frictions, friction_in_si
 from stickslip.study.fields import (
@@ -126,7 +126,7 @@ def rig_and_motion(asked: Asked) -> tuple[BetweenPlatforms, PlatformMotion]:
     return damper.rig(asked.units), motion.motion(asked.units, asked.folder)
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """One steady cycle."""
     cycle = CycleTable.model_validate(asked.tables.get("cycle") or CycleTable())
     rig, motion = rig_and_motion(asked)
@@ -141,7 +141,7 @@ def plan(asked: Asked) -> OneWork:
         cycles=cycle.cycles,
     )
     summary = f"{rig.title}, {counted(len(rig.points), 'line')} of contact, {cycle.steps} steps a cycle"
-    return OneWork(work, summary, lambda work, arrays: work.gathered(arrays[0]).dataset, motion.digest)
+    return Works(work, summary, lambda work, arrays: work.gathered(arrays[0]).dataset, motion.digest)
 
 
 KIND = Kind(
