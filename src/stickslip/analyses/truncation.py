@@ -20,13 +20,7 @@ from stickslip.solve.continuation.all_modes import solved_on_all_modes
 from stickslip.solve.continuation.curve_points import CurvePoint
 from stickslip.solve.continuation.finer_peak import finer_peak, phase_condition
 from stickslip.solve.continuation.newton import correct, fixed
-from stickslip.solve.continuation.truncation import (
-    Beside,
-    beside,
-    beyond_within,
-    contact_work,
-    moving,
-)
+from stickslip.solve.continuation.truncation import Beside, beside, beyond_within, contact_work, moving
 from stickslip.solve.curves.curve import Curve
 from stickslip.support.checks import Array
 from stickslip.support.late import xr

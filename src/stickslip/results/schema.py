@@ -153,7 +153,8 @@ def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Map
     variables: an array for each name of SCHEMA; coords: for each name of COORDINATES (`part` and `harmonic` may be left out);
     attrs: title, study, harmonics, samples, cpu_seconds and what else is to be kept; version and file format are added.
     """
-    coords = _with_default_coords(coords, variables)
+    shape = np.shape(variables.get("response", ()))
+    coords = {"part": ["re", "im"], "harmonic": np.arange(shape[3] if len(shape) == 5 else 0), **coords}
     _refuse_names(variables, coords)
     arrays = {v: _typed(v, coords if v in COORDINATES else variables) for v in (*COORDINATES, *SCHEMA)}
     _refuse_shapes(arrays)
@@ -223,12 +224,6 @@ def check_schema(dataset: xr.Dataset) -> None:
 
 
 _KINDS = {"float": "fiu", "int8": "iu", "str": "UOT"}
-
-
-def _with_default_coords(coords: Mapping[str, Any], variables: Mapping[str, Any]) -> dict[str, Any]:
-    shape = np.shape(variables.get("response", ()))
-    harmonics = shape[3] if len(shape) == 5 else 0
-    return {"part": ["re", "im"], "harmonic": np.arange(harmonics), **coords}
 
 
 def _refuse_names(variables: Mapping[str, Any], coords: Mapping[str, Any]) -> None:

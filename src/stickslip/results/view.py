@@ -399,7 +399,8 @@ def contact_rows(dataset: xr.Dataset) -> list[ContactRow]:
     the only one of its contact.
     """
     directions = [str(name) for name in dataset.direction.values]
-    motion = _largest_motion(dataset)
+    parts = np.nan_to_num(dataset.contact_motion.values[:, :, :, :, 1:])  # without the mean
+    motion = np.max(np.hypot(parts[..., 0], parts[..., 1]), axis=(0, 1, 4), initial=0.0)
     moving = motion >= 1e-9 * np.max(motion, initial=0.0)
     used = np.any(np.isfinite(dataset.share_stick.values), axis=(0, 1))
     rows = []
@@ -428,12 +429,6 @@ def loop_areas(dataset: xr.Dataset) -> Array:
     motion, force = dataset.loop_motion.values, dataset.loop_force.values
     work = np.abs(np.sum(0.5 * (force + np.roll(force, -1, axis=-1)) * (np.roll(motion, -1, axis=-1) - motion), axis=-1))
     return np.asarray(np.max(np.nan_to_num(work), axis=0, initial=0.0))
-
-
-def _largest_motion(dataset: xr.Dataset) -> Array:
-    """Largest harmonic of the motion at any point, without the mean, (contact, direction), m; 0 where there is none."""
-    parts = np.nan_to_num(dataset.contact_motion.values[:, :, :, :, 1:])
-    return np.asarray(np.max(np.hypot(parts[..., 0], parts[..., 1]), axis=(0, 1, 4), initial=0.0))
 
 
 def dissipated(dataset: xr.Dataset, case: int) -> Array:

@@ -263,13 +263,10 @@ def _standing_off(study: _Study) -> list[str]:
 
 def _neighbour(problem: Problem) -> str:
     """What to write in the contacts of a damper between two sectors, where no contact joins two."""
-    if not isinstance(problem, TunedDisk) or any(_joins_sectors(contact) for contact in problem.contacts):
+    moved = (dof for contact in problem.contacts for direction in contact.directions for dof in direction)
+    if not isinstance(problem, TunedDisk) or any(dof.startswith(NEXT) for dof in moved):
         return ""
     return " No contact joins two sectors: a damper between neighbours must touch next/SET."
-
-
-def _joins_sectors(contact: Contact) -> bool:
-    return any(dof.startswith(NEXT) for direction in contact.directions for dof in direction)
 
 
 def _closes(contact: Contact) -> bool:

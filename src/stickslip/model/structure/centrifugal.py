@@ -259,19 +259,14 @@ def spin_stiffness(body: Solid, mesh: Any, material: Material, joined: sparse.cs
     """
     shapes = shape_functions(mesh)
     free = np.flatnonzero(body.numbers.ravel() >= 0)
-    load = _centrifugal_load(shapes, material)[free]
+    mass = element_mass(shapes.values, shapes.volumes, material)
+    load = (shapes.assembled(mass) @ (shapes.points @ ACROSS).ravel())[free]
     T: Any = sparse.eye_array(free.size, format="csc") if joined is None else joined
     moved = np.zeros(shapes.size)
     moved[free] = T @ Factor(sparse.csc_array(T.T @ body.K @ T)).solve(T.T @ load)
     stiffening = _geometric(shapes, _stress(shapes, moved, material))
-    softening = element_mass(shapes.values, shapes.volumes, material) * np.tile(np.diag(ACROSS), len(shapes.values))
+    softening = mass * np.tile(np.diag(ACROSS), len(shapes.values))
     return sparse.csc_array(shapes.assembled(stiffening - softening)[free][:, free])
-
-
-def _centrifugal_load(shapes: ShapeFunctions, material: Material) -> Array:
-    """∫ ρ N_a P x dV of all nodes, (size,)."""
-    mass = shapes.assembled(element_mass(shapes.values, shapes.volumes, material))
-    return np.asarray(mass @ (shapes.points @ ACROSS).ravel())
 
 
 def _stress(shapes: ShapeFunctions, moved: Array, material: Material) -> Array:

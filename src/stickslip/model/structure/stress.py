@@ -118,8 +118,9 @@ def stress_rows(mesh: Any, body: Solid, place: Array, material: Material = STEEL
     cells = _cells_around(basis, mesh, place)
     rows = np.zeros((6, body.size + 1))  # the last column takes clamped directions, −1
     for cell, local in cells:
-        gradients = _gradients(basis, cell, local)
-        for a, gradient in enumerate(gradients):
+        at, only = local.reshape(3, 1), np.array([cell])
+        for a in range(basis.Nbfun):
+            gradient = np.reshape(basis.elem.gbasis(basis.mapping, at, a, only)[0].grad, 3)
             node = basis.element_dofs[a, cell]
             for axis in range(3):
                 rows[:, body.numbers[node, axis]] += _stress(gradient, axis, material) / len(cells)
@@ -213,13 +214,6 @@ def _cells_around(basis: Any, mesh: Any, place: Array) -> list[tuple[int, Array]
         box = f"the body reaches from {mesh.p.min(axis=1).tolist()} to {mesh.p.max(axis=1).tolist()} m"
         raise fault("A place of stress", "must lie in the body", place.tolist(), f"({box}.)")
     return cells
-
-
-def _gradients(basis: Any, cell: int, local: Array) -> Array:
-    """Gradients of the shape functions at a local place of a cell, (a, 3), 1/m."""
-    at, cells = local.reshape(3, 1), np.array([cell])
-    fields = [basis.elem.gbasis(basis.mapping, at, a, cells)[0] for a in range(basis.Nbfun)]
-    return np.array([np.asarray(field.grad).reshape(3) for field in fields])
 
 
 def _stress(gradient: Array, axis: int, material: Material) -> Array:

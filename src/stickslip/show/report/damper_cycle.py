@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +16,6 @@ from stickslip.show.plots.damper_cycle import cycle_names, damper_cycle, damper_
 from stickslip.show.report.markup import Presentation, always, presents
 from stickslip.support.checks import Array, counted, rounded
 from stickslip.support.late import pd, xr
-
-if TYPE_CHECKING:
-    pass
 
 ROUNDING = 1e-9
 """Energy over largest force times motion below which a cycle counts as without dissipation."""

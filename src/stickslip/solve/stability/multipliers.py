@@ -135,7 +135,8 @@ class PeriodMap:
             left = (fine - coarse) / 3.0
             better = fine + left
             change = left if before is None else (better - before) / 3.0
-            values = _sorted(better)
+            values = np.linalg.eigvals(better).astype(complex)
+            values = values[np.argsort(-np.abs(values), kind="stable")]
             error = _size_change(better, values[0], change) if values.size and values[0] != 0.0 else 0.0
             distance = abs(abs(values[0]) - 1.0) if values.size else 1.0
             follows = self._follows(contacts, modes, steps)
@@ -192,12 +193,6 @@ def _map(contacts: "ContactPeriod", modes: BlockModes, steps: int) -> Array:
     size = modes.force.shape[0]
     kept = np.concatenate([modes.real, np.arange(size, size + columns.size)])
     return np.asarray(whole[np.ix_(kept, kept)])
-
-
-def _sorted(matrix: Array) -> NDArray[np.complex128]:
-    """Eigenvalues, largest first."""
-    values = np.linalg.eigvals(matrix).astype(complex)
-    return values[np.argsort(-np.abs(values), kind="stable")]
 
 
 def _size_change(matrix: Array, value: complex, change: Array) -> float:
