@@ -117,14 +117,9 @@ def known(table: Any) -> None:
     angles = [name for name in table.variables if name.endswith("angle")]
     if table.no_jamming is not None and table.no_jamming not in angles:
         raise fault("no_jamming", "must name an angle among the variables", table.no_jamming, nearest(table.no_jamming, angles))
-    corners_exist(table)
-
-
-def corners_exist(table: Any) -> None:
-    """The rig can be made at the ends of every variable, the others in the middle."""
     make = RigDesign(table.rig, table.parameters, table.acceleration)
     middle = {name: 0.5 * (low + high) for name, (low, high) in table.variables.items()}
-    for name, ends in table.variables.items():
+    for name, ends in table.variables.items():  # the rig can be made at both, the others in the middle
         for value in ends:
             made(make, friction=table.friction, **(middle | {name: value}))
 
