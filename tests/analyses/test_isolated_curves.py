@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.results.shown_units import attributes_of
+from stickslip.results.schema import attributes_of
 from stickslip.results.view import highest_peak, level_text
 from stickslip.show.report.conclusions import further_curves_sentence, headline
 from stickslip.show.report.markup import Charts, hertz

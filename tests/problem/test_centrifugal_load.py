@@ -13,8 +13,7 @@ from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.model.readers.model import Model
 from stickslip.model.readers.reduction import structure_of, unreduced, whole
 from stickslip.model.readers.stress_places import places_of
-from stickslip.model.structure.centrifugal import CentrifugalLoads, softening
-from stickslip.model.structure.rotation_axis import RotationAxis
+from stickslip.model.structure.centrifugal import CentrifugalLoads, RotationAxis, softening
 from stickslip.model.structure.solid import STEEL, box_mesh, solid
 
 SPEED = 3000.0

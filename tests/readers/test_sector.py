@@ -14,8 +14,8 @@ from stickslip.model.readers.sector import Faces, sector_of_model
 from stickslip.model.readers.sector_faces import _weights
 from stickslip.model.readers.stress_places import prestress_note, spin_softening
 from stickslip.model.rigs.octopus_blisk import BliskSector
+from stickslip.model.structure.centrifugal import RotationAxis
 from stickslip.model.structure.cyclic_reduction import lowest_frequencies, rotation
-from stickslip.model.structure.rotation_axis import RotationAxis
 
 COARSE = BliskSector(sectors=6, cells=(1, 1, 1))
 

@@ -10,9 +10,9 @@ from stickslip.analyses.damper_alone.cycle import damper_cycle, damper_evolution
 from stickslip.model.dampers import in_phase, out_of_phase
 from stickslip.model.rigs import laboratory_damper
 from stickslip.show.plots.damper_cycle import damper_cycles
-from stickslip.show.report import plain
+from stickslip.show.report import page
 from stickslip.show.report.markup import Charts, Presentation
-from stickslip.show.report.plain import overview
+from stickslip.show.report.page import overview
 
 
 def shown(analysis, dataset):
@@ -105,7 +105,7 @@ def test_warnings_of_curves_stand_before_the_chart(monkeypatch):
     """As speed sweeps and nonlinear modes word them on the console, behind the numbers."""
     lines = ["highest peak 1 mm", "  curve 1: 1 mm", "  warning, curve 1: Too few samples. Take 512."]
     shown = Presentation("Curves", lambda _: lines, lambda _: [], lambda _: {"damper_cycles": damper_cycles}, lambda _: {})
-    monkeypatch.setattr(plain, "presentation_of", lambda _: shown)
+    monkeypatch.setattr(page, "presentation_of", lambda _: shown)
     dataset = steady_cycles(damper(), out_of_phase(0.3e-6), starts=1, steps=50).dataset
     html = overview({"a": dataset}, Charts(["a"]))
     warning = '<details class="warning"><summary>Curve 1: Too few samples.</summary>Take 512.</details>'

@@ -16,8 +16,8 @@ from stickslip import analyses, laboratory
 from stickslip.analyses.stress import with_fatigue
 from stickslip.model.structure.stress import COMPONENTS
 from stickslip.results.files import SavedResult
-from stickslip.results.representative import representatives, spread
 from stickslip.results.schema import Result
+from stickslip.results.view import representatives, spread
 from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.plots.look import MOST_ENTRIES, PAGE
 from stickslip.show.plots.response_curves import haigh_diagram, stress_curves

@@ -17,8 +17,7 @@ from stickslip.results.schema import Result
 from stickslip.show.report.conclusions import headline, level_sentence, warnings_of
 from stickslip.show.report.markup import number, presentation_of
 from stickslip.show.report.nonlinear_modes import PRESENTATION
-from stickslip.show.report.page import common_title
-from stickslip.show.report.plain import _sentence
+from stickslip.show.report.page import _sentence, common_title
 from stickslip.support.checks import rounded
 
 

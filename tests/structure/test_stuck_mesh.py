@@ -13,7 +13,7 @@ from stickslip.model.structure.mesh_surface import MeshSurface
 from stickslip.model.structure.modes import unresisted
 from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.model.structure.solid import box_mesh, solid
-from stickslip.model.structure.sparse_structure import SparseStructure
+from stickslip.model.structure.sparse import SparseStructure
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.model.structure.stuck_mesh import StuckMesh
 from stickslip.support.checks import InputError

@@ -14,8 +14,7 @@ import stickslip as ss
 from stickslip.model.problem.at_rest import normal_loads_at_rest
 from stickslip.model.readers.read import read_model
 from stickslip.model.readers.stress_places import spin_softening
-from stickslip.model.structure.centrifugal import softening
-from stickslip.model.structure.rotation_axis import RotationAxis
+from stickslip.model.structure.centrifugal import RotationAxis, softening
 from stickslip.model.structure.solid import STEEL
 from stickslip.study import job, structure
 

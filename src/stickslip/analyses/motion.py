@@ -22,8 +22,7 @@ from stickslip.model.contact.protocol import OPEN, STICK
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.structure.rigid_body import arm_of
-from stickslip.results.schema import named, stacked
-from stickslip.results.shown_units import system_of
+from stickslip.results.schema import named, stacked, system_of
 from stickslip.results.view import highest_peak, level_text, periods_of
 from stickslip.solve.balance.energy import ContactCycle, contact_cycle
 from stickslip.support.checks import SMALLEST, Array, Index, fault

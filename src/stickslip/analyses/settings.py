@@ -157,20 +157,16 @@ def not_given(kind: type[Settings], name: str, value: Any) -> bool:
     return value is None and getattr(kind, name, ...) is None
 
 
-def marks(kind: type[Settings]) -> Mapping[str, Setting]:
-    """The marks of the fields that have one, in their order; read once, since they stand in the text of the class."""
-    if kind not in _KNOWN:
-        _KNOWN[kind] = _read_marks(kind)
-    return _KNOWN[kind]
-
-
 _KNOWN: dict[type[Settings], Mapping[str, Setting]] = {}
 
 
-def _read_marks(kind: type[Settings]) -> Mapping[str, Setting]:
-    hints = get_type_hints(kind, include_extras=True)
-    found = {each.name: getattr(hints[each.name], "__metadata__", ()) for each in fields(kind)}
-    return {name: mark for name, given in found.items() for mark in given if isinstance(mark, Setting)}
+def marks(kind: type[Settings]) -> Mapping[str, Setting]:
+    """The marks of the fields that have one, in their order; read once, since they stand in the text of the class."""
+    if kind not in _KNOWN:
+        hints = get_type_hints(kind, include_extras=True)
+        found = {each.name: getattr(hints[each.name], "__metadata__", ()) for each in fields(kind)}
+        _KNOWN[kind] = {name: mark for name, given in found.items() for mark in given if isinstance(mark, Setting)}
+    return _KNOWN[kind]
 
 
 def takes(kind: Callable[Arguments, Given]) -> Callable[[Callable[[Given], Result]], Callable[Arguments, Result]]:
@@ -214,10 +210,6 @@ def harmonic_numbers(name: str, value: Any) -> Harmonics:
     return checked_harmonics(value)
 
 
-def _somewhere(name: str, band: Any) -> Band | list[float]:
-    return band if isinstance(band, Band) else followed(band)
-
-
 def _rule(name: str, value: Any) -> Rules:
     rules = rules_of(value)
     return rules[0] if len(rules) == 1 else rules
@@ -233,7 +225,7 @@ def _problem(name: str, value: Any) -> Problem:
 
 
 OfProblem = Annotated[Problem, Setting(_problem)]
-Frequencies = Annotated[Band | Sequence[float], Setting(_somewhere)]
+Frequencies = Annotated[Band | Sequence[float], Setting(lambda name, band: band if isinstance(band, Band) else followed(band))]
 HarmonicNumbers = Annotated[int | Sequence[int], Setting(harmonic_numbers)]
 Samples = Annotated[int, Setting(Whole(1, MOST_SAMPLES))]
 OutputNumber = Annotated[int, Setting(checks.whole)]

@@ -27,10 +27,8 @@ from stickslip.model.problem.meshed import with_all_forces
 from stickslip.model.problem.truncation import on_few_coordinates
 from stickslip.model.structure.cyclic_reduction import rotation
 from stickslip.model.structure.mesh_surface import SectorSurface, thinned, triangulated
-from stickslip.results.representative import spread
-from stickslip.results.schema import COORDINATES, SCHEMA, named, stamped
-from stickslip.results.shown_units import system_of
-from stickslip.results.view import band_of, highest_peak, level_text, periods_of
+from stickslip.results.schema import COORDINATES, SCHEMA, named, stamped, system_of
+from stickslip.results.view import band_of, highest_peak, level_text, periods_of, spread
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.balance.energy import EnergyBalance
 from stickslip.solve.balance.fourier import complex_harmonics, of_attribute, real_harmonics

@@ -3,15 +3,13 @@
 Output folders, and checks before anything in them is overwritten.
 """
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -20,10 +18,6 @@ from stickslip.support.checks import InputError, counted, fault
 from stickslip.support.console import INTERRUPTED, TERMINATED, plain_warnings, report_fault, say
 from stickslip.support.files import WrittenFiles, refuse_linked_folder, refuse_obstacle
 from stickslip.support.interrupts import termination_as_interrupt
-
-if TYPE_CHECKING:
-    pass
-
 
 app = typer.Typer(
     name="stickslip",

@@ -9,7 +9,7 @@ The command `decay`: frequency and damping over the amplitude of a ring-down tes
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -64,16 +64,15 @@ def contact_law(
     """Find law, stiffness and friction of one contact, with intervals, from its measured loops."""
     from stickslip import study
     from stickslip.study.run import Run
+    from stickslip.study.toml_text import toml_text
 
     existing("FILES", files)
-    named = {
-        "columns": pairs("--column", column or (), "force=2"),
-        "column_units": pairs("--unit", unit or (), "displacement=um"),
-    }
-    stiffness = None if rig_stiffness is None else 1e6 * rig_stiffness
-    given = {"normal_load": normal_load, "rig_stiffness": stiffness, "laws": law or None, "lag": lag}
-    text = study_text(files, given | {"friction_over": friction_over or None}, named)
-    job = study.job(text, Path(), "contact law")
+    table: dict[str, Any] = {"files": [str(path.resolve()) for path in files], "normal_load": normal_load, "laws": law or None}
+    table |= {"rig_stiffness": None if rig_stiffness is None else 1e6 * rig_stiffness, "lag": lag}
+    table |= {"friction_over": friction_over or None, "columns": pairs("--column", column or (), "force=2") or None}
+    table |= {"column_units": pairs("--unit", unit or (), "displacement=um") or None}
+    about = {"title": f"Law of a contact: {files[0].stem}", "analysis": "contact_law"}
+    job = study.job(toml_text({"study": about, "contact_law": table}), Path(), "contact law")
     folder = free_folder(out or Path("results") / files[0].stem, [""], resume, overwrite)
     carry_out(Run({"": job}, folder, resume, 1), figures)
     say(f"Results: {folder}")
@@ -90,19 +89,6 @@ def pairs(option: str, given: Sequence[str], example: str) -> dict[str, str]:
             raise fault(option, f"must give {name.strip()} once", list(given))
         found[name.strip()] = value.strip()
     return found
-
-
-def study_text(files: Sequence[Path], settings: Mapping[str, object], named: Mapping[str, Mapping[str, str]]) -> str:
-    """The study that the command stands for; the results keep it."""
-    from stickslip.study.toml_text import toml_text
-
-    table = {
-        "files": [str(path.resolve()) for path in files],
-        **settings,
-        **{key: values for key, values in named.items() if values},
-    }
-    study = {"title": f"Law of a contact: {files[0].stem}", "analysis": "contact_law"}
-    return toml_text({"study": study, "contact_law": table})
 
 
 @guarded
@@ -127,7 +113,8 @@ def contact_stiffness(
     if (load is None) == (pull is None):
         raise fault("--load and --pull", "must be given one without the other", {"load": load, "pull": pull})
     at = static_normal_load(pull, platform_angle) if pull is not None else float(load or 0.0)
-    refuse_metres(length)
+    if length < 0.1:
+        raise fault("--length", "must be in mm, at least 0.1", length, f"Did you give metres? Then it is {1e3 * length:g} mm.")
     contact = LineContact(length * mm, radius * mm, flat * mm, young * 1e9, poisson)
     here = stiffness_over(contact, [at], at).dataset.isel(load=0)
     say(f"Normal load {at:.6g} N; half width of the contact {float(here.half_width) * 1e6:.4g} um")
@@ -139,12 +126,6 @@ def contact_stiffness(
         refuse_existing([out], overwrite)
         loads = [at * step / 100.0 for step in range(2, 301, 2)]
         say(f"Wrote {drawn_to(out, stiffness_over(contact, loads, at).plot())}")
-
-
-def refuse_metres(length: float) -> None:
-    """Lengths of less than a tenth of a millimetre are metres, given by mistake."""
-    if length < 0.1:
-        raise fault("--length", "must be in mm, at least 0.1", length, f"Did you give metres? Then it is {1e3 * length:g} mm.")
 
 
 def drawn_to(path: Path, figure: Figure) -> Path:
@@ -371,7 +352,7 @@ def beside_modes(decay: MeasuredDecay, study: Path, output: str | None) -> Measu
     import numpy as np
 
     from stickslip.analyses.modes.nonlinear_modes import nonlinear_modes
-    from stickslip.results.shown_units import attributes_of
+    from stickslip.results.schema import attributes_of
     from stickslip.study import read
     from stickslip.study.analyses.free_decay import BEYOND
 

@@ -123,7 +123,11 @@ def predict(
     curves |= {"columns": pairs("--column", column or (), "real=3"), "column_units": pairs("--unit", unit or (), "real=mm/N")}
     curves |= {"compare": [str(path.resolve()) for path in compare or ()]}
     if decay:
-        refuse_beside_decay([*options, *(OPTIONS.get(key, f"--{key}") for key, value in curves.items() if value)])
+        if beside := [*options, *(OPTIONS.get(key, f"--{key}") for key, value in curves.items() if value)]:
+            raise InputError(
+                f"--decay and {', '.join(beside)} must not be given together: --decay predicts a decay in place of responses, "
+                "and a measured decay is its value, --decay FILE."
+            )
         table |= of_decay(decay, units_of(document.get("units", {}))) | {"mode": mode}
     else:
         if mode is not None:
@@ -155,15 +159,6 @@ def one_kind_of_level(options: Mapping[str, list[str]], compared: bool, measured
         if option not in ("--force", "--amplitude", f"--{measured}"):
             remedy = f"Give --{measured}, in {quantity_named(measured)[0].units}."
             raise fault(option, f"must be the quantity that was measured, --{measured}", ", ".join(options[option]), remedy)
-
-
-def refuse_beside_decay(options: list[str]) -> None:
-    """Refuse what is of responses where a decay is predicted."""
-    if options:
-        raise InputError(
-            f"--decay and {', '.join(options)} must not be given together: --decay predicts a decay in place of responses, and a "
-            "measured decay is its value, --decay FILE."
-        )
 
 
 def of_decay(given: list[str], units: Units) -> dict[str, Any]:

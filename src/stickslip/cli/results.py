@@ -72,7 +72,7 @@ def of_model(found: Description) -> dict[str, Any]:
 def of_study(study: Path, job: Job, seconds: float | None) -> dict[str, Any]:
     """A study without errors: its notes, the numbers of its model in the units of the study, the estimated time of a run."""
     from stickslip.model.problem.at_rest import normal_loads_at_rest
-    from stickslip.results.shown_units import in_system
+    from stickslip.results.schema import in_system
     from stickslip.study.faults import WARNING
 
     values = {
@@ -149,7 +149,7 @@ def peaks(
     """Print the peaks of response curves in the units of the study, with the estimates of their errors and all warnings."""
     from stickslip.results.files import open_results
     from stickslip.results.quantities import outside_table, peak_table
-    from stickslip.results.shown_units import shown_table
+    from stickslip.results.schema import shown_table
     from stickslip.show.report.conclusions import OUTSIDE, failures_of, further_curves_sentence, warnings_of
     from stickslip.show.report.markup import presentation_of
 
@@ -234,7 +234,7 @@ def export(
     the deformed shapes for VTK (.vtu), in the units of the study."""
     from stickslip.results.files import open_results
     from stickslip.results.quantities import other_peaks, peak_table, quantity_table
-    from stickslip.results.shown_units import shown_table
+    from stickslip.results.schema import shown_table
     from stickslip.show.report.markup import presentation_of
     from stickslip.support.files import write_text
 
@@ -286,7 +286,7 @@ def export_shapes(datasets: Mapping[str, xr.Dataset], out: Path, overwrite: bool
 
 def _further(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
     """The tables that only some responses have, in the units of the study."""
-    from stickslip.results.shown_units import shown_table
+    from stickslip.results.schema import shown_table
     from stickslip.show.report.responses import further_tables
 
     return {caption: shown_table(table, dataset) for caption, table in further_tables(dataset).items()}

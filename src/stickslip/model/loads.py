@@ -1,7 +1,5 @@
 """Loads: harmonic and static forces along a direction, and base motion; amplitudes may scale with a power of frequency."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -124,7 +122,7 @@ class Output:
             raise fault(f"Output {self.name!r}", "must have a direction", dict(self.direction))
 
     @classmethod
-    def of(cls, at: str | Output) -> Output:
+    def of(cls, at: "str | Output") -> "Output":
         """The output of one degree of freedom "NODE.DIRECTION"."""
         if not isinstance(at, str | Output):
             raise fault("An output", 'must be "NODE.DIRECTION" or an Output', at)

@@ -32,10 +32,10 @@ from stickslip.results.schema import (
     analysis_named,
     check_results,
     labelled,
+    shown_dataset,
     stamped,
     with_frequency,
 )
-from stickslip.results.shown_units import shown_dataset
 from stickslip.results.view import measure_in
 from stickslip.support.checks import Faults, InputError, fault, similar_file
 from stickslip.support.files import replacing
@@ -101,7 +101,7 @@ def _with_checksums(dataset: xr.Dataset) -> xr.Dataset:
 
 def _checksum(attributes: Mapping[Any, Any], values: NDArray[Any] | None = None) -> str:
     """CRC-32 of attributes and values, eight hexadecimal digits, as they are read from the file again."""
-    words = {str(key): _plain_list(value) for key, value in attributes.items() if key != CHECKSUM}
+    words = {str(key): np.ravel(value).tolist() for key, value in attributes.items() if key != CHECKSUM}
     found = zlib.crc32(repr(sorted(words.items())).encode())
     if values is not None:
         if values.dtype.kind == "f":
@@ -110,11 +110,6 @@ def _checksum(attributes: Mapping[Any, Any], values: NDArray[Any] | None = None)
         content = repr(values.tolist()).encode() if text else np.ascontiguousarray(values).tobytes()
         found = zlib.crc32(content, zlib.crc32(repr(values.shape).encode(), found))
     return f"{found:08x}"
-
-
-def _plain_list(value: Any) -> list[Any]:
-    """An attribute as a list: a file returns a list of one as its only entry."""
-    return list(np.atleast_1d(np.asarray(value)).ravel().tolist())
 
 
 def _verified(dataset: xr.Dataset, path: Path) -> xr.Dataset:

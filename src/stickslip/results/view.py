@@ -1,19 +1,23 @@
 """Views of a dataset for figures and report: curves without padding, peaks with their points, contacts by direction.
 
 Numbers stay in SI; only `level_text` makes words. `results_schema` says what the variables are.
+
+Representative cases for figures, report and console: evenly spread force levels; of start states lowest, median and highest.
+
+A figure has room for a few panels; a sentence beside it says how the cases shown were chosen.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from stickslip.results.schema import kind_words
-from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.schema import in_system, kind_words, system_of
 from stickslip.solve.balance.fourier import real_harmonics
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, measure_of
-from stickslip.support.checks import Array, Index
+from stickslip.support.checks import Array, Index, listed
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import UnitSystem, um
@@ -395,7 +399,8 @@ def contact_rows(dataset: xr.Dataset) -> list[ContactRow]:
     the only one of its contact.
     """
     directions = [str(name) for name in dataset.direction.values]
-    motion = _largest_motion(dataset)
+    parts = np.nan_to_num(dataset.contact_motion.values[:, :, :, :, 1:])  # without the mean
+    motion = np.max(np.hypot(parts[..., 0], parts[..., 1]), axis=(0, 1, 4), initial=0.0)
     moving = motion >= 1e-9 * np.max(motion, initial=0.0)
     used = np.any(np.isfinite(dataset.share_stick.values), axis=(0, 1))
     rows = []
@@ -426,12 +431,6 @@ def loop_areas(dataset: xr.Dataset) -> Array:
     return np.asarray(np.max(np.nan_to_num(work), axis=0, initial=0.0))
 
 
-def _largest_motion(dataset: xr.Dataset) -> Array:
-    """Largest harmonic of the motion at any point, without the mean, (contact, direction), m; 0 where there is none."""
-    parts = np.nan_to_num(dataset.contact_motion.values[:, :, :, :, 1:])
-    return np.asarray(np.max(np.hypot(parts[..., 0], parts[..., 1]), axis=(0, 1, 4), initial=0.0))
-
-
 def dissipated(dataset: xr.Dataset, case: int) -> Array:
     """Energy per period of each contact at `points`, (point, contact), J; rounding, 1e-12 of the largest, counts as nothing."""
     energy = along_curve(dataset, "dissipated", case)
@@ -456,3 +455,74 @@ def shares_at_peak(dataset: xr.Dataset, most: int) -> tuple[list[str], Array, Ar
         names = [*(names[index] for index in kept), f"{rest.size} others"]
         energy = np.column_stack([energy[:, kept], energy[:, rest].sum(axis=1)])
     return names, energy, energy.sum(axis=1)
+
+
+REPRESENTATIVE = ("lowest", "median", "highest")
+"""Start states of one force level that stand for all, by their highest peaks."""
+
+
+@dataclass(frozen=True, eq=False)
+class Representatives:
+    """The cases to show, also as a dataset of their own, and a sentence about the others; empty where there are none."""
+
+    dataset: xr.Dataset
+    cases: list[int]
+    words: str
+
+
+def spread(count: int, most: int) -> list[int]:
+    """At most `most` places of `count`, evenly spread from the first to the last; a single one is the last."""
+    return sorted({round(place) for place in np.linspace(count - 1, 0, min(count, most)).tolist()})
+
+
+def is_cloud(dataset: xr.Dataset) -> bool:
+    """Whether the cases are start states, several to a force level."""
+    return "start" in dataset.coords
+
+
+def levels_of(dataset: xr.Dataset) -> list[list[int]]:
+    """The cases of each force level of a cloud; otherwise every case is a level of its own."""
+    if not is_cloud(dataset):
+        return [[case] for case in range(dataset.sizes["case"])]
+    values = dataset["force_level"].values.tolist()
+    return [[case for case, value in enumerate(values) if value == level] for level in dict.fromkeys(values)]
+
+
+def ranked(dataset: xr.Dataset, cases: list[int], output: int = 0) -> list[int]:
+    """Those of the cases that have a solution, by their highest peak, lowest first."""
+    peaks = {case: highest_peak(dataset, case, output) for case in cases}
+    sizes = {case: peak.amplitude for case, peak in peaks.items() if peak is not None}
+    return sorted(sizes, key=lambda case: sizes[case])
+
+
+def representative_starts(dataset: xr.Dataset, cases: list[int], most: int = len(REPRESENTATIVE)) -> list[int]:
+    """Of start states of one level those of lowest, median and highest peak, in this order."""
+    order = ranked(dataset, cases) or cases[:1]
+    return [order[place] for place in spread(len(order), min(most, len(REPRESENTATIVE)))]
+
+
+def words_of(chosen: list[int]) -> list[str]:
+    """What each of the cases that `representative_starts` gives is."""
+    return [REPRESENTATIVE[place] for place in spread(len(REPRESENTATIVE), len(chosen))]
+
+
+def representatives(dataset: xr.Dataset, most: int) -> Representatives:
+    """At most `most` cases: all; else levels evenly spread, and of a cloud three start states of each."""
+    groups = levels_of(dataset)
+    if dataset.sizes["case"] <= most:
+        return Representatives(dataset, list(range(dataset.sizes["case"])), "")
+    cloud = is_cloud(dataset)
+    levels = spread(len(groups), max(1, most // len(REPRESENTATIVE)) if cloud else most)
+    chosen = partial(representative_starts, dataset, most=most) if cloud else list
+    kept = [case for level in levels for case in chosen(groups[level])]
+    fewer = f"{len(levels)} of {len(groups)} force levels" if len(levels) < len(groups) else ""
+    return Representatives(dataset.isel(case=kept), kept, "; ".join(filter(None, (cloud_words(dataset, most), fewer))))
+
+
+def cloud_words(dataset: xr.Dataset, most: int = len(REPRESENTATIVE)) -> str:
+    """What `representative_starts` takes, in words; empty without start states."""
+    if not is_cloud(dataset):
+        return ""
+    names = words_of(list(range(min(most, len(REPRESENTATIVE)))))
+    starts = max(len(cases) for cases in levels_of(dataset))
+    return f"of {starts} start states those with the {listed(names)} response"

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, Protocol, runtime_checkable
+from typing import Annotated, Any, Literal, Protocol
 
 from pydantic import Field
 
@@ -45,6 +45,12 @@ class Plan(Protocol):
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         """The labelled results of all works."""
 
+    def searched(
+        self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
+    ) -> xr.Dataset:
+        """The same of an analysis that goes on from its cases by a search, whose own cases are kept as well."""
+        return self.dataset(results)
+
     def begin(self, progress: Progress) -> None:
         """Compute what all cases share and only a run needs, before the first of them."""
 
@@ -65,37 +71,39 @@ class Plan(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class OneWork:
-    """The plan of most analyses: one work, whose results are those of the study. work: as it is, or what makes it when it is
-    asked for, where that reads files or takes long. gathered: the dataset of work and arrays of its cases, unless that is
-    `work.gathered(arrays).dataset`."""
+class Works:
+    """The plan of most analyses: one work, whose results are those of the study, or several by name.
 
-    work: Work | Callable[[], Work]
+    work: as it is, or what makes it when it is asked for, where that reads files or takes long. gathered: the dataset of work and
+    arrays of its cases, both by name where there are several works, unless that is `work.gathered(arrays).dataset`. search: the
+    same where the analysis goes on from its cases by a search, from work, arrays, checkpoint, workers and progress.
+    """
+
+    work: Work | Mapping[str, Work] | Callable[[], Work | Mapping[str, Work]]
     summary: str
-    gathered: Callable[[Any, Sequence[Arrays]], xr.Dataset] = lambda work, arrays: work.gathered(arrays).dataset
+    gathered: Callable[[Any, Any], xr.Dataset] = lambda work, arrays: work.gathered(arrays).dataset
     content: str = ""
     condition: str = ""
     reads: tuple[Path, ...] = ()
+    search: Callable[..., xr.Dataset] | None = None
 
     def begin(self, progress: Progress) -> None:
         """Nothing: the work has all that its cases share."""
 
     @cached_property
     def works(self) -> Mapping[str, Work]:
-        return {"": self.work() if callable(self.work) else self.work}
+        made = self.work() if callable(self.work) else self.work
+        return made if isinstance(made, Mapping) else {"": made}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.gathered(self.works[""], results[""])
-
-
-@runtime_checkable
-class SearchingPlan(Plan, Protocol):
-    """A plan that goes on from its cases by a search, whose own cases are kept as well."""
+        return self.gathered(*((self.works[""], results[""]) if len(self.works) == 1 else (self.works, results)))
 
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
     ) -> xr.Dataset:
-        """The labelled results of all works and of the search."""
+        if self.search is None:
+            return self.dataset(results)
+        return self.search(self.works[""], results[""], checkpoint, workers, progress)
 
 
 def summary_of(sweep: ForcedResponseSettings) -> str:

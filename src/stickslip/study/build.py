@@ -3,8 +3,6 @@
 Names of degrees of freedom in a study: detection of unknown names, and directions as coefficients in SI.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
@@ -24,9 +22,9 @@ from stickslip.model.readers.deck import LONGEST
 from stickslip.model.readers.model import levers
 from stickslip.model.readers.stress_places import SAME_SPEED
 from stickslip.model.structure.assembly import Spring
+from stickslip.model.structure.centrifugal import RotationAxis
 from stickslip.model.structure.matrices import Damping, Dashpot, ModalDamping, RayleighDamping, nearest_dof, of_single_nodes
 from stickslip.model.structure.rigid_body import RigidBody
-from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.study.contacts import ContactTable, FrictionTable, StartTable, start_rules
 from stickslip.study.faults import parsed
 from stickslip.study.fields import DENSITY, LENGTH, MASS, Units, in_si, scaled

@@ -93,7 +93,9 @@ def _free(free: Sequence[str], structure: Mapping[str, Any]) -> dict[str, Any]:
     known = inspect.signature(RIGS[structure["rig"]]).parameters if structure.get("rig") in RIGS else {}
     of_rig: dict[str, list[float]] = {}
     factors: dict[str, list[float]] = {}
-    _once(free)
+    names = [text.partition("=")[0].strip() for text in free]
+    if len({*names}) < len(names):
+        raise fault("--free", "must give each parameter once", list(free))
     for text in free:
         name, _, numbers = (part.strip() for part in text.partition("="))
         values = _numbers(text, numbers)
@@ -118,13 +120,6 @@ def _numbers(text: str, numbers: str) -> list[float]:
     if len(values) not in (0, 2, 3) or not np.all(np.isfinite(values)):
         raise fault("--free", "must be NAME, NAME=LOW:HIGH or NAME=START:LOW:HIGH, such as kt=1e5:1e7", text)
     return values
-
-
-def _once(free: Sequence[str]) -> None:
-    """Refuse a parameter that is freed twice."""
-    names = [text.partition("=")[0].strip() for text in free]
-    if len({*names}) < len(names):
-        raise fault("--free", "must give each parameter once", list(free))
 
 
 def _of_rig(name: str, values: Sequence[float], present: Any) -> list[float]:

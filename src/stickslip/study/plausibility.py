@@ -21,7 +21,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import dampers, normal_loads_at_rest, unbearable_loads
 from stickslip.model.problem.warnings import LARGEST_FRICTION
 from stickslip.model.structure.cyclic import NEXT
-from stickslip.results.shown_units import in_system
+from stickslip.results.schema import in_system
 from stickslip.study.surfaces import CHECK_FIT, CHECK_UNITS
 from stickslip.support.checks import Array, InputError
 from stickslip.support.units import Band, UnitSystem
@@ -268,13 +268,10 @@ def _standing_off(study: _Study) -> list[str]:
 
 def _neighbour(problem: Problem) -> str:
     """What to write in the contacts of a damper between two sectors, where no contact joins two."""
-    if not isinstance(problem, TunedDisk) or any(_joins_sectors(contact) for contact in problem.contacts):
+    moved = (dof for contact in problem.contacts for direction in contact.directions for dof in direction)
+    if not isinstance(problem, TunedDisk) or any(dof.startswith(NEXT) for dof in moved):
         return ""
     return " No contact joins two sectors: a damper between neighbours must touch next/SET."
-
-
-def _joins_sectors(contact: Contact) -> bool:
-    return any(dof.startswith(NEXT) for direction in contact.directions for dof in direction)
 
 
 def _closes(contact: Contact) -> bool:

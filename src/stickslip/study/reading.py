@@ -1,7 +1,7 @@
 """Entry point: `read` turns a study file into a `Job`, or raises all its faults at once."""
 
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from hashlib import sha256
@@ -17,17 +17,16 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.problem.truncation import REACH
 from stickslip.model.readers.reduction import Progress, quiet
-from stickslip.model.structure.assembly import Spring
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
-from stickslip.model.structure.matrices import Damping, Dashpot, ModalDamping, Structure
-from stickslip.model.structure.sparse_structure import SparseStructure
-from stickslip.results.shown_units import sentence_in
+from stickslip.model.structure.matrices import Damping, ModalDamping, Structure
+from stickslip.model.structure.sparse import SparseStructure
+from stickslip.results.schema import sentence_in
 from stickslip.solve.balance.fourier import harmonics_for, highest
 from stickslip.study import build
 from stickslip.study.analysis import KINDS, Asked, Kind, Plan, StudyTable, all_keys, keys_of, owners
 from stickslip.study.build import Names, dofs_in
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
-from stickslip.study.faults import Found, Model, parsed, with_new_names
+from stickslip.study.faults import Found, Made, Model, parsed, with_new_names
 from stickslip.study.fields import SYSTEMS, Table, Units, check_of, values_of
 from stickslip.study.further_curves import NO_STRESS, resting_fatigue
 from stickslip.study.plausibility import check_static_loads, other_speed, plausibility_warnings
@@ -449,11 +448,13 @@ def from_model(
     parts = found.attempt("[structure]", together, structures, bodies, damping, rotation) if whole else None
     if parts and rotation:
         messages[1].append(rotation_note(rotation[0], parts.loads, units.system))
-    known = known_dofs(tables)
+    only = tables.structures[0] if len(tables.structures) == 1 else None
+    known = tuple(only.dofs) if only is not None and only.dofs and not tables.bodies else ()  # where the study gives them all
     names = Names(known or (_names_of(parts.structure) if parts else ()), units)
     found.messages += names.faults(document) if parts and not known else []
     contacts = contacts_of(tables, names, parts, found, messages[1])
-    forces, dashpots = (*forces_of(tables, names, parts, found), *pulls), dashpots_of(tables, names, found)
+    forces = *forces_of(tables, names, parts, found), *pulls
+    dashpots = made_of("dashpot", build.dashpot, tables.dashpot, names, units, found=found)
     forces += parts.loads if parts else ()
     if not _is_disk(tables):
         _check_outputs(tables, found)
@@ -462,7 +463,7 @@ def from_model(
     if parts is None or found.messages:
         return None
     title = tables.study.title if tables.study else ""
-    springs = mean_springs_of(tables, names, found)
+    springs = made_of("mean_spring", build.mean_spring, tables.mean_spring, names, units, found=found)
     more: dict[str, Any] = {"mean_springs": springs, "dashpots": dashpots}
     kind: Callable[..., Problem] = TunedDisk if isinstance(parts.structure, CyclicStructure) else Problem
     if isinstance(parts.structure, SparseStructure):
@@ -536,12 +537,6 @@ def _names_of(structure: Structure) -> tuple[str, ...]:
     return (*structure.dofs, *(f"{NEXT}{dof}" for dof in structure.dofs))
 
 
-def known_dofs(tables: Tables) -> tuple[str, ...]:
-    """The names of the degrees of freedom where the study itself gives them all."""
-    (only,) = tables.structures if len(tables.structures) == 1 else (None,)
-    return tuple(only.dofs) if only is not None and only.dofs and not tables.bodies else ()
-
-
 def contacts_of(tables: Tables, names: Names, parts: Parts | None, found: Found, notes: list[str]) -> tuple[Contact, ...]:
     """The contacts; those of surfaces follow once the structure is there."""
     contacts: list[Contact] = []
@@ -569,15 +564,8 @@ def forces_of(tables: Tables, names: Names, parts: Parts | None, found: Found) -
     return tuple(force for force in made if force is not None)
 
 
-def mean_springs_of(tables: Tables, names: Names, found: Found) -> tuple[Spring, ...]:
-    numbered = [(number, table) for number, table in enumerate(tables.mean_spring, start=1) if table is not None]
-    made = [
-        found.attempt(f"[[mean_spring]] {number}", build.mean_spring, table, names, tables.units) for number, table in numbered
-    ]
-    return tuple(spring for spring in made if spring is not None)
-
-
-def dashpots_of(tables: Tables, names: Names, found: Found) -> tuple[Dashpot, ...]:
-    numbered = [(number, table) for number, table in enumerate(tables.dashpot, start=1) if table is not None]
-    made = [found.attempt(f"[[dashpot]] {number}", build.dashpot, table, names, tables.units) for number, table in numbered]
-    return tuple(dashpot for dashpot in made if dashpot is not None)
+def made_of(key: str, make: Callable[..., Made], entries: Sequence[Any], *known: Any, found: Found) -> tuple[Made, ...]:
+    """What the sound ones among the tables [[key]] make."""
+    numbered = [(number, table) for number, table in enumerate(entries, start=1) if table is not None]
+    made = [found.attempt(f"[[{key}]] {number}", make, table, *known) for number, table in numbered]
+    return tuple(each for each in made if each is not None)

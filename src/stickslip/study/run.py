@@ -13,10 +13,9 @@ from typing import Any
 
 import stickslip
 from stickslip.results.files import open_results, save, stamped
-from stickslip.results.shown_units import attributes_of
+from stickslip.results.schema import attributes_of
 from stickslip.runs.cases import Together, all_cases
 from stickslip.runs.work import Arrays, CheckpointFolder, Progress, StoppableWork, Stopped, Work, Workers, changed_line
-from stickslip.study.analysis import SearchingPlan
 from stickslip.study.faults import WARNING
 from stickslip.study.reading import Job
 from stickslip.support.checks import InputError
@@ -104,9 +103,7 @@ class Run:
         for name, job in self.jobs.items():
             own = {kind: list(parts[f"{name} {kind}".strip()].values()) for kind in works[name]}
             attributes = {"title": job.title, **_about(job), "input_key": self.key}
-            plan = job.plan
-            search = (checkpoint, self.workers, progress)
-            dataset = plan.searched(own, *search) if isinstance(plan, SearchingPlan) else plan.dataset(own)
+            dataset = job.plan.searched(own, checkpoint, self.workers, progress)
             datasets[name] = stamped(dataset).assign_attrs(attributes)
             WrittenFiles(self.folder).remove("report.html")  # an interrupted run leaves no report of other results
             save(datasets[name], self.folder / name / "results.nc")

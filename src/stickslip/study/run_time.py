@@ -19,7 +19,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.at_rest import at_friction_limit, at_rest, normal_loads_at_rest
 from stickslip.model.problem.systems import soft_springs
 from stickslip.model.problem.truncation import on_few_coordinates
-from stickslip.results.shown_units import in_system
+from stickslip.results.schema import in_system
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.fourier import orders
 from stickslip.solve.continuation.continuation import first_point, trace

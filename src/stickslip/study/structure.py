@@ -1,8 +1,6 @@
 """The structure of a study: [structure] tables with a model file or small matrices, rigid bodies, and the gas forces of
 [aerodynamics], put together as one structure in SI."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -33,14 +31,13 @@ from stickslip.model.readers.stress_places import (
 )
 from stickslip.model.structure.aerodynamics import Aerodynamics
 from stickslip.model.structure.assembly import assemble
-from stickslip.model.structure.centrifugal import softening
+from stickslip.model.structure.centrifugal import RotationAxis, softening
 from stickslip.model.structure.complete_modes import lowest_modes
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameters, with_bodies
 from stickslip.model.structure.matrices import Damping, Structure
 from stickslip.model.structure.modes import rigid_motions
 from stickslip.model.structure.rigid_body import RigidBody
-from stickslip.model.structure.rotation_axis import RotationAxis
-from stickslip.results.shown_units import in_system
+from stickslip.results.schema import in_system
 from stickslip.study import build
 from stickslip.study.faults import WARNING, Found
 from stickslip.study.fields import (

@@ -13,7 +13,7 @@ from stickslip.model.interfaces.node_surface import NodeSurface, line_as_surface
 from stickslip.model.interfaces.surface_contacts import Opposite, surface_contacts
 from stickslip.model.loads import Force
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
-from stickslip.results.shown_units import in_system
+from stickslip.results.schema import in_system
 from stickslip.study.build import force_along
 from stickslip.study.contacts import ContactTable, FrictionTable, SurfaceTable, start_rules
 from stickslip.study.fields import Units, in_si

@@ -1,7 +1,5 @@
 """Tables of a study file: [structure], [damping], [[force]], [[dashpot]], [base] and [sweep]."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import Field, Tag, WrapValidator, field_validator, model_validator
@@ -334,7 +332,7 @@ class OwnRangeTable(FrequenciesTable):
     exactly_one: ClassVar[Groups] = ()
 
     @model_validator(mode="after")
-    def _without_frequencies(self) -> OwnRangeTable:
+    def _without_frequencies(self) -> "OwnRangeTable":
         given = [key for key in ("frequency", "at") if getattr(self, key) is not None]
         if given:
             raise ValueError(f"must not hold {given[0]}, since the analysis has a range of its own")

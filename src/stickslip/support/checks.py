@@ -3,8 +3,6 @@
 Every message has four parts: what is wrong, the rule, the value found and, where there is one, the remedy.
 """
 
-from __future__ import annotations
-
 import difflib
 import unicodedata
 from collections.abc import Iterable, Sequence
@@ -43,7 +41,7 @@ class Faults(InputError):
         self.faults = tuple(faults)
         super().__init__("\n".join(self.faults))
 
-    def __reduce__(self) -> tuple[type[Faults], tuple[tuple[str, ...]], dict[str, Any]]:
+    def __reduce__(self) -> "tuple[type[Faults], tuple[tuple[str, ...]], dict[str, Any]]":
         return Faults, (self.faults,), self.__dict__
 
 

@@ -1,7 +1,5 @@
 """Ctrl-C and SIGTERM: passed on where they can be, held back where they must not strike, never lost."""
 
-from __future__ import annotations
-
 import _thread
 import os
 import signal
@@ -50,7 +48,7 @@ def deferred() -> Iterator[None]:
             raise KeyboardInterrupt
         interrupt_later()
 
-    def dropped(unraisable: sys.UnraisableHookArgs) -> None:
+    def dropped(unraisable: "sys.UnraisableHookArgs") -> None:
         if issubclass(unraisable.exc_type, KeyboardInterrupt):
             interrupt_later()
         else:

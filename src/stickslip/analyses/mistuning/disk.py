@@ -1,7 +1,5 @@
 """Mistuned disks: the differences between sectors, and the full disk that they make of a tuned one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -44,7 +42,7 @@ class Mistuning:
             vector(f"Mistuning, {name}", getattr(self, name))
         object.__setattr__(self, "missing", tuple(several("Mistuning, missing", self.missing)))
 
-    def of(self, sectors: int) -> Mistuning:
+    def of(self, sectors: int) -> "Mistuning":
         """The same as arrays of `sectors` entries; every deviation above −1."""
         found = {name: vector(f"Mistuning, {name}", getattr(self, name), sectors) for name in RELATIVE}
         for name, deviation in found.items():
@@ -52,7 +50,7 @@ class Mistuning:
                 raise fault(f"Mistuning, {name}", "must be above -1, relative to the tuned disk", float(deviation.min()))
         return Mistuning(**found, missing=tuple(sorted(sectors_of("Mistuning, missing", self.missing, sectors))))
 
-    def on_top_of(self, base: Mistuning) -> Mistuning:
+    def on_top_of(self, base: "Mistuning") -> "Mistuning":
         """Both together, of arrays: factors multiply."""
         both = {name: (1.0 + base.deviation(name)) * (1.0 + self.deviation(name)) - 1.0 for name in RELATIVE}
         return Mistuning(**both, missing=tuple(sorted({*base.missing, *self.missing})))

@@ -49,11 +49,6 @@ before it is computed.
 """
 
 
-def is_geometric(constraint: Constraint) -> bool:
-    """Whether a constraint can be asked before a design is computed."""
-    return bool(getattr(constraint, "geometric", False))
-
-
 @dataclass(frozen=True)
 class NoJamming:
     """1 − μ tan α > 0: the symmetric damper leaves its platforms by itself, whatever presses them together.
@@ -186,7 +181,7 @@ def worst_case(
     """
     trials = [Trial(variables, mu, conditions.forces[-1], {}) for mu in conditions.frictions]
     margins = tuple(
-        min(asked(name, constraint, trial) for trial in trials) if is_geometric(constraint) else np.nan
+        min(asked(name, constraint, trial) for trial in trials) if getattr(constraint, "geometric", False) else np.nan
         for name, constraint in constraints.items()
     )
     if any(margin <= 0.0 for margin in margins):

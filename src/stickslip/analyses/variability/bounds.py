@@ -44,8 +44,7 @@ from stickslip.analyses.settings import (
 )
 from stickslip.analyses.variability.samples import search_cloud
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result, named, variables_in
-from stickslip.results.shown_units import ATTRIBUTE
+from stickslip.results.schema import ATTRIBUTE, Result, named, variables_in
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance

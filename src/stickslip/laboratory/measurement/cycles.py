@@ -10,8 +10,6 @@ A table of the cells' readings while the weights are taken off, at once or one a
 without resetting the cells after the loops; what the cells show in the end is the zero of these loops.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -72,19 +70,19 @@ class CycleSet:
     def has(self, name: str) -> bool:
         return name in self.channels
 
-    def with_channels(self, values: dict[str, Array]) -> CycleSet:
+    def with_channels(self, values: dict[str, Array]) -> "CycleSet":
         """A copy with channels replaced or added, (cycles, 2H+1) each."""
         kept = {name: self.harmonics[:, i] for i, name in enumerate(self.channels)} | values
         return replace(self, channels=tuple(kept), harmonics=np.stack(list(kept.values()), axis=1))
 
-    def without_lag(self, lag: float) -> CycleSet:
+    def without_lag(self, lag: float) -> "CycleSet":
         """A copy whose forces come earlier by a lag [s], such as an identification finds."""
         cells = [c for c, name in enumerate(self.channels) if name.startswith("force")]
         found = self.harmonics.copy()
         found[:, cells] = delayed(found[:, cells], -2.0 * np.pi * self.frequency * lag)
         return replace(self, harmonics=found)
 
-    def resampled(self, generator: np.random.Generator) -> CycleSet:
+    def resampled(self, generator: np.random.Generator) -> "CycleSet":
         """A copy whose cycles are drawn with replacement."""
         count = len(self.harmonics)
         return replace(self, harmonics=self.harmonics[generator.integers(0, count, count)])

@@ -120,7 +120,9 @@ def measured_decay(
         raise fault("The samples of a cycle", f"must be {FEWEST} at least", 2.0 * np.pi / (omega * step), "Sample faster.")
     _refuse_plateau(t[after:], x[after:], 2.0 * np.pi / (omega * step))
     ends = 2.0 * np.pi * low, 2.0 * np.pi * high
-    record = Record(t, x, number_table.MOTIONS.index(quantity), first, ends, _resolution(x))
+    levels = np.unique(x)
+    resolution = float(np.diff(levels).min()) if 1 < levels.size < 0.5 * x.size else 0.0  # of samples that are quantised
+    record = Record(t, x, number_table.MOTIONS.index(quantity), first, ends, resolution)
     windows = fitted_windows(record, omega, cycles)
     if len(windows) < 2:
         remedy = (
@@ -141,12 +143,6 @@ def _largest(x: Array, step: float, hertz: float) -> int:
     around = np.hanning(count + 2)[1:-1] * np.exp(2j * np.pi * hertz * step * np.arange(count))
     best, largest = int(np.argmax(np.abs(fftconvolve(moving, around, "same")))), int(np.argmax(np.abs(moving)))
     return largest if best - count <= largest <= best else best
-
-
-def _resolution(x: Array) -> float:
-    """The step of quantised samples; 0 where most samples are different."""
-    levels = np.unique(x)
-    return float(np.diff(levels).min()) if 1 < levels.size < 0.5 * x.size else 0.0
 
 
 def _refuse_plateau(t: Array, x: Array, cycle: float) -> None:

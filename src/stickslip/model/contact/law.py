@@ -14,8 +14,6 @@ derivative exactly, and a law with a constant coefficient has none.
 Laws under one normal load, constant or following the motion of a normal direction: its parameters, checks and table.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
@@ -80,7 +78,7 @@ class LoadDependentFriction:
         object.__setattr__(self, "values", tuple(map(float, values)))
 
     @classmethod
-    def power(cls, value: float, at: float, exponent: float, over: Sequence[float] | None = None) -> LoadDependentFriction:
+    def power(cls, value: float, at: float, exponent: float, over: Sequence[float] | None = None) -> "LoadDependentFriction":
         """μ = value (N/at)^exponent, tabulated; exponent −1/3 for a sphere of which the contact area alone decides.
 
         value: of the coefficient at the normal load `at` [N]; exponent: from −1, a constant friction force, to 1; over: the loads
@@ -96,13 +94,13 @@ class LoadDependentFriction:
         loads = np.geomspace(low, high, 1 + max(1, round(A_DECADE * float(np.log10(high / low)))))
         return cls(tuple(loads), tuple(value * (loads / at) ** exponent))
 
-    def __mul__(self, factor: float) -> LoadDependentFriction:
+    def __mul__(self, factor: float) -> "LoadDependentFriction":
         """The same with every coefficient times a factor."""
         return LoadDependentFriction(self.over, tuple(factor * value for value in self.values))
 
     __rmul__ = __mul__
 
-    def share(self, fraction: float) -> LoadDependentFriction:
+    def share(self, fraction: float) -> "LoadDependentFriction":
         """That of a contact which carries this fraction of the load."""
         return LoadDependentFriction(tuple(fraction * load for load in self.over), self.values)
 

@@ -1,7 +1,5 @@
 """Microslip array: parallel macroslip elements with gaps, for gradual closing and slip of a line contact."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -56,7 +54,7 @@ class MicroslipArray(Law):
             raise fault("normal_load of every element", "must not be negative", list(self.normal_load))
 
     @classmethod
-    def from_totals(cls, kt: float, kn: float, mu: Friction, largest_gap: float, elements: int = 5) -> MicroslipArray:
+    def from_totals(cls, kt: float, kn: float, mu: Friction, largest_gap: float, elements: int = 5) -> "MicroslipArray":
         """Equal shares of kt and kn, gaps largest_gap (i − 1)/(n − 1): the element of largest gap closes last, slips first."""
         if elements < 2:
             raise fault("elements", "must be at least 2", elements, "One element is a macroslip law.")

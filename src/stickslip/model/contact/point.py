@@ -17,8 +17,6 @@ All contacts of a problem as flat arrays for the compiled kernels.
 Rows of w, f and λ are (contact, direction) in the order t1, t2, n of each contact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple
@@ -249,7 +247,7 @@ class Contact:
         return self.start if isinstance(self.start, tuple) else (self.start,) * len(self.tangential)
 
     @property
-    def at_nodes(self) -> tuple[Contact, ...]:
+    def at_nodes(self) -> "tuple[Contact, ...]":
         """The contacts of the nodes of a patch, which share its law and mean traction by area; of any other contact itself."""
         contacts = []
         for each in self.nodes:
@@ -264,11 +262,11 @@ class Contact:
             contacts.append(Contact(each.name, law, each.tangential, each.normal, starts, self.balanced, area=area))
         return tuple(contacts) or (self,)
 
-    def with_start(self, start: Start | tuple[Start, ...]) -> Contact:
+    def with_start(self, start: Start | tuple[Start, ...]) -> "Contact":
         """A copy with another start state."""
         return replace(self, start=start)
 
-    def with_law(self, law: Law) -> Contact:
+    def with_law(self, law: Law) -> "Contact":
         """A copy with another law."""
         return replace(self, law=law)
 

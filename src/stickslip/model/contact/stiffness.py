@@ -143,24 +143,14 @@ def harris_approach(load: ArrayLike, length: float) -> Array:
     return _empirical(load, length, 3.84e-5, 0.9, 0.8)
 
 
-def harris_stiffness(load: ArrayLike, length: float) -> Array:
-    """dN/dδ of Harris's formula, N/m; load [N], length [m]."""
-    return np.asarray(_pressed(load) / (0.9 * harris_approach(load, length)))
-
-
 def brandlein_approach(load: ArrayLike, length: float) -> Array:
     """δ = 4.05e-5 N^0.925/L^0.85 in N and mm (Brändlein and others 1999), steel on steel; here length and δ in m."""
     return _empirical(load, length, 4.05e-5, 0.925, 0.85)
 
 
-def brandlein_stiffness(load: ArrayLike, length: float) -> Array:
-    """dN/dδ of Brändlein's formula, N/m; load [N], length [m]."""
-    return np.asarray(_pressed(load) / (0.925 * brandlein_approach(load, length)))
-
-
 NORMAL_STIFFNESS: dict[str, Callable[[LineContact, ArrayLike], Array]] = {
-    "Harris": lambda contact, load: harris_stiffness(load, contact.length),
-    "Brändlein": lambda contact, load: brandlein_stiffness(load, contact.length),
+    "Harris": lambda contact, load: _pressed(load) / (0.9 * harris_approach(load, contact.length)),
+    "Brändlein": lambda contact, load: _pressed(load) / (0.925 * brandlein_approach(load, contact.length)),
     "Allara": lambda contact, load: contact.normal_stiffness(load),
 }
 """The three formulas for the normal stiffness of a cylinder, N/m. The first two know steel and the length only."""

@@ -17,8 +17,6 @@ Green's theorem turns each integral over the section into one along its boundary
 exact for lines and exact to rounding for arcs.
 """
 
-from __future__ import annotations
-
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -193,7 +191,7 @@ class Section:
     outline: Array = field(default_factory=lambda: np.zeros((0, 2)), compare=False)
 
     @classmethod
-    def bounded_by(cls, boundary: Sequence[Line | Arc]) -> Section:
+    def bounded_by(cls, boundary: Sequence[Line | Arc]) -> "Section":
         """The section inside a boundary, given piece by piece counter-clockwise."""
         nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
         total = np.zeros(6)
@@ -285,12 +283,12 @@ class Touch:
     radius: float = 0.0
 
     @classmethod
-    def on_lines(cls, angle: float, places: ArrayLike, depth: float, radius: float = 0.0) -> Touch:
+    def on_lines(cls, angle: float, places: ArrayLike, depth: float, radius: float = 0.0) -> "Touch":
         """On lines along z through places (k, 2) in the plane, the first lowest: three points each, the middles of its thirds."""
         return cls(angle, [(x, y, z) for x, y in np.asarray(places) for z in (-depth / 3.0, 0.0, depth / 3.0)], radius)
 
 
-def key_of(shape: type[Shape]) -> str:
+def key_of(shape: "type[Shape]") -> str:
     """The name of a shape in a study file: HalfCylinder is half_cylinder."""
     return re.sub("(?<!^)([A-Z])", r"_\1", shape.__name__).lower()
 

@@ -175,7 +175,8 @@ class NodeSurface:
                 raise InputError(
                     f"The direction out of surface {name!r} must be given, since what lies opposite touches it. {GIVE}"
                 )
-        normals = plane.normals(points) if plane.covers_once else np.zeros_like(points)
+        once = np.unique(plane.triangles).size == len(plane.flat)  # no two points lie in one place of the plane
+        normals = plane.normals(points) if once else np.zeros_like(points)
         steepness = normals @ plane.axes[2]
         if steepness.min() < STEEPEST:
             rule, remedy = "must be flat or gently curved", "Divide it into several sets."
@@ -269,7 +270,9 @@ class NodeSurface:
         """The nodes, or those `among` them, in so many patches of about equal area, compact in space: their numbers, patch by
         patch."""
         chosen = np.arange(len(self.nodes)) if among is None else among
-        flat = self._plane.flat * _signs(self._plane.axes[:2])  # a decomposition turns its axes as the order of the nodes has it
+        axes = self._plane.axes[:2]
+        first = np.argmax(np.abs(axes) > TILT, axis=1)
+        flat = self._plane.flat * np.sign(axes[[0, 1], first])  # a decomposition turns its axes as the order of the nodes has it
         if not self.area:
             flat = _Line.of(self.name, self.points).places
         return [chosen[part] for part in bisected(flat[chosen], self.weights[chosen], count)]
@@ -314,12 +317,6 @@ def mean_motion(structure: Structure, name: str, direction: Sequence[float], lin
         for dof, coefficient in node(each)(along.tolist()).items()
         if coefficient
     }
-
-
-def _signs(axes: Array) -> Array:
-    """Of each axis (n, 3) the sign of its first component that is more than rounding."""
-    first = np.argmax(np.abs(axes) > TILT, axis=1)
-    return np.asarray(np.sign(axes[np.arange(len(axes)), first]))
 
 
 def line_as_surface(name: str, count: int) -> InputError:
@@ -455,11 +452,6 @@ class _Plane:
         """The longest side of each triangle."""
         points = self.flat[corners]
         return np.asarray(np.linalg.norm(points - np.roll(points, 1, axis=1), axis=2).max(axis=1))
-
-    @property
-    def covers_once(self) -> bool:
-        """Whether no two points lie in one place of the plane."""
-        return np.unique(self.triangles).size == len(self.flat)
 
     def normals(self, points: Array) -> Array:
         """Unit normals of the nodes, on the side of the plane's normal: the mean of the triangles around, by their area."""

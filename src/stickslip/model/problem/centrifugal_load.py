@@ -1,17 +1,14 @@
 """A structure in steady rotation: its centrifugal load as a static force of a problem."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from stickslip.model.loads import Force
 from stickslip.model.structure.assembly import prefixed
-from stickslip.model.structure.centrifugal import CentrifugalLoads
+from stickslip.model.structure.centrifugal import AxisLike, CentrifugalLoads, RotationAxis
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Point, Structure
-from stickslip.model.structure.rotation_axis import AxisLike, RotationAxis
 from stickslip.support.checks import fault, not_negative
 
 

@@ -1,7 +1,5 @@
 """A problem on few coordinates of finite-element models whose contacts are many: no contact row is kept."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,8 +10,7 @@ from stickslip.model.contact.point import Contact, stuck_stiffness
 from stickslip.model.loads import Force, Output
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.problem import Mesh, Problem
-from stickslip.model.structure.sparse import Report
-from stickslip.model.structure.sparse_structure import SparseStructure
+from stickslip.model.structure.sparse import Report, SparseStructure
 from stickslip.model.structure.stuck_mesh import StuckMesh, quiet
 from stickslip.support.checks import Array
 

@@ -47,12 +47,6 @@ def refuse_too_much(name: str, item: Any) -> None:
     within_memory(name, int(item.size) * item.dtype.itemsize)
 
 
-def refuse_odd_numbers(name: str, item: Any) -> None:
-    """Refuse an `h5py.Dataset` of real numbers with another bias or other bits of the exponent than every processor's."""
-    if item.dtype.kind == "f" and item.id.get_type() != h5py.h5t.py_create(item.dtype):
-        raise fault(name, "must hold usual floating-point numbers", "others", "The file is damaged.")
-
-
 def _elsewhere(name: bytes, how: str) -> InputError:
     remedy = "No file but the one that is named is read: write one that holds all of its data."
     return fault(
@@ -99,7 +93,8 @@ def _items(file: Any, name: str, item: Any, depth: int) -> Iterator[tuple[str, A
 def _dense(name: str, item: Any) -> Any:
     """A stored array, columns first as MATLAB keeps it; {real, imag} becomes complex."""
     refuse_too_much(name, item)
-    refuse_odd_numbers(name, item)
+    if item.dtype.kind == "f" and item.id.get_type() != h5py.h5t.py_create(item.dtype):  # of another bias or exponent
+        raise fault(name, "must hold usual floating-point numbers", "others", "The file is damaged.")
     values = item[()]
     return values["real"] + 1j * values["imag"] if item.dtype.names else values
 

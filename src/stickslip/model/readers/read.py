@@ -31,8 +31,8 @@ from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.numbers import refuse_packed
 from stickslip.model.readers.reduction import Progress, quiet, structure_of
 from stickslip.model.readers.stress_places import Keep, StrainGauge, Where, places_of, stress_rows_of
+from stickslip.model.structure.centrifugal import AxisLike, RotationAxis
 from stickslip.model.structure.matrices import Damping, Structure
-from stickslip.model.structure.rotation_axis import AxisLike, RotationAxis
 from stickslip.model.structure.sparse import square_sparse
 from stickslip.support.checks import InputError, fault, not_negative, several, similar_file, truth
 from stickslip.support.units import UnitSystem, unit_system

@@ -25,14 +25,13 @@ from stickslip.model.readers.stress_places import (
     rotation_note,
     rotation_stress_of_body,
 )
-from stickslip.model.structure.centrifugal import CentrifugalLoads
+from stickslip.model.structure.centrifugal import CentrifugalLoads, RotationAxis
 from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.cyclic_reduction import craig_bampton, mode_names
 from stickslip.model.structure.matrices import Damping, Point, Structure
 from stickslip.model.structure.mesh_surface import MeshSurface, recovery_rows, selection
 from stickslip.model.structure.modes import rigid_motions, without_resistance
-from stickslip.model.structure.rotation_axis import RotationAxis
-from stickslip.model.structure.sparse_structure import SparseStructure
+from stickslip.model.structure.sparse import SparseStructure
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.support.checks import Array, InputError, fault
 from stickslip.support.files import write_arrays

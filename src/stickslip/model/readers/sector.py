@@ -19,23 +19,13 @@ from stickslip.model.readers import stress_places
 from stickslip.model.readers.deck import OWN_AXES
 from stickslip.model.readers.model import ROTATIONS, Model
 from stickslip.model.readers.read import Paths, read_model
-from stickslip.model.readers.reduction import (
-    Progress,
-    cache_folder,
-    from_cache,
-    kept_nodes,
-    kept_sets,
-    loads_of,
-    quiet,
-    to_cache,
-)
+from stickslip.model.readers.reduction import Progress, cache_folder, from_cache, kept_nodes, kept_sets, loads_of, quiet, to_cache
 from stickslip.model.readers.sector_faces import interpolation_error, paired
-from stickslip.model.structure.centrifugal import CentrifugalLoads
+from stickslip.model.structure.centrifugal import Z_AXIS, AxisLike, CentrifugalLoads, RotationAxis
 from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names, reduced_waves
 from stickslip.model.structure.matrices import Damping
-from stickslip.model.structure.rotation_axis import Z_AXIS, AxisLike, RotationAxis
 from stickslip.model.structure.solid import Solid
 from stickslip.model.structure.sparse import Sparse
 from stickslip.support.checks import Index, InputError, between, counted, fault, first_of, nearest, not_negative
@@ -176,7 +166,11 @@ def disks_of(
         raise InputError("The model of a sector must not contain C. Use a damping rule, or pass the matrices to `with_damping`.")
     model = models[0]
     read = sector_of_model(model, faces)
-    refuse_stress_on_faces(model, faces, stress)
+    # Stress at a node is the mean over its elements, some of which belong to the neighbour on a face.
+    on_faces = {node for face in (faces.low, faces.high) for node in model.sets[face]}
+    named = [name for name, node in (stress.nodes if stress else {}).items() if node in on_faces]
+    if named:
+        raise fault("A place of stress", "must not lie on a face of the sector", named[0], "Choose a node beside it.")
     stiffnesses = [read.sector.solid.K, *(_stiffness(model, each, read) for each in models[1:])]
     kept = {name: int(read.rows[row]) for place in places for name, row in place.dofs.items()}
     held = sorted(name for name, row in kept.items() if row < 0)
@@ -221,14 +215,6 @@ def disks_of(
         None, (stress_places.prestress_note(each, faces.axis, own) for each, own in zip(models, speed_of, strict=True))
     )
     return disks, tuple(notes)
-
-
-def refuse_stress_on_faces(model: Model, faces: Faces, stress: stress_places.StressRows | None) -> None:
-    """Stress at a node is the mean over its elements, some of which belong to the neighbour there."""
-    on_faces = {node for face in (faces.low, faces.high) for node in model.sets[face]}
-    named = [name for name, node in (stress.nodes if stress else {}).items() if node in on_faces]
-    if named:
-        raise fault("A place of stress", "must not lie on a face of the sector", named[0], "Choose a node beside it.")
 
 
 def _reduced(

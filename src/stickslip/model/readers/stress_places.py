@@ -18,11 +18,10 @@ from scipy import sparse
 
 from stickslip.model.readers.deck import OWN_AXES
 from stickslip.model.readers.model import Model
-from stickslip.model.structure.centrifugal import CentrifugalLoads
+from stickslip.model.structure.centrifugal import CentrifugalLoads, RotationAxis
 from stickslip.model.structure.cyclic import HeldDiameters
 from stickslip.model.structure.cyclic_reduction import Sector, hermitian
 from stickslip.model.structure.factor import Factor, Singular
-from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.model.structure.solid import Material
 from stickslip.model.structure.stress import COMPONENTS, KINDS, StressRecovery, nodal_stress, strain_along, von_mises
 from stickslip.support.checks import Array, Faults, InputError, counted, fault, nearest, several, vector

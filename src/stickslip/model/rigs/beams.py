@@ -343,7 +343,9 @@ def shrouded_blades(
     axes = np.array([[cos(g), sin(g), 0.0], [-sin(g), cos(g), 0.0], [0.0, 0.0, 1.0]])
     blade = _shrouded_blade(length, chord, thickness, youngs_modulus, density)
     size = blade.shape[1]
-    turning = _turning(axes)
+    # The rotation vector (t, a, s) of a node per its five degrees of freedom: a slope along f turns about s × f.
+    turning, radial = np.zeros((3, 5)), axes[2]
+    turning[:, FLAP[1]], turning[:, EDGE[1]], turning[:, TWIST] = np.cross(radial, axes[0]), np.cross(radial, axes[1]), radial
     inertia = positive("shroud_mass", shroud_mass) / 12.0 * np.array([chord**2, pitch**2, chord**2 + pitch**2])
     tip = slice(size - 5, size)
     M, K = blade
@@ -374,15 +376,6 @@ def shrouded_blades(
     loads = (Force(across, force, name="engine order"), Force("shroud.twist", static=finite("untwist", untwist), name="untwist"))
     title = f"Shrouded blades, untwist {untwist:g} N m"
     return TunedDisk(disk, (contact,), loads, (Output("shroud.t", across),), title, engine_order=engine_order)
-
-
-def _turning(axes: Array) -> Array:
-    """The rotation vector (t, a, s) of a node per its five degrees of freedom, (3, 5): a slope along f turns about s × f."""
-    radial = axes[2]
-    columns = np.zeros((3, 5))
-    columns[:, FLAP[1]], columns[:, EDGE[1]] = np.cross(radial, axes[0]), np.cross(radial, axes[1])
-    columns[:, TWIST] = radial
-    return columns
 
 
 def _shrouded_blade(length: float, chord: float, thickness: float, youngs_modulus: float, density: float) -> Array:

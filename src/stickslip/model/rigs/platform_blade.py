@@ -9,8 +9,6 @@ along each arm; at the end of each arm sits a load cell, fixed on its far side. 
 dimension: those here are this project's choice (docs/single_blade.md says what they change).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -148,7 +146,7 @@ class ForceSeparator:
             positive(key, getattr(self, key))
         not_negative("pad", self.pad)
 
-    def placed(self, name: str, line_centre: ArrayLike, side: int, platform_angle: float) -> Separator:
+    def placed(self, name: str, line_centre: ArrayLike, side: int, platform_angle: float) -> "Separator":
         """The separator behind a cylinder line (3,) [m] on the right (side 1) or left (−1) of the blade; angle in degrees."""
         if side not in (-1, 1):
             raise fault("side", "must be 1 (right) or -1 (left)", side)

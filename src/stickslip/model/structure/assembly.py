@@ -7,7 +7,7 @@ import numpy as np
 from scipy import linalg, sparse
 
 from stickslip.model.structure.matrices import Structure
-from stickslip.model.structure.sparse_structure import SparseStructure
+from stickslip.model.structure.sparse import SparseStructure
 from stickslip.support.checks import Array, InputError, fault, finite, not_negative, of_kind
 
 

@@ -6,21 +6,98 @@ p a point of it: it is linear in the six entries of D and in D p.
 Centrifugal stress stiffening and spin softening of a rotating body.
 
 Linear about the state of steady rotation about z at Ω: K(Ω) = K + Ω² S. Gyroscopic (Coriolis) terms are left out.
-"""
 
-from __future__ import annotations
+The axis about which a bladed disk rotates: rotations by whole sectors, and the axes as users write them.
+"""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import cos, pi, sin
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from stickslip.model.structure.factor import Factor, Singular
-from stickslip.model.structure.rotation_axis import RotationAxis
 from stickslip.model.structure.solid import Material, ShapeFunctions, Solid, element_mass, shape_functions
-from stickslip.support.checks import Array, Index, fault
+from stickslip.support.checks import Array, Index, fault, vector
+
+AxisLike = str | tuple[Sequence[float], Sequence[float]]
+"""An axis through the origin, "x", "y" or "z", or (a point of it [m], its direction)."""
+
+
+SAME_LINE = 1e-6
+"""Share of the size of a body by which two lines may be apart that are one but for the digits in which they are written."""
+
+
+@dataclass(frozen=True)
+class RotationAxis:
+    """An axis by a point of it [m] and its unit direction. Sectors are numbered counter-clockwise about it."""
+
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    @classmethod
+    def of(cls, axis: AxisLike) -> "RotationAxis":
+        """The axis "x", "y" or "z" through the origin, or that of a point [m] and a direction of any length."""
+        if isinstance(axis, str):
+            if axis not in ("x", "y", "z"):
+                raise fault("The axis of rotation", 'must be "x", "y", "z" or (point, direction)', axis)
+            return cls(direction=(float(axis == "x"), float(axis == "y"), float(axis == "z")))
+        try:
+            point, direction = axis
+        except (TypeError, ValueError):
+            raise fault("The axis of rotation", 'must be "x", "y", "z" or (point, direction)', axis) from None
+        along = vector("The direction of the axis", direction, 3)
+        if not along.any():
+            raise fault("The direction of the axis", "must not be zero", list(direction))
+        along = along / np.abs(along).max()  # squares of tiny entries would vanish
+        return cls(tuple(vector("The point of the axis", point, 3).tolist()), tuple((along / np.linalg.norm(along)).tolist()))
+
+    def scaled(self, metres: float) -> "RotationAxis":
+        """The axis whose point was given in units of `metres`."""
+        x, y, z = self.point
+        return RotationAxis((metres * x, metres * y, metres * z), self.direction)
+
+    def is_line_of(self, other: "RotationAxis", size: float) -> bool:
+        """Whether both are one line, to rounding of coordinates of this size [m]."""
+        apart = self.across @ (np.array(other.point) - self.point)
+        turned = size * np.linalg.norm(self.across @ other.direction)
+        return bool(np.linalg.norm(apart) + turned <= SAME_LINE * size)
+
+    @property
+    def across(self) -> Array:
+        """1 − d dᵀ (3, 3): what of a vector is across the axis."""
+        return np.eye(3) - np.outer(self.direction, self.direction)
+
+    def turn(self, sectors: int, steps: int = 1) -> Array:
+        """R (3, 3), the rotation by `steps` of `sectors` equal sectors: R = d dᵀ + cos φ (1 − d dᵀ) + sin φ [d]ₓ."""
+        angle = 2.0 * pi * steps / sectors
+        x, y, z = self.direction
+        along = np.outer(self.direction, self.direction)
+        across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        return np.asarray(along + cos(angle) * (np.eye(3) - along) + sin(angle) * across)
+
+    def turned(self, points: Array, sectors: int, steps: int = 1) -> Array:
+        """Points (n, 3) [m] rotated by `steps` sectors about the axis."""
+        return np.asarray((points - self.point) @ self.turn(sectors, steps).T + self.point)
+
+    def angles(self, points: Array) -> Array:
+        """Azimuths (n,) of points (n, 3) about the axis, counter-clockwise from an arbitrary zero, in rad."""
+        d = np.array(self.direction)
+        first = np.cross(d, np.eye(3)[np.argmin(np.abs(d))])
+        first /= np.linalg.norm(first)
+        away = points - self.point
+        return np.asarray(np.arctan2(away @ np.cross(d, first), away @ first))
+
+    def distances(self, points: Array) -> Array:
+        """Distances (n,) of points (n, 3) from the axis, m."""
+        return np.asarray(np.linalg.norm(np.cross(points - self.point, self.direction), axis=1))
+
+
+Z_AXIS = RotationAxis()
+"""The axis z through the origin."""
+
 
 ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Of a symmetric matrix (3, 3), that are given once."""
@@ -43,7 +120,7 @@ class CentrifugalLoads:
     @classmethod
     def of(
         cls, M: Any, dofs: Sequence[str], nodes: Mapping[str, Sequence[float]], inner: Collection[str] = ()
-    ) -> CentrifugalLoads:
+    ) -> "CentrifugalLoads":
         """Those of all rows of M (n, n), dense or sparse; dofs: "NODE.DIRECTION" of each row; nodes: coordinates, m; inner: nodes
         of incompatible modes of elements, which move relative to the others and have no place.
 
@@ -67,16 +144,16 @@ class CentrifugalLoads:
         _add_bodies(rows, mass, named)
         return cls(np.hstack([rows, rows @ along]), count)
 
-    def shifted(self, by: Array) -> CentrifugalLoads:
+    def shifted(self, by: Array) -> "CentrifugalLoads":
         """Those of the same structure elsewhere, `by` (3,) [m]."""
         rest = self.table[6:]
         return replace(self, table=np.vstack([self.table[:6] + UNITS @ by @ rest, rest]))
 
-    def on_rows(self, rows: Index) -> CentrifugalLoads:
+    def on_rows(self, rows: Index) -> "CentrifugalLoads":
         """Those on some of the rows: the others are held."""
         return CentrifugalLoads(np.hstack([self.table[:, rows], self.table[:, self.size :]]), rows.size)
 
-    def projected(self, T: Array, held: Array) -> CentrifugalLoads:
+    def projected(self, T: Array, held: Array) -> "CentrifugalLoads":
         """Those on few coordinates y of the motion T y, with more that is linear in them, `held` (k, 9)."""
         return CentrifugalLoads(np.hstack([self.table[:, : self.size] @ T, self.table[:, self.size :], held.T]), T.shape[1])
 
@@ -156,19 +233,14 @@ def spin_stiffness(body: Solid, mesh: Any, material: Material, joined: sparse.cs
     """
     shapes = shape_functions(mesh)
     free = np.flatnonzero(body.numbers.ravel() >= 0)
-    load = _centrifugal_load(shapes, material)[free]
+    mass = element_mass(shapes.values, shapes.volumes, material)
+    load = (shapes.assembled(mass) @ (shapes.points @ ACROSS).ravel())[free]
     T: Any = sparse.eye_array(free.size, format="csc") if joined is None else joined
     moved = np.zeros(shapes.size)
     moved[free] = T @ Factor(sparse.csc_array(T.T @ body.K @ T)).solve(T.T @ load)
     stiffening = _geometric(shapes, _stress(shapes, moved, material))
-    softening = element_mass(shapes.values, shapes.volumes, material) * np.tile(np.diag(ACROSS), len(shapes.values))
+    softening = mass * np.tile(np.diag(ACROSS), len(shapes.values))
     return sparse.csc_array(shapes.assembled(stiffening - softening)[free][:, free])
-
-
-def _centrifugal_load(shapes: ShapeFunctions, material: Material) -> Array:
-    """∫ ρ N_a P x dV of all nodes, (size,)."""
-    mass = shapes.assembled(element_mass(shapes.values, shapes.volumes, material))
-    return np.asarray(mass @ (shapes.points @ ACROSS).ravel())
 
 
 def _stress(shapes: ShapeFunctions, moved: Array, material: Material) -> Array:

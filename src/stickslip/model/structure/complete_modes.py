@@ -9,8 +9,6 @@ The factor of K − μM has as many negative pivots as there are eigenvalues bel
 the iteration begins again beside it, from other vectors.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -156,7 +154,7 @@ class ModeCount:
     bound: float
 
     @classmethod
-    def of(cls, numbers: Array) -> ModeCount:
+    def of(cls, numbers: Array) -> "ModeCount":
         """The count that a file holds as three numbers, −1 for none."""
         found, there, bound = numbers
         return cls(int(found), None if there < 0.0 else int(there), float(bound))
@@ -187,7 +185,7 @@ class CompleteModes:
     shapes: NDArray[Any]
     count: ModeCount
 
-    def first(self, number: int, tolerance: float) -> CompleteModes:
+    def first(self, number: int, tolerance: float) -> "CompleteModes":
         """The lowest `number`, and those equal to the last of them: that differ from it, one by one, by `tolerance` at most."""
         last = whole(self.squares, number, tolerance)
         if last == self.squares.size:

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from stickslip.model.structure.assembly import assemble
+from stickslip.model.structure.centrifugal import Z_AXIS, RotationAxis
 from stickslip.model.structure.matrices import Damping, Structure
-from stickslip.model.structure.rotation_axis import Z_AXIS, RotationAxis
 from stickslip.support.checks import Array, InputError, between, fault, first_of, is_definite, several, square, whole
 
 Waves = NDArray[np.complex128]

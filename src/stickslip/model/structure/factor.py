@@ -4,8 +4,6 @@ MKL PARDISO does it for large matrices, where it is installed; SciPy's SuperLU, 
 elsewhere. The package pymetis orders the rows of SuperLU where wheels of it exist; without it large factors fill up.
 """
 
-from __future__ import annotations
-
 from importlib import import_module, util
 from typing import Any, Literal
 
@@ -41,7 +39,7 @@ class SuperLU:
         self._order = nested_dissection(matrix) if large else None
         self._factorise(matrix)
 
-    def again(self, matrix: Sparse) -> SuperLU:
+    def again(self, matrix: Sparse) -> "SuperLU":
         """Itself with the factor of another matrix with entries at the same places, in the same order."""
         self._factorise(matrix)
         return self
@@ -116,7 +114,7 @@ class Factor:
         matrix: Sparse,
         report: Report = lambda text: None,
         diagonal: Array | None = None,
-        earlier: Factor | None = None,
+        earlier: "Factor | None" = None,
     ) -> None:
         diagonal = np.abs(matrix.diagonal()) if diagonal is None else diagonal
         if np.any(diagonal == 0.0):
@@ -156,7 +154,7 @@ class Pencil:
         self._factor: Factor | None = None
         self.negative, self.weak, self.megabytes = 0, 0, 0.0
 
-    def at(self, shift: float) -> Pencil:
+    def at(self, shift: float) -> "Pencil":
         """Itself with the factor of K − σM; `Singular` where there is none."""
         own, mass = self._diagonals
         entries = self._stiffness - shift * self._mass

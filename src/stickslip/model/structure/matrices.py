@@ -141,7 +141,10 @@ class Structure:
             if self.damping is not None:
                 raise InputError("A structure must have either C or a damping rule, but has both. Leave one out.")
             object.__setattr__(self, "C", checks.square("C", self.C, size))
-            _refuse_negative_damping(self.C)
+            part, most = 0.5 * (self.C + self.C.T), 1e-9 * size * float(np.max(np.abs(self.C), initial=0.0))
+            if most > 0.0 and not checks.is_definite(part, most):  # a viscous damper takes energy out
+                lowest = float(np.linalg.eigvalsh(part)[0])
+                raise fault("C", "must not feed energy in (no negative eigenvalue)", lowest, "Check the sign of the damping.")
         if not isinstance(self.damping, ModalDamping | RayleighDamping | None):
             raise fault("damping", "must be a rule, ModalDamping(...) or RayleighDamping(...)", self.damping)
         scale = float(np.max(np.abs(self.M), initial=0.0))
@@ -234,14 +237,6 @@ def check_names(dofs: Sequence[str]) -> None:
         if not all(dof.rpartition(".")[::2]):
             raise fault("A name in dofs", "must be NODE.DIRECTION", dof, f"Write {dof.strip('.') or '1'!s}.x, say.")
     checks.unique("dofs", dofs)
-
-
-def _refuse_negative_damping(C: Array) -> None:
-    """A viscous damper takes energy out: the symmetric part of C has no negative eigenvalue."""
-    size = float(np.max(np.abs(C), initial=0.0)) * C.shape[0]
-    if size > 0.0 and not checks.is_definite(0.5 * (C + C.T), 1e-9 * size):
-        lowest = float(np.linalg.eigvalsh(0.5 * (C + C.T))[0])
-        raise fault("C", "must not feed energy in (no negative eigenvalue)", lowest, "Check the sign of the damping.")
 
 
 def of_single_nodes(dofs: Iterable[str]) -> dict[str, str]:

@@ -4,8 +4,6 @@ PARDISO keeps one triangle, A = L D Lᵀ with blocks of 1 and 2 in D, and counts
 law these are the signs of the eigenvalues of A.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 import platform
@@ -96,7 +94,7 @@ class Pardiso:
         self._within_memory(report)
         self._factorise()
 
-    def again(self, matrix: Sparse) -> Pardiso:
+    def again(self, matrix: Sparse) -> "Pardiso":
         """Itself with the factor of another matrix with entries at the same places, in the same order and memory."""
         self._upper = _upper(matrix)
         self._factorise()

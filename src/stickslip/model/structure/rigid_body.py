@@ -4,8 +4,6 @@ A point p of a body moves by u + θ × (p − c); along a direction d that is d�
 coefficients of named degrees of freedom, which contacts, springs and forces take.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

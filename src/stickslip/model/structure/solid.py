@@ -4,8 +4,6 @@ The meshed rigs start here; `craig_bampton` makes a small `Structure` of the res
 and is imported on first use only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
@@ -65,7 +63,7 @@ class Solid:
     def size(self) -> int:
         return int(self.M.shape[0])
 
-    def clamp(self, where: Callable[[Array], NDArray[np.bool_]]) -> Solid:
+    def clamp(self, where: Callable[[Array], NDArray[np.bool_]]) -> "Solid":
         """A copy that is fixed at all nodes for which `where(points)` holds; points is (nodes, 3)."""
         fixed = np.asarray(where(self.points), dtype=bool)
         if fixed.shape != (len(self.points),):

@@ -11,8 +11,6 @@ K. M. Marshek, Fundamentals of Machine Component Design, chapter 8 (Goodman, Ger
 under complex static and alternating stresses (1959), for several components.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -59,7 +57,7 @@ class StressRecovery:
         """The rows of a nodal diameter, any whole number: that of N − n runs the other way, its rows are conjugate."""
         return self.rows if self.waves is None else self.diameters.pick(self.waves, nodal_diameter)
 
-    def of_whole_disk(self, chosen: Sequence[int] | None = None) -> StressRecovery:
+    def of_whole_disk(self, chosen: Sequence[int] | None = None) -> "StressRecovery":
         """Of one sector, that of all sectors of its disk, or of some, from 1: all names are "SECTOR/..."."""
         if self.waves is None:
             raise InputError("The stress recovery of a disk must be of one of its sectors, with rows for each nodal diameter.")
@@ -75,7 +73,7 @@ class StressRecovery:
         rotation = None if self.rotation is None else np.tile(self.rotation, (len(here), 1))
         return StressRecovery(places, rows, dofs, gauges=strains, rotation=rotation)
 
-    def prefixed(self, body: str) -> StressRecovery:
+    def prefixed(self, body: str) -> "StressRecovery":
         """The same within an assembly, where places and degrees of freedom are named "BODY/..."."""
         places, dofs, gauges = (
             tuple(f"{body}/{name}" if body else name for name in names) for names in (self.places, self.dofs, self.gauges)
@@ -120,8 +118,9 @@ def stress_rows(mesh: Any, body: Solid, place: Array, material: Material = STEEL
     cells = _cells_around(basis, mesh, place)
     rows = np.zeros((6, body.size + 1))  # the last column takes clamped directions, −1
     for cell, local in cells:
-        gradients = _gradients(basis, cell, local)
-        for a, gradient in enumerate(gradients):
+        at, only = local.reshape(3, 1), np.array([cell])
+        for a in range(basis.Nbfun):
+            gradient = np.reshape(basis.elem.gbasis(basis.mapping, at, a, only)[0].grad, 3)
             node = basis.element_dofs[a, cell]
             for axis in range(3):
                 rows[:, body.numbers[node, axis]] += _stress(gradient, axis, material) / len(cells)
@@ -215,13 +214,6 @@ def _cells_around(basis: Any, mesh: Any, place: Array) -> list[tuple[int, Array]
         box = f"the body reaches from {mesh.p.min(axis=1).tolist()} to {mesh.p.max(axis=1).tolist()} m"
         raise fault("A place of stress", "must lie in the body", place.tolist(), f"({box}.)")
     return cells
-
-
-def _gradients(basis: Any, cell: int, local: Array) -> Array:
-    """Gradients of the shape functions at a local place of a cell, (a, 3), 1/m."""
-    at, cells = local.reshape(3, 1), np.array([cell])
-    fields = [basis.elem.gbasis(basis.mapping, at, a, cells)[0] for a in range(basis.Nbfun)]
-    return np.array([np.asarray(field.grad).reshape(3) for field in fields])
 
 
 def _stress(gradient: Array, axis: int, material: Material) -> Array:

@@ -27,8 +27,7 @@ from stickslip.model.structure.factor import Pencil, Singular
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.mesh_surface import MeshSurface
 from stickslip.model.structure.modes import rigid_motions, without_resistance
-from stickslip.model.structure.sparse import Report, Sparse
-from stickslip.model.structure.sparse_structure import SparseStructure
+from stickslip.model.structure.sparse import Report, Sparse, SparseStructure
 from stickslip.model.structure.stress import StressRecovery
 from stickslip.support.checks import Array, Index, InputError
 

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.analyses.performance.curve import PerformanceCurve
 from stickslip.analyses.solved_points import has_surface
 from stickslip.results import view
-from stickslip.results.shown_units import system_of
+from stickslip.results.schema import system_of
 from stickslip.show.explorer.solving import Answer
 from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule, shown_chart
 from stickslip.show.plots.interactive import plotly_figure

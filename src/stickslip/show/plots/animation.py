@@ -4,8 +4,6 @@
 `plot` with matplotlib. Colours stand by name, as in `interactive.py`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.analyses.motion import STATES, PeriodOfMotion, Wheel, frames_of, largest_loops
-from stickslip.results.shown_units import in_system
+from stickslip.results.schema import in_system
 from stickslip.results.view import unit_in
 from stickslip.show.plots.chart import polygons
 from stickslip.show.plots.interactive import BASE, escaped

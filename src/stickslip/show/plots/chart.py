@@ -4,8 +4,6 @@ A figure is written once, as a function from a dataset to a `Chart`; `paper.py` 
 plotly, for the report and for notebooks. Colours and dashes are those of `look.py`, named by what a layer shows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from textwrap import wrap
@@ -14,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.schema import in_system, system_of
 from stickslip.show.plots.look import Style
 from stickslip.support.checks import Array
 from stickslip.support.late import Figure

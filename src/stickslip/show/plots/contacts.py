@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from stickslip.results import view
-from stickslip.results.representative import representatives
+from stickslip.results.view import representatives
 from stickslip.show.plots.chart import Axis, Bars, Cells, Chart, Key, Layer, Line, Panel, closed, edges_between, from_zero
 from stickslip.show.plots.look import CONTACTS, PAGE, Style, contact, state_colour
 from stickslip.show.plots.response_curves import HERTZ, case_lines

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.results.representative import spread
+from stickslip.results.view import spread
 from stickslip.show.plots.chart import Axis, Bars, Cells, Chart, Key, Layer, Line, Panel, Rule
 from stickslip.show.plots.chart import closed as with_first
 from stickslip.show.plots.look import Dash, Style, colour, contact, level_lines, rgb

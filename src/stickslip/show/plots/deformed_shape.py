@@ -6,8 +6,6 @@ Deformed shapes as a file of VTK (.vtu, XML in text), for ParaView and other pro
 Written here and not by meshio, which would be one more dependency for forty lines and has had no release since January 2024.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.solved_points import SurfaceMotion
-from stickslip.results.shown_units import in_system
+from stickslip.results.schema import in_system
 from stickslip.results.view import Length, unit_in
 from stickslip.show.plots.chart import wrapped
 from stickslip.show.plots.interactive import BASE, Combination

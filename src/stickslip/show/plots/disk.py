@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.results.representative import representatives
-from stickslip.results.view import level_text, shown_unit
+from stickslip.results.view import level_text, representatives, shown_unit
 from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule, band
 from stickslip.show.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, Style, contact, headed, house_style, level, state_colour
 from stickslip.show.plots.response_curves import HERTZ, force_axis, size_label

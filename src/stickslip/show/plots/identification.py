@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.laboratory.identification.response.prediction_result import held_share
-from stickslip.results.representative import spread
-from stickslip.results.view import shown_unit
+from stickslip.results.view import shown_unit, spread
 from stickslip.show.plots.chart import Area, Axis, Bars, Chart, Layer, Line, Panel, Rule, band, closed, from_zero, spans
 from stickslip.show.plots.look import CONTACTS, MOST_PANELS, Style, contact, entries, level
 from stickslip.show.plots.response_curves import HERTZ

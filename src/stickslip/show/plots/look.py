@@ -3,8 +3,6 @@
 A layer of a chart names its colour by what it shows ("level 2/6", "contact 0", "failed"); `colour` gives the value.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.results.representative import spread
+from stickslip.results.view import spread
 from stickslip.support.checks import Array
 from stickslip.support.late import Figure
 

@@ -4,8 +4,6 @@ Where a contact or a force stands, and along which direction, is read from its c
 drawing shows what is computed, not what was meant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,7 +20,7 @@ from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Structure
 from stickslip.model.structure.rigid_body import arm_of
-from stickslip.results.shown_units import in_system
+from stickslip.results.schema import in_system
 from stickslip.show.plots.look import CONTACTS, colour, house_style
 from stickslip.support.checks import Array, Index, InputError
 from stickslip.support.late import Figure

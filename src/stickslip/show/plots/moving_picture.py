@@ -3,8 +3,6 @@
 A moving picture describes itself as data, traces and frames, from which notebooks, the explorer and the report draw it.
 """
 
-from __future__ import annotations
-
 import html
 import shutil
 from abc import ABC, abstractmethod

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.results.representative import spread
-from stickslip.results.view import energy_unit, length_unit, unit_for
+from stickslip.results.view import energy_unit, length_unit, spread, unit_for
 from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, from_zero
 from stickslip.show.plots.look import CONTACTS, MOST_ENTRIES, MOST_PANELS, STUCK, contact, level_lines
 from stickslip.show.plots.response_curves import HERTZ

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.results.representative import spread
-from stickslip.results.view import Length, measure_in, shown_unit
+from stickslip.results.view import Length, measure_in, shown_unit, spread
 from stickslip.show.plots.chart import Axis, Bars, Cells, Chart, Key, Layer, Line, Panel, Rule, Shades, band, edges_between
 from stickslip.show.plots.look import (
     BETWEEN,

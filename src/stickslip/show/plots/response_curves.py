@@ -19,9 +19,8 @@ from stickslip.analyses.stress import has_fatigue, margins
 from stickslip.analyses.truncation import ALLOWED
 from stickslip.results import view
 from stickslip.results.quantities import has_stability, unstable_steps
-from stickslip.results.representative import is_cloud, levels_of, representative_starts
 from stickslip.results.schema import CurveKind, kinds_in
-from stickslip.results.view import frequencies
+from stickslip.results.view import frequencies, is_cloud, levels_of, representative_starts
 from stickslip.show.plots.chart import Area, Axis, Chart, Layer, Line, Panel, band, from_zero, spans
 from stickslip.show.plots.look import (
     CROSS,

@@ -14,9 +14,8 @@ import numpy as np
 from stickslip.analyses.stress import Margin, has_fatigue, smallest_margins
 from stickslip.analyses.truncation import ALL_MODES, ALL_NODES
 from stickslip.results.quantities import peak_is_unstable
-from stickslip.results.representative import representatives
 from stickslip.results.schema import analysis_named
-from stickslip.results.view import Peak, highest_peak, is_listed, level_text, measure_in, peak_unit
+from stickslip.results.view import Peak, highest_peak, is_listed, level_text, measure_in, peak_unit, representatives
 from stickslip.show.report.conclusions import SAME, failures_of, level_sentence, linear_limits, reference, unbroken, warnings_of
 from stickslip.show.report.markup import cell, hertz, number, percent, picture, presentations, table, text
 from stickslip.support.checks import counted

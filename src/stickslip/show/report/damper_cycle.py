@@ -7,20 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
-from stickslip.results.schema import Row
-from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.schema import Row, in_system, system_of
 from stickslip.show.plots.damper_cycle import cycle_names, damper_cycle, damper_cycles
 from stickslip.show.report.markup import Presentation, always, presents
 from stickslip.support.checks import Array, counted, rounded
 from stickslip.support.late import pd, xr
-
-if TYPE_CHECKING:
-    pass
 
 ROUNDING = 1e-9
 """Energy over largest force times motion below which a cycle counts as without dissipation."""

@@ -21,8 +21,7 @@ from stickslip.laboratory.identification.response.prediction_result import compa
 from stickslip.laboratory.identification.response.prediction_result import failures as prediction_failures
 from stickslip.laboratory.identification.response.result import summary as response_summary
 from stickslip.laboratory.identification.response.result import times
-from stickslip.results.schema import Row
-from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.schema import Row, in_system, system_of
 from stickslip.show.plots.identification import (
     held_out,
     intervals,

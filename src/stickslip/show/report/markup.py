@@ -28,8 +28,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
-from stickslip.results.schema import analysis_of
-from stickslip.results.shown_units import shown_sentence, shown_table, system_of
+from stickslip.results.schema import analysis_of, shown_sentence, shown_table, system_of
 from stickslip.results.view import energy_unit, shown_unit
 from stickslip.show import report
 from stickslip.show.plots.chart import Chart, shown_chart

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.analyses.mistuning.population import blade_margins, smallest_blade_margin
 from stickslip.analyses.stress import has_fatigue
-from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.schema import in_system, system_of
 from stickslip.results.view import energy_text, size_text
 from stickslip.show.plots.disk import all_blades, amplification, busiest_damper, worst_blade
 from stickslip.show.plots.paper import Figures

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stickslip.analyses.modes.synthesis import SATURATION, saturated
-from stickslip.results.representative import spread
-from stickslip.results.view import length_text
+from stickslip.results.view import length_text, spread
 from stickslip.show.plots.nonlinear_modes import (
     contact_states,
     frequency_over_damping,

@@ -4,6 +4,10 @@ The policy names the scripts of this page by their hashes, so even text that sli
 
 Report sections of pictures: a bladed disk with its mode shape, dampers and diagrams; dampers and the deformed shape in
 motion at the highest peaks, or the steady cycles of a damper alone.
+
+Sections of the page of an analysis: the answer with its chart, further figures, tables, failures.
+
+An analysis fills them through its `Presentation`.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from stickslip.analyses.damper_alone.cycle import cycle_motion
 from stickslip.analyses.motion import has_motion, kept_cases, kept_motion
@@ -24,20 +29,116 @@ from stickslip.analyses.solved_points import has_shapes, kept_shapes
 from stickslip.analyses.stress import has_stress
 from stickslip.analyses.variability.bounds import has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
-from stickslip.results.representative import spread
-from stickslip.results.shown_units import system_of
-from stickslip.results.view import level_text
+from stickslip.results.schema import Row, system_of
+from stickslip.results.view import level_text, spread
 from stickslip.show.plots.animation import Animation
 from stickslip.show.plots.deformed_shape import DeformedShape
 from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, wave_damping
 from stickslip.show.plots.moving_picture import MovingPicture, step_script
-from stickslip.show.report import plain, sections
-from stickslip.show.report.markup import Charts, Choice, packed, picture, presentation_of, section, text
+from stickslip.show.report import sections
+from stickslip.show.report.answer import warnings_at_a_glance
+from stickslip.show.report.markup import Charts, Choice, framed, packed, picture, presentation_of, section, text
 from stickslip.show.report.responses import bounds, percentiles
 from stickslip.show.report.stress import stress
 from stickslip.support.checks import fault
 from stickslip.support.files import write_text
-from stickslip.support.late import xr
+from stickslip.support.late import pd, xr
+
+Datasets = Mapping[str, "xr.Dataset"]
+
+BESIDE = 5
+"""Columns that stand beside each other on a narrow screen."""
+
+PREFIX = re.compile(r"^((note|Warning): |warning, )")
+"""Before a warning on the console."""
+
+SYMBOL = re.compile(r"\w+_\w+|\w+ (=|≥|×|is not found)")
+"""A line that begins with a symbol."""
+
+
+def overview(datasets: Datasets, charts: Charts) -> str:
+    """What came out: the answer in a sentence or a table, warnings, the first figure, everything else in sentences.
+
+    A table stands for the sentences that are its rows.
+    """
+    parts = []
+    for place, (label, dataset) in enumerate(datasets.items()):
+        shown = presentation_of(dataset)
+        warned = {line for key in ("warnings", "notes") for line in str(dataset.attrs.get(key, "")).splitlines()}
+        warnings: list[str] = []
+        sentences: list[str] = []
+        answer = ""
+        if (frame := shown.tables(dataset).get(shown.answer)) is not None:
+            answer = _framed(place, shown.answer, frame, stacked=len(frame.columns) > BESIDE)
+        for line in shown.sentences(dataset):
+            sentence = PREFIX.sub("", line.strip())
+            if sentence in warned or line.strip().startswith("warning, "):
+                warnings.append(sentence)
+            elif not (answer and isinstance(line, Row)):
+                sentences.append(sentence)
+        first, *rest = sentences
+        lines = "".join(f"<li>{text(sentence)}</li>" for sentence in rest)
+        seconds = dataset.attrs.get("cpu_seconds")
+        note = "" if seconds is None else f'<p class="note">{text(f"{float(seconds):.3g} s of processor time")}.</p>'
+        figure = "".join(_figure(charts, place, name, draw, dataset) for name, draw in [*shown.figures(dataset).items()][:1])
+        parts.append(
+            f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{answer}'
+            f"{warnings_at_a_glance([_sentence(warning) for warning in warnings])}{figure}"
+            f"<ul>{lines}</ul>{note}"
+        )
+    return section("overview", "Overview", *parts)
+
+
+def figures(datasets: Datasets, charts: Charts) -> str:
+    """The other figures of every result."""
+    parts = []
+    for place, (label, dataset) in enumerate(datasets.items()):
+        others = [*presentation_of(dataset).figures(dataset).items()][1:]
+        parts += [_head(label, datasets), *(_figure(charts, place, name, draw, dataset) for name, draw in others)]
+    return section("figures", "Figures", *parts)
+
+
+def has_more_figures(dataset: xr.Dataset) -> bool:
+    """Whether a result has figures beside that of the overview."""
+    return len(presentation_of(dataset).figures(dataset)) > 1
+
+
+def _figure(charts: Charts, place: int, name: str, draw: Callable[[xr.Dataset], Any], dataset: xr.Dataset) -> str:
+    return charts.drawn(f"chart-{place}-{name.replace('_', '-')}", draw(dataset), name.replace("_", " "))
+
+
+def tables(datasets: Datasets, charts: Charts) -> str:
+    """The tables of every result that the overview does not show."""
+    parts = []
+    for place, (label, dataset) in enumerate(datasets.items()):
+        shown = presentation_of(dataset)
+        parts.append(_head(label, datasets))
+        parts += [_framed(place, caption, frame) for caption, frame in shown.tables(dataset).items() if caption != shown.answer]
+    return section("tables", "Tables", *parts)
+
+
+def _framed(place: int, caption: str, frame: pd.DataFrame, stacked: bool = False) -> str:
+    return framed(f"table-{place}-{caption.replace(' ', '-')}", caption, frame, stacked)
+
+
+def failures(datasets: Datasets, charts: Charts) -> str:
+    """What failed, and why."""
+    parts = []
+    for label, dataset in datasets.items():
+        causes = "".join(f"<li>{text(sentence)}</li>" for sentence in presentation_of(dataset).failures(dataset))
+        parts.append(_head(label, datasets) + (f'<ul class="failed">{causes}</ul>' if causes else "<p>Nothing failed.</p>"))
+    return section("failures", "What failed, and why", *parts)
+
+
+def _head(label: str, datasets: Datasets) -> str:
+    return f"<h3>{text(label)}</h3>" if len(datasets) > 1 else ""
+
+
+def _sentence(line: str) -> str:
+    """A line of the console as a sentence; a symbol at its start, `kt = ...`, stays as it is."""
+    start = line[:1] if SYMBOL.match(line) else line[:1].upper()
+    return start + line[1:] + ("" if line.endswith((".", "!", "?")) else ".")
+
 
 OF_DISK = (
     '<p class="note">Dampers are shown at the largest amplitude. In a tuned disk all of them behave alike, each later than the '
@@ -151,18 +252,18 @@ NEEDS: dict[str, Callable[[xr.Dataset], bool]] = {
     "percentiles": has_percentiles,
     "disk": has_disk,
     "stress": has_stress,
-    "figures": plain.has_more_figures,
+    "figures": has_more_figures,
     "motion": moves,
 }
 """Sections that only some results fill; every result fills the others."""
 
 
 PLAIN_SECTIONS: tuple[Section, ...] = (
-    ("overview", "Overview", plain.overview),
-    ("figures", "Figures", plain.figures),
+    ("overview", "Overview", overview),
+    ("figures", "Figures", figures),
     ("motion", "Motion", motions),
-    ("tables", "Tables", plain.tables),
-    ("failures", "Failures", plain.failures),
+    ("tables", "Tables", tables),
+    ("failures", "Failures", failures),
     ("study", "Study", sections.study),
     ("versions", "Versions", sections.versions),
 )
@@ -178,25 +279,18 @@ def write(datasets: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path) -> 
     return write_text(path, page(datasets))
 
 
-def sections_of(datasets: Mapping[str, xr.Dataset]) -> tuple[Section, ...]:
-    """The sections that these results fill."""
-    entries = SECTIONS if _of_responses(datasets) else PLAIN_SECTIONS
-    return tuple(entry for entry in entries if entry[0] not in NEEDS or any(map(NEEDS[entry[0]], datasets.values())))
-
-
-def _of_responses(datasets: Mapping[str, xr.Dataset]) -> bool:
-    return all(presentation_of(dataset).responses for dataset in datasets.values())
-
-
 def page(datasets: Mapping[str, xr.Dataset]) -> str:
     """The whole page as a string."""
     title = common_title(list(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items())))
     kinds = [kind for d in datasets.values() if (kind := presentation_of(d).title) != title]
     about = f"{' and '.join(dict.fromkeys(kinds))}, computed with stickslip" if kinds else "Computed with stickslip"
-    charts, shown = Charts(list(datasets), system_of(*datasets.values())), sections_of(datasets)
+    charts = Charts(list(datasets), system_of(*datasets.values()))
+    responses = all(presentation_of(dataset).responses for dataset in datasets.values())
+    entries = SECTIONS if responses else PLAIN_SECTIONS
+    shown = [entry for entry in entries if entry[0] not in NEEDS or any(map(NEEDS[entry[0]], datasets.values()))]
     body = "".join(build(datasets, charts) for _, _, build in shown)
     links = "".join(f'<a href="#{identifier}">{word}</a>' for identifier, word, _ in shown)
-    several = len(datasets) > 1 and _of_responses(datasets)
+    several = len(datasets) > 1 and responses
     choice = '<label class="select">Charts show <select id="result"></select></label>' if several else ""
     library, packed_library = _library()
     scripts = step_script(), _resource("report.js")

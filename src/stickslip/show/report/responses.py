@@ -16,18 +16,21 @@ from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.analyses.variability.samples import percentiles as percentiles_of
 from stickslip.results import quantities
-from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
-from stickslip.results.schema import CurveKind, kind_words, kinds_in
-from stickslip.results.shown_units import in_system, shown_table, system_of
+from stickslip.results.schema import CurveKind, in_system, kind_words, kinds_in, shown_table, system_of
 from stickslip.results.view import (
     force_text,
     higher_end,
     highest_peak,
     is_listed,
+    levels_of,
     measure_in,
     peaks_outside,
+    ranked,
+    representative_starts,
     shown_unit,
     size_text,
+    spread,
+    words_of,
 )
 from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.plots.paper import Figures

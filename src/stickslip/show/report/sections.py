@@ -11,8 +11,8 @@ import numpy as np
 from stickslip.analyses.truncation import finer_sentences
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results import view
-from stickslip.results.representative import representatives, spread
-from stickslip.results.shown_units import in_system, system_of
+from stickslip.results.schema import in_system, system_of
+from stickslip.results.view import representatives, spread
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, loops_at, loops_of, loss_factor
 from stickslip.show.plots.response_curves import compared_peaks, response_curves

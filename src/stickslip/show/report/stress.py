@@ -18,7 +18,7 @@ from stickslip.analyses.stress import (
     smallest_margin,
     smallest_margins,
 )
-from stickslip.results.shown_units import in_system, shown_table, system_of
+from stickslip.results.schema import in_system, shown_table, system_of
 from stickslip.results.view import inside_band, level_text, peak_unit
 from stickslip.show.plots.response_curves import haigh_diagram, stress_curves
 from stickslip.show.report.markup import Charts, cell, framed, hertz, number, section, table

@@ -1,7 +1,5 @@
 """Compiled parts of a Newton iteration: evaluation, factorisation of the bordered matrix, search directions."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,23 +51,23 @@ from stickslip.support.kernels.arrays import empty_blocks, empty_table, zero_num
 from stickslip.support.kernels.views import view_of
 
 
-def evaluate_signature(system: NamedTuple | None = None) -> Any:
+def evaluate_signature(system: "NamedTuple | None" = None) -> Any:
     """Types of `evaluate` for a kind of system."""
     return typeof(STATE)(view_of(system or empty_system()), float64[:, ::1], float64, float64)
 
 
-def factorise_signature(system: NamedTuple | None = None) -> Any:
+def factorise_signature(system: "NamedTuple | None" = None) -> Any:
     """Types of `factorise` for a kind of system."""
     return typeof(BORDERED)(view_of(system or empty_system()), typeof(STATE), float64, float64, typeof(BORDER))
 
 
-def newton_step_signature(system: NamedTuple | None = None) -> Any:
+def newton_step_signature(system: "NamedTuple | None" = None) -> Any:
     """Types of `newton_step` for a kind of system."""
     point = typeof(STATE), float64, float64, typeof(BORDER), float64, typeof(BORDERED)
     return types.Tuple((float64[:, ::1], float64, float64))(view_of(system or empty_system()), *point)
 
 
-def tangent_signature(system: NamedTuple | None = None) -> Any:
+def tangent_signature(system: "NamedTuple | None" = None) -> Any:
     """Types of `tangent` for a kind of system."""
     return typeof(DIRECTION)(view_of(system or empty_system()), typeof(STATE), float64, float64, boolean, typeof(BORDERED))
 

@@ -260,12 +260,7 @@ def three_blocks(bordered: Bordered) -> tuple[Array, Array, Array]:
     return bordered.blocks[:rows], bordered.blocks[rows : 2 * rows], bordered.blocks[2 * rows :]
 
 
-def solve_on_states_signature() -> Any:
-    """Types of `solve_on_states`."""
-    return void(view_of(empty_system()), typeof(BORDERED), float64[:, ::1])
-
-
-@separate(solve_on_states_signature)
+@separate(lambda: void(view_of(empty_system()), typeof(BORDERED), float64[:, ::1]))
 def solve_on_states(system: System, bordered: Bordered, right: Array) -> None:
     modes, kept, borders = system.modes, system.kept, bordered.columns.shape[0]
     starts, size = places(modes, kept), bordered.offsets[-1]

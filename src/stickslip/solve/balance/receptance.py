@@ -4,7 +4,7 @@ All are sums over the states that `decoupling` found, G'(s) = shape Γ(s) receiv
 computed once for each frequency.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import boolean, complex128, float64
@@ -174,12 +174,7 @@ def _respond_slope(modes: Modes, h: int, s: complex, gains: Complex, load: Compl
     _respond(modes, h, s, gains, turned, slope)
 
 
-def states_signature() -> Any:
-    """Types of `modal_states`."""
-    return float64[:, ::1](view_of(NO_MODES), float64, complex128[:, :, ::1], float64[:, ::1], boolean)
-
-
-@separate(states_signature)
+@separate(lambda: float64[:, ::1](view_of(NO_MODES), float64, complex128[:, :, ::1], float64[:, ::1], boolean))
 def modal_states(modes: Modes, omega: float, gains: Complex, load: Array, by_omega: bool) -> Array:
     """States (m, 2H+1) under loads on them in real storage (m, 2H+1), or their derivative by ω."""
     size = modes.kind.size

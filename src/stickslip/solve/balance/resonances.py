@@ -7,8 +7,6 @@ those of the structure on the contacts that stick at the ends of the step. With 
 with the slipping contacts stuck and free, and friction makes it the wider the farther it lies from both.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -95,7 +93,7 @@ class Resonances:
             compliance[of] = 1.0 / (2.0 * _looked_at(limit.ratios[mode]) * limit.omega[mode] ** 2)
         return drive, compliance
 
-    def where_stuck(self, unknown: Index) -> Resonances | None:
+    def where_stuck(self, unknown: Index) -> "Resonances | None":
         """Those of the structure on the contacts that stick in a state, decomposed once; None where all or none do, or where the
         structure is too large to be decomposed for each of its contact states. unknown (rows,): as `contact.protocol` counts."""
         key = unknown.tobytes()

@@ -6,8 +6,6 @@ of at most σ² of the compliance of the contacts. So its factors precondition G
 sum over contacts and modes (Newton-Krylov: D. A. Knoll, D. E. Keyes, J. Comput. Phys. 193 (2004) 357-397).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 

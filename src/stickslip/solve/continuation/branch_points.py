@@ -8,8 +8,6 @@ another curve shows.
 Source: for both, E. L. Allgower and K. Georg, Introduction to Numerical Continuation Methods (1990), chapter 8.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

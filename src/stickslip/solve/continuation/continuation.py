@@ -3,8 +3,6 @@
 A curve is an iterator of solved points, whose steps `steps.py` takes; here stands how it begins and how it may end.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Points of a curve with their tangents, and interpolation between two of them."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -81,7 +79,7 @@ class Tangent(NamedTuple):
     parameter: float
     level: float = 0.0
 
-    def turned(self) -> Tangent:
+    def turned(self) -> "Tangent":
         """The opposite direction."""
         return Tangent(-self.forces, -self.motion, -self.parameter, -self.level)
 
@@ -107,19 +105,19 @@ class CurvePoint:
             parameter, self.metric.weight * self.tangent.motion, self.metric.parameter * self.tangent.parameter, 0.0
         )
 
-    def chord(self, following: CurvePoint, parameter: Parameter) -> float:
+    def chord(self, following: "CurvePoint", parameter: Parameter) -> float:
         """Length of the straight way to another point, in the metric of this one; much more than the step after a jump."""
         change = following.point.value(parameter) - self.point.value(parameter)
         return self.metric.length(following.evaluation.w - self.evaluation.w, change)
 
-    def leads_away_from(self, before: CurvePoint, parameter: Parameter) -> bool:
+    def leads_away_from(self, before: "CurvePoint", parameter: Parameter) -> bool:
         """Whether the curve goes on from here, and not back to another point, in the metric of that one."""
         motion, metric = self.evaluation.w - before.evaluation.w, before.metric
         change = self.point.value(parameter) - before.point.value(parameter)
         along = float(np.vdot(metric.weight * self.tangent.motion, motion))
         return along + metric.parameter * self.tangent.parameter * change > 0.0
 
-    def turn(self, following: CurvePoint) -> float:
+    def turn(self, following: "CurvePoint") -> float:
         """Cosine of the angle between the tangents here and at another point, in the metric of this one."""
         return self.cosine(following.tangent)
 

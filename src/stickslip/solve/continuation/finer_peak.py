@@ -6,8 +6,6 @@ Where contacts are stiff the Newton matrix is nearly singular in what slips: a s
 line search stops. Then steps are damped by their own length, which no scaling of the equations changes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 The balance has one unknown more, the force level, and one equation more, ω^k |X_1| = A (`HarmonicBalance.holding`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

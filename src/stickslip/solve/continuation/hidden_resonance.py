@@ -1,7 +1,5 @@
 """Detection of resonances that a continuation step passes over: the balance is solved at the known ones inside it."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -4,8 +4,6 @@ The step of Newton's method from a value to the curve estimates its error. The f
 it, so that a value costs one evaluation of the balance.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 

@@ -27,8 +27,6 @@ The parts, in the order of an iteration (compiled in `balance.iteration`, for no
 * `tangent`: the direction of the curve there, of which the next prediction is made.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -39,17 +37,7 @@ from stickslip.solve.balance.balance import Evaluation, Factors, HarmonicBalance
 from stickslip.solve.balance.iteration import gap, missed_amplitude, no_factors
 from stickslip.solve.balance.mode_iteration import empty_mode_system
 from stickslip.solve.balance.newton_parts import AnySystem, evaluate, factorise, kind_of, newton_step, tangent
-from stickslip.solve.balance.system import (
-    BORDER,
-    BORDERED,
-    DIRECTION,
-    STATE,
-    Border,
-    Bordered,
-    Direction,
-    State,
-    empty_system,
-)
+from stickslip.solve.balance.system import BORDER, BORDERED, DIRECTION, STATE, Border, Bordered, Direction, State, empty_system
 from stickslip.support.checks import Array
 from stickslip.support.kernels import boxed, compiled, inlined, inner, kernel, separate
 from stickslip.support.kernels.arrays import all_finite, empty_table, moved_by, same_numbers, zero_table
@@ -164,15 +152,7 @@ def _signature(system: NamedTuple) -> Any:
     return typeof(found)(view_of(system), float64[:, ::1], float64, float64, typeof(BORDER), int64, int64, int64, float64)
 
 
-def _forced_signature() -> Any:
-    return _signature(empty_system())
-
-
-def _mode_signature() -> Any:
-    return _signature(empty_mode_system())
-
-
-@separate(_forced_signature, _mode_signature)
+@separate(lambda: _signature(empty_system()), lambda: _signature(empty_mode_system()))
 def newton(
     system: AnySystem,
     forces: Array,

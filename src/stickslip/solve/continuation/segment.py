@@ -1,7 +1,5 @@
 """One step of a curve between two solved points: cubics through points and tangents, over planes across the straight way."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 

@@ -5,8 +5,6 @@ dλ̂ is what a parameter does to λ̂ at fixed motion (contact laws, start stat
 solutions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

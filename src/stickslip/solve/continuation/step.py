@@ -1,7 +1,5 @@
 """One step of a continuation, compiled: prediction, Newton's method from there, and how the solution lies to both ends."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

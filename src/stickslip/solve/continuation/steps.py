@@ -7,8 +7,6 @@ Only where another branch crosses does it change: a symmetric disk may lose its 
 on.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -5,8 +5,6 @@ A curve over ω followed both ways from a point on it, until it leaves a band or
 Branches and isolas begin inside the band, where a sweep, which begins at an end of it, does not meet them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace

@@ -6,8 +6,6 @@ across the curve, so that it is regular at folds and measures how far the two cu
 shifted.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 

@@ -243,7 +243,8 @@ def _may_be_higher(balance: HarmonicBalance, unproven: Sequence[Unproven]) -> st
     """Where a peak may be higher than the one that was found, and by how much."""
     most = max(each.share for each in unproven)
     much = f"up to {100.0 * most:.2g} %" if most < 1.0 else "much"
-    near = _listed_in_hertz(balance, [each.omega for each in unproven])
+    listed = dict.fromkeys(f"{balance.hertz(omega):.6g}" for omega in sorted(each.omega for each in unproven))
+    near = f"{first_of(list(listed))} Hz"
     return f"{counted(len(unproven), 'place')} beside peaks could not be solved, near {near}; a peak there may be {much} higher."
 
 
@@ -300,13 +301,8 @@ def _lost_message(balance: HarmonicBalance, swept: Sweep, ends: tuple[float, flo
         where = f"The sweep stopped at {balance.hertz(farthest):.6g} Hz. For the rest, {rest}"
     else:
         where = f"To compute it, {rest}"
-    return " ".join(filter(None, (swept.lost, where, *problem.warnings, *_causes(balance))))
-
-
-def _causes(balance: HarmonicBalance) -> list[str]:
-    """What a problem lacks for its curve to be finite, and determined where contacts slip."""
-    undamped = "" if balance.problem.C.any() else UNDAMPED
-    return [undamped, held_by_friction(balance.problem, balance.harmonics)]
+    causes = "" if problem.C.any() else UNDAMPED, held_by_friction(problem, balance.harmonics)
+    return " ".join(filter(None, (swept.lost, where, *problem.warnings, *causes)))
 
 
 def held_by_friction(problem: Problem, harmonics: Harmonics) -> str:
@@ -314,12 +310,6 @@ def held_by_friction(problem: Problem, harmonics: Harmonics) -> str:
     if orders(harmonics)[0] != 0 or not held_by_friction_alone(problem):
         return ""
     return f"{HELD_BY_FRICTION} Hold it by mean_springs ([[mean_spring]] in a study), or leave harmonic 0 out."
-
-
-def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:
-    """The first of these frequencies, given in rad/s, in Hz."""
-    listed = list(dict.fromkeys(f"{balance.hertz(omega):.6g}" for omega in sorted(omegas)))
-    return f"{first_of(listed)} Hz"
 
 
 def held_by_friction_alone(problem: Problem) -> bool:

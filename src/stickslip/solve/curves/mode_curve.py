@@ -8,8 +8,6 @@ neighbours taken along the straight way. Peaks of force levels are read off the 
 Extremes of the damping ratio along a nonlinear mode, and the points at which it has a given value, each solved exactly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -311,7 +309,7 @@ class DampingCurve:
     extremes: frozenset[int]
 
     @classmethod
-    def of(cls, balance: ModeBalance, points: Sequence[CurvePoint]) -> DampingCurve:
+    def of(cls, balance: ModeBalance, points: Sequence[CurvePoint]) -> "DampingCurve":
         """The curve of solved points in order, each with its tangent."""
         if len(points) > 1:  # the tangent of the last point is that of the step that passed the end
             points = [*points[:-1], directed(balance, points[-2], points[-1])]

@@ -3,8 +3,6 @@
 Between two places the size follows the cubic through their values with their slopes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from math import copysign, sqrt
@@ -192,7 +190,7 @@ class Interval:
             share = min(max(self.cubic.top if smooth else meeting, 0.01), 0.99)
         return self.fraction(share)
 
-    def divided(self, middle: Sample) -> list[Interval]:
+    def divided(self, middle: Sample) -> "list[Interval]":
         """The two parts; the slope error of both is the difference, in the middle, to the cubic through the ends."""
         share = (middle.place.length - self.low.place.length) / self.width if self.width else 0.5
         predicted = self.cubic.slope(share) / self.width if self.width else self.mean_slope

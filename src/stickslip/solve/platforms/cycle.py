@@ -4,8 +4,6 @@ First the pull is laid on, with the platforms at rest; then a lead-in takes them
 Rotations are scaled inside by the distance of the contacts from the mass centre.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
@@ -45,7 +43,7 @@ class SteadyCycle:
     outcome: CycleOutcome
     change: float
 
-    def path(self, model: CycleModel) -> march.Record:
+    def path(self, model: "CycleModel") -> march.Record:
         """The record with the state at the end, (steps + 1, ...): along it work is done, whether the cycle closes or not."""
         end, own = _in_radians(model, standing(model, self.state)), _own_rows(model.table)
         end.force[0, own] = self.record.force[0, own]
@@ -68,7 +66,7 @@ class CycleModel:
     rate_dependent: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, rig: BetweenPlatforms) -> CycleModel:
+    def of(cls, rig: BetweenPlatforms) -> "CycleModel":
         """The arrays of a rig."""
         length = float(np.mean([np.hypot(*point.arm) for point in rig.points]))
         size = np.ones(len(rig.free))
@@ -78,7 +76,7 @@ class CycleModel:
         B, sides = rig.rows(rig.free) * size, (rig.rows(LEFT), rig.rows(RIGHT))
         return cls(rig.table, B, *sides, (M, C, K), rig.pull * size, length, dependent)
 
-    def with_parameters(self, kt: Array, kn: Array, mu: Array) -> CycleModel:
+    def with_parameters(self, kt: Array, kn: Array, mu: Array) -> "CycleModel":
         """A copy with other kt, kn [N/m] and mu of macroslip contacts, (contacts,) each: a microsecond's work, for fits."""
         table = self.table._replace(
             stiffness=np.asarray(kt, dtype=float),

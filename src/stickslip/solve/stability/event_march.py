@@ -10,8 +10,6 @@ Forces are continuous where a slider yields, sticks or lifts off, so the derivat
 slider remembers is new. A slider that lands and sticks remembers where it landed: y = −kt u, δy = −kt (δu − u̇ δz/ż).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -123,7 +121,7 @@ NORMAL, BEND = 100, 101
 class ContactState:
     """All contacts in one state: sliders STICK, +1, −1 or OPEN, normal springs closed or open, bends of limits passed or not."""
 
-    def __init__(self, march: EventMarch, sliders: Index, closed: NDArray[np.bool_], passed: Index) -> None:
+    def __init__(self, march: "EventMarch", sliders: Index, closed: NDArray[np.bool_], passed: Index) -> None:
         self.march, self.sliders, self.closed, self.passed = march, sliders, closed, passed
         table, rows = march.table, march.coordinates.rows
         self.slope, self.constant = march.limits(closed, passed)
@@ -271,7 +269,7 @@ class EventMarch:
         """How many coordinates the problem has more."""
         return self.problem.structure.size - self.coordinates.size
 
-    def at(self, omega: float, level: float, motions: Array) -> EventMarch:
+    def at(self, omega: float, level: float, motions: Array) -> "EventMarch":
         """Set frequency [rad/s], force level and the sizes of the rows' motion (rows,) [m]."""
         highest = max(harmonic for force in self.problem.forces for harmonic in force.amplitudes)
         load = self.coordinates.shapes.T @ self.problem.load(highest, level, omega)
@@ -432,7 +430,7 @@ class EventMarch:
         return share, guard, where
 
     def _passed(
-        self, state: ContactState, guard: Guard, x: Array, y: Array, tangent: _Tangent | None
+        self, state: ContactState, guard: Guard, x: Array, y: Array, tangent: "_Tangent | None"
     ) -> tuple[ContactState, Array]:
         """The contact state and the intercepts behind an event."""
         sliders, closed, passed, y = state.sliders.copy(), state.closed.copy(), state.passed.copy(), y.copy()

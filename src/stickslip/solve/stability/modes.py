@@ -39,7 +39,10 @@ def block_modes(states: States, rows: int, highest: float) -> BlockModes | None:
     if states.above.size or not np.all(np.isin(states.kind, (REAL_MODE, PAIR_FIRST, PAIR_FIRST + 1, REAL_POLE))):
         return None
     shape, receiver = states.shape[:rows], states.receiver
-    compliance = _static_compliance(states, rows)
+    # B K'⁻¹ Bᵀ: every gain at s = 0, that of a pair once for its real and once, with the other sign, for its imaginary part.
+    gain = np.ones(states.kind.size)
+    gain[states.kind == PAIR_FIRST], gain[states.kind == PAIR_FIRST + 1] = 2.0, -2.0
+    compliance = (shape * gain) @ receiver.T
     found, single, dropped = [], [], list[float]()
     for j in np.flatnonzero(~np.isin(states.kind, [kind + 1 for kind in FIRSTS])):
         frequency = _frequency(states, int(j))
@@ -62,13 +65,6 @@ def block_modes(states: States, rows: int, highest: float) -> BlockModes | None:
     return BlockModes(
         blocks, force, motion, velocity, np.ascontiguousarray(static), real, len(dropped), min(dropped, default=np.inf)
     )
-
-
-def _static_compliance(states: States, rows: int) -> Array:
-    """B K'⁻¹ Bᵀ: every gain at s = 0, that of a pair once for its real and once, with the other sign, for its imaginary part."""
-    gain = np.ones(states.kind.size)
-    gain[states.kind == PAIR_FIRST], gain[states.kind == PAIR_FIRST + 1] = 2.0, -2.0
-    return np.asarray((states.shape[:rows] * gain) @ states.receiver.T)
 
 
 def _frequency(states: States, j: int) -> float:

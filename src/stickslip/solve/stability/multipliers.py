@@ -1,7 +1,5 @@
 """Floquet's multipliers of one solved point, and whether it is stable."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -137,7 +135,8 @@ class PeriodMap:
             left = (fine - coarse) / 3.0
             better = fine + left
             change = left if before is None else (better - before) / 3.0
-            values = _sorted(better)
+            values = np.linalg.eigvals(better).astype(complex)
+            values = values[np.argsort(-np.abs(values), kind="stable")]
             error = _size_change(better, values[0], change) if values.size and values[0] != 0.0 else 0.0
             distance = abs(abs(values[0]) - 1.0) if values.size else 1.0
             follows = self._follows(contacts, modes, steps)
@@ -145,7 +144,7 @@ class PeriodMap:
                 return Multipliers(values, float(error), steps, contacts.exact_ones, self._resolved(evaluation, values), follows)
             coarse, before = fine, better
 
-    def _follows(self, contacts: ContactPeriod, modes: BlockModes, steps: int) -> bool:
+    def _follows(self, contacts: "ContactPeriod", modes: BlockModes, steps: int) -> bool:
         """Whether so many steps follow the contacts that slip, and no mode that they free is among those that follow at once.
 
         δλ goes linearly over a step h of the stuck modes: in slip −kt δu cancels the stuck spring, and the scheme amplifies what
@@ -188,18 +187,12 @@ def stiffest_mean_spring(problem: Problem) -> float:
     return float(max((spring.stiffness * g for spring, g in zip(problem.mean_springs, compliance, strict=True)), default=0.0))
 
 
-def _map(contacts: ContactPeriod, modes: BlockModes, steps: int) -> Array:
+def _map(contacts: "ContactPeriod", modes: BlockModes, steps: int) -> Array:
     path, columns = contacts.path(steps)
     whole = period_map(contacts.table, modes, path, columns)
     size = modes.force.shape[0]
     kept = np.concatenate([modes.real, np.arange(size, size + columns.size)])
     return np.asarray(whole[np.ix_(kept, kept)])
-
-
-def _sorted(matrix: Array) -> NDArray[np.complex128]:
-    """Eigenvalues, largest first."""
-    values = np.linalg.eigvals(matrix).astype(complex)
-    return values[np.argsort(-np.abs(values), kind="stable")]
 
 
 def _size_change(matrix: Array, value: complex, change: Array) -> float:

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from stickslip.laboratory.identification.contact_law.fit import LoopErrors
-from stickslip.laboratory.identification.contact_law.work import ContactLawWork, contact_law_work
-from stickslip.study.analysis import Asked, Kind, OneWork
+from stickslip.laboratory.identification.contact_law.work import contact_law_work
+from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import FORCE, STIFFNESS, Column, Number, Positive, Table, in_si
 from stickslip.support.checks import counted, fault, nearest
 
@@ -49,28 +49,16 @@ class ContactLawTable(Table):
         return LoopErrors(**self.errors)
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """Files and what to fit to them; they are read when the work begins."""
     table = ContactLawTable.model_validate(asked.tables["contact_law"])
-    si, errors, files = in_si(table, asked.units), table.loop_errors(), [asked.folder / name for name in table.files]
-
-    def work() -> ContactLawWork:
-        return contact_law_work(
-            files,
-            normal_load=si["normal_load"],
-            laws=tuple(table.laws),
-            rig_stiffness=si["rig_stiffness"],
-            errors=errors,
-            harmonics=table.harmonics,
-            columns={str(key): value for key, value in table.columns.items()},
-            units={str(key): value for key, value in table.column_units.items()},
-            lag=table.lag,
-            friction_over=si["friction_over"],
-        )
-
+    given = in_si(table, asked.units) | {"errors": table.loop_errors()}
+    files, given["units"] = [asked.folder / name for name in given.pop("files")], given.pop("column_units")
     summary = f"{counted(len(files), 'file')}, {' or '.join(table.laws)}"
     content = sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()  # of those that exist
-    return OneWork(work, summary, lambda work, arrays: work.contact_law(arrays[0]).dataset, content)
+    return Works(
+        lambda: contact_law_work(files, **given), summary, lambda work, arrays: work.contact_law(arrays[0]).dataset, content
+    )
 
 
 KIND = Kind(plan, {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False)

@@ -7,7 +7,7 @@ from pydantic import Field
 from stickslip.analyses.controlled_response import ControlledResponseWork, HeldMotion
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, OneWork, summary_of
+from stickslip.study.analysis import Asked, Kind, Works, summary_of
 from stickslip.study.fields import ACCELERATION, LENGTH, VELOCITY, Dimension, Positive, check_of, in_si, scaled, table_of
 from stickslip.support.checks import counted, fault
 
@@ -25,7 +25,7 @@ ControlledResponseTable = table_of(
 )
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """A curve for each held amplitude."""
     sweep, values = sweep_of(asked), in_si(asked.tables[TABLE], asked.units)
     if sweep.harmonics == "auto":
@@ -39,7 +39,7 @@ def plan(asked: Asked) -> OneWork:
     fineness: dict[str, Any] = {"harmonics": base.harmonics, "samples": base.samples}
     work = ControlledResponseWork(sweep.problem, sweep.band, **values, **fineness)
     held = counted(len(work.amplitudes), "held amplitude")
-    return OneWork(work, f"{summary_of(sweep)}; {held} of the {work.quantity} of {names[work.output]}")
+    return Works(work, f"{summary_of(sweep)}; {held} of the {work.quantity} of {names[work.output]}")
 
 
 KIND = Kind(

@@ -1,9 +1,7 @@
 """Damper cycle in a study: the tables [damper], [motion] and [cycle]."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -11,8 +9,8 @@ from stickslip.analyses.damper_alone.cycle import CycleWork
 from stickslip.laboratory.measurement.cycles import read_motion
 from stickslip.model.dampers import BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
 from stickslip.model.dampers.between_platforms import LAWS, suitable_gaps
-from stickslip.solve.time.period import GeneralisedAlpha, Method, Newmark
-from stickslip.study.analysis import Asked, Kind, OneWork
+from stickslip.solve.time.period import GeneralisedAlpha, Newmark
+from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.build import shape_of
 from stickslip.study.contacts import Frictions, friction_in_si
 from stickslip.study.fields import (
@@ -31,11 +29,6 @@ from stickslip.study.fields import (
 from stickslip.study.tables import ShapeKey
 from stickslip.support.checks import MOST, counted, fault
 
-if TYPE_CHECKING:
-    LawKey: TypeAlias = str
-else:
-    LawKey = Literal[LAWS]
-
 Steps = Annotated[int, Field(ge=8, le=1000000)]
 
 
@@ -52,7 +45,7 @@ class DamperTable(Table):
     kn: Annotated[Positives, STIFFNESS, Field(description="normal stiffness, of each line or by line")]
     mu: Frictions
     """friction coefficient, of each line or by line; a table: over the load of one line"""
-    law: Annotated[LawKey, Field(description="of all contact lines")] = "macroslip"
+    law: Annotated[Literal[LAWS], Field(description="of all contact lines")] = "macroslip"  # type: ignore[valid-type]
     gaps: NotNegative = 0.0
     """of microslip: g; the gaps of five elements reach 2 g N/kn, N the pull over the lines"""
     platform_stiffness: Annotated[Positive | None, STIFFNESS] = None
@@ -114,11 +107,6 @@ class CycleTable(Table):
     """with inertia, in time; default: quasi-static"""
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion in time")] = None
 
-    @property
-    def time_method(self) -> Method | None:
-        """The method in time."""
-        return {"generalised_alpha": GeneralisedAlpha(), "newmark": Newmark(), None: None}[self.method]
-
 
 def rig_and_motion(asked: Asked) -> tuple[BetweenPlatforms, PlatformMotion]:
     """The damper and what drives it."""
@@ -128,7 +116,7 @@ def rig_and_motion(asked: Asked) -> tuple[BetweenPlatforms, PlatformMotion]:
     return damper.rig(asked.units), motion.motion(asked.units, asked.folder)
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """One steady cycle."""
     cycle = CycleTable.model_validate(asked.tables.get("cycle") or CycleTable())
     rig, motion = rig_and_motion(asked)
@@ -137,13 +125,13 @@ def plan(asked: Asked) -> OneWork:
         rig,
         motion,
         steps=cycle.steps,
-        method=cycle.time_method,
+        method={"generalised_alpha": GeneralisedAlpha(), "newmark": Newmark(), None: None}[cycle.method],
         frequency=in_si(cycle, asked.units)["frequency"],
         tolerance=cycle.tolerance,
         cycles=cycle.cycles,
     )
     summary = f"{rig.title}, {counted(len(rig.points), 'line')} of contact, {cycle.steps} steps a cycle"
-    return OneWork(work, summary, lambda work, arrays: work.gathered(arrays[0]).dataset, motion.digest)
+    return Works(work, summary, lambda work, arrays: work.gathered(arrays[0]).dataset, motion.digest)
 
 
 KIND = Kind(

@@ -1,11 +1,8 @@
 """Damper design in a study: the table [damper_design], with a rig whose parameters are the variables."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -16,8 +13,8 @@ from stickslip.analyses.performance.worst_case import Constraint, LargestForce, 
 from stickslip.analyses.settings import made
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import RIGS
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
-from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.runs.work import Arrays, Work
+from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import Harmonics, Number, Positive, QuantityName, Table, Words, table_of, values_of
 from stickslip.study.tables import Ends
 from stickslip.support.checks import fault, nearest
@@ -120,60 +117,30 @@ def known(table: Any) -> None:
     angles = [name for name in table.variables if name.endswith("angle")]
     if table.no_jamming is not None and table.no_jamming not in angles:
         raise fault("no_jamming", "must name an angle among the variables", table.no_jamming, nearest(table.no_jamming, angles))
-    corners_exist(table)
-
-
-def corners_exist(table: Any) -> None:
-    """The rig can be made at the ends of every variable, the others in the middle."""
     make = RigDesign(table.rig, table.parameters, table.acceleration)
     middle = {name: 0.5 * (low + high) for name, (low, high) in table.variables.items()}
-    for name, ends in table.variables.items():
+    for name, ends in table.variables.items():  # the rig can be made at both, the others in the middle
         for value in ends:
             made(make, friction=table.friction, **(middle | {name: value}))
 
 
-@dataclass(frozen=True, eq=False)
-class DesignPlan(Plan):
+def plan(asked: Asked) -> Works:
     """The design space, then the search from its best designs."""
+    table: Any = DesignTable.model_validate(asked.tables["damper_design"])
+    maker = RigDesign(table.rig, table.parameters, table.acceleration)
+    given = values_of(DesignSettings, table) | {"variables": {name: (low, high) for name, (low, high) in table.variables.items()}}
+    settings = DesignSettings(maker, constraints=table.constraints, **given)
+    _ = settings.work.conditions
+    summary = f"{table.designs} designs of {', '.join(table.variables)}, then up to {table.refinements} more"
 
-    table: Any
+    def finished(work: Work, arrays: Sequence[Arrays], *search: Any) -> "xr.Dataset":
+        return finished_design(settings, arrays, *search)
 
-    @classmethod
-    def of(cls, asked: Asked) -> DesignPlan:
-        """The plan of a study."""
-        plan = cls(DesignTable.model_validate(asked.tables["damper_design"]))
-        _ = plan.settings.work.conditions
-        return plan
-
-    @property
-    def summary(self) -> str:
-        table = self.table
-        return f"{table.designs} designs of {', '.join(table.variables)}, then up to {table.refinements} more"
-
-    @cached_property
-    def settings(self) -> DesignSettings:
-        table = self.table
-        maker = RigDesign(table.rig, table.parameters, table.acceleration)
-        variables = {name: (low, high) for name, (low, high) in table.variables.items()}
-        given = values_of(DesignSettings, table) | {"variables": variables}
-        return DesignSettings(maker, constraints=table.constraints, **given)
-
-    @property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.settings.work}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return finished_design(self.settings, results[""])
-
-    def searched(
-        self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
-    ) -> xr.Dataset:
-        """The search goes on from the designs computed."""
-        return finished_design(self.settings, results[""], checkpoint, workers, progress)
+    return Works(settings.work, summary, finished, search=finished)
 
 
 KIND = Kind(
-    DesignPlan.of,
+    plan,
     {"damper_design": DesignTable},
     required=("damper_design",),
     checks={"damper_design": known},

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycle import EvolutionWork
 from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, Steps, rig_and_motion, suitable
-from stickslip.study.analysis import Asked, Kind, OneWork
+from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import NotNegatives, in_si, table_of
 from stickslip.support.checks import counted
 
@@ -18,12 +18,12 @@ EvolutionTable = table_of(
 )
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """A sequence of cycles while friction changes."""
     work = EvolutionWork(*rig_and_motion(asked), **in_si(asked.tables["damper_evolution"], asked.units))
     sets = counted(len(work.friction), "set")
     words = f"{work.rig.title}, {sets} of friction coefficients, {counted(work.cycles, 'cycle')} each"
-    return OneWork(work, words, lambda work, arrays: work.gathered(arrays[0]).dataset, work.motion.digest)
+    return Works(work, words, lambda work, arrays: work.gathered(arrays[0]).dataset, work.motion.digest)
 
 
 KIND = Kind(

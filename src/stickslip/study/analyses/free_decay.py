@@ -1,9 +1,7 @@
 """Free decay in a study: the table [free_decay], and the nonlinear modes in the band of [sweep] beside it."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -15,10 +13,10 @@ from stickslip.analyses.modes.work import NonlinearModesWork, with_decays
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.model.readers.model import ROTATIONS
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
+from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.nonlinear_modes import ModesTable, modes_settings
-from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import FREQUENCY, LENGTH, VELOCITY, Number, Positive, Table
 from stickslip.support.checks import counted, fault
 from stickslip.support.late import xr
@@ -61,75 +59,51 @@ def checked(table: FreeDecayTable) -> None:
         raise fault("force", "must go with frequency, the steady motion before the decay", table.force)
 
 
-@dataclass(frozen=True, eq=False)
-class FreeDecayPlan(Plan):
+def plan(asked: Asked) -> Works:
     """A decay, then the modes over its amplitudes."""
+    table, units, sweep = FreeDecayTable.model_validate(asked.tables[TABLE]), asked.units, sweep_of(asked)
+    moved: dict[str, Any] = {}
+    for key, dimension in (("displacement", LENGTH), ("velocity", VELOCITY)):
+        given: dict[str, float] = getattr(table, key)
+        if given:
+            turned = replace(dimension, length=0)  # rotations are in rad whatever the length
+            moved[key] = {
+                dof: value * units.factor(turned if dof.rpartition(".")[2] in ROTATIONS else dimension)
+                for dof, value in given.items()
+            }
+    if table.frequency is not None:
+        moved |= {"frequency": table.frequency * units.factor(FREQUENCY), "force": table.force}
+    work = FreeDecayWork(sweep.problem, table.duration, **moved, steps=table.steps)
+    modes = NonlinearModesWork(**modes_settings(asked, ModesTable())) if table.modes else None
+    beside = "" if modes is None else f", beside {counted(len(modes.modes), 'nonlinear mode')}"
+    summary = f"{work.duration:g} s of free decay in {work.steps} steps{beside}"
 
-    work: FreeDecayWork
-    modes: NonlinearModesWork | None
-    sweep: ForcedResponseSettings | None
-
-    @classmethod
-    def of(cls, asked: Asked) -> FreeDecayPlan:
-        """The plan of a study."""
-        table, units = FreeDecayTable.model_validate(asked.tables[TABLE]), asked.units
-        problem = sweep_of(asked).problem
-        moved: dict[str, Any] = {}
-        for key, dimension in (("displacement", LENGTH), ("velocity", VELOCITY)):
-            given: dict[str, float] = getattr(table, key)
-            if given:
-                turned = replace(dimension, length=0)  # rotations are in rad whatever the length
-                moved[key] = {
-                    dof: value * units.factor(turned if dof.rpartition(".")[2] in ROTATIONS else dimension)
-                    for dof, value in given.items()
-                }
-        if table.frequency is not None:
-            moved |= {"frequency": table.frequency * units.factor(FREQUENCY), "force": table.force}
-        work = FreeDecayWork(problem, table.duration, **moved, steps=table.steps)
-        modes = NonlinearModesWork(**modes_settings(asked, ModesTable())) if table.modes else None
-        return cls(work, modes, sweep_of(asked) if table.phase_resonance else None)
-
-    @property
-    def summary(self) -> str:
-        beside = "" if self.modes is None else f", beside {counted(len(self.modes.modes), 'nonlinear mode')}"
-        return f"{self.work.duration:g} s of free decay in {self.work.steps} steps{beside}"
-
-    @property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.work}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        """The decay by itself."""
-        return self.work.gathered(results[""]).dataset
-
-    def searched(
-        self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
-    ) -> xr.Dataset:
+    def search(work: FreeDecayWork, arrays: Sequence[Arrays], *how: Any) -> "xr.Dataset":
         """The decay with the modes, and with the phase resonance, over the amplitudes that it passes at the first output."""
-        dataset = self.dataset(results)
+        dataset = work.gathered(arrays).dataset
         amplitude = dataset["amplitude"].values[0]
         passed = amplitude[np.isfinite(amplitude) & (amplitude > 0.0)]
         if not passed.size:
             return dataset
         ends = float(passed.min()) / BEYOND, float(passed.max()) * BEYOND
-        if self.modes is not None:
-            work = replace(self.modes, amplitude=ends)
-            modes = work.dataset(all_cases(work, checkpoint, workers, progress))
-            dataset = beside_modes(dataset, with_decays(modes, work.problem))
-        if self.sweep is not None:
-            dataset = beside_phase_resonance(dataset, self._phase_resonance(self.sweep, ends))
-        return dataset
+        if modes is not None:
+            over = replace(modes, amplitude=ends)
+            dataset = beside_modes(dataset, with_decays(over.dataset(all_cases(over, *how)), over.problem))
+        return beside_phase_resonance(dataset, _phase_resonance(sweep, ends)) if table.phase_resonance else dataset
 
-    def _phase_resonance(self, sweep: ForcedResponseSettings, ends: tuple[float, float]) -> xr.Dataset:
-        """The test at 90° over amplitudes of the first output."""
-        band = Band(min(sweep.frequencies), max(sweep.frequencies))
-        fineness: dict[str, Any] = {} if sweep.harmonics == "auto" else {"harmonics": sweep.harmonics, "samples": sweep.samples}
-        amplitudes = np.geomspace(*ends, AMPLITUDES).tolist()
-        return phase_resonance(sweep.problem, band, amplitudes, quantity="displacement", **fineness).dataset
+    return Works(work, summary, search=search)
+
+
+def _phase_resonance(sweep: ForcedResponseSettings, ends: tuple[float, float]) -> "xr.Dataset":
+    """The test at 90° over amplitudes of the first output."""
+    band = Band(min(sweep.frequencies), max(sweep.frequencies))
+    fineness: dict[str, Any] = {} if sweep.harmonics == "auto" else {"harmonics": sweep.harmonics, "samples": sweep.samples}
+    amplitudes = np.geomspace(*ends, AMPLITUDES).tolist()
+    return phase_resonance(sweep.problem, band, amplitudes, quantity="displacement", **fineness).dataset
 
 
 KIND = Kind(
-    FreeDecayPlan.of,
+    plan,
     {TABLE: FreeDecayTable},
     required=(TABLE,),
     checks={TABLE: checked},

@@ -6,7 +6,7 @@ from pydantic import Field, Tag
 
 from stickslip.analyses.modes.nonlinear_modes import LimitCyclesWork
 from stickslip.study.analyses.nonlinear_modes import FORMS, modes_settings, modes_summary
-from stickslip.study.analysis import Asked, Kind, OneWork
+from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import by_form, check_of, table_of
 from stickslip.support.checks import counted
 
@@ -24,12 +24,12 @@ LimitCyclesTable = table_of(
 )
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """The limit cycles of the modes of a problem."""
     work = LimitCyclesWork(**modes_settings(asked, asked.tables.get(TABLE, LimitCyclesTable())))
     work.refuse_amplitudes()
     ratios = counted(len(work.ratios), "aerodynamic damping", "values of the aerodynamic damping")
-    return OneWork(work, f"{modes_summary(work)}; limit cycles at {ratios}")
+    return Works(work, f"{modes_summary(work)}; limit cycles at {ratios}")
 
 
 KIND = Kind(

@@ -14,7 +14,7 @@ from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, OneWork, summary_of
+from stickslip.study.analysis import Asked, Kind, Works, summary_of
 from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
 from stickslip.study.further_curves import FatigueTable, fatigue_of, recovery_of
 from stickslip.support.checks import Faults, InputError, counted
@@ -71,7 +71,7 @@ def checked_sweep(table: Any) -> None:
         raise Faults(faults)
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """One mistuned disk, or a population."""
     sweep, table = sweep_of(asked), MistuningTable.model_validate(asked.tables["mistuned_population"])
     disk = sweep.problem
@@ -94,7 +94,7 @@ def plan(asked: Asked) -> OneWork:
     )
     summary = f"{summary_of(sweep)} a sector; {counted(work.count, 'mistuned disk')} of {disk.sectors} sectors"
     fatigue = fatigue_of(asked, recovery_of(asked), with_blade_fatigue)
-    return OneWork(work, summary, partial(_gathered, fatigue=fatigue))
+    return Works(work, summary, partial(_gathered, fatigue=fatigue))
 
 
 def _gathered(work: PopulationWork, results: Sequence[Arrays], fatigue: Callable[[xr.Dataset], xr.Dataset] | None) -> xr.Dataset:

@@ -8,7 +8,7 @@ from stickslip.analyses.modes.work import Modes, NonlinearModesWork
 from stickslip.model.problem import Problem
 from stickslip.solve.balance.fourier import in_words
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, OneWork
+from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import LENGTH, Table, check_of, in_si, table_of
 from stickslip.study.further_curves import ModeNumbers
 from stickslip.study.tables import Ends
@@ -29,11 +29,11 @@ ModesTable = table_of(
 )
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """The nonlinear modes of a problem."""
     work, levels = NonlinearModesWork(**modes_settings(asked, asked.tables.get(TABLE, ModesTable()))), sweep_of(asked).levels
     work.refuse_amplitudes()
-    return OneWork(work, modes_summary(work), lambda work, arrays: work.dataset(arrays, levels))
+    return Works(work, modes_summary(work), lambda work, arrays: work.dataset(arrays, levels))
 
 
 def modes_settings(asked: Asked, table: Table) -> dict[str, Any]:

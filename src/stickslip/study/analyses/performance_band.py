@@ -7,7 +7,7 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.performance.curve import BandSettings, band_dataset
 from stickslip.analyses.variability.bounds import refuse_discs
 from stickslip.study.analyses.performance_curve import Points, at_ratios, ordered, sweep_over_a_band
-from stickslip.study.analysis import Asked, Kind, OneWork, summary_of, taken_over
+from stickslip.study.analysis import Asked, Kind, Works, summary_of, taken_over
 from stickslip.study.contacts import RuleOrRules
 from stickslip.study.fields import FORCE, Positive, table_of
 from stickslip.study.tables import Ends
@@ -22,7 +22,7 @@ BandTable = table_of(
 )
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """The band of a performance curve over the start states."""
     sweep = sweep_over_a_band(asked)
     refuse_discs(sweep.problem)
@@ -34,7 +34,7 @@ def plan(asked: Asked) -> OneWork:
 
     low, *_, high = ratios = given["force_ratio"]
     summary = f"{summary_of(sweep)}; band of the performance curve at {len(ratios)} F_C/F_E, {low:g} to {high:g}"
-    return OneWork(lambda: settings().bounds, summary, lambda _, arrays: band_dataset(settings(), arrays))
+    return Works(lambda: settings().bounds, summary, lambda _, arrays: band_dataset(settings(), arrays))
 
 
 KIND = Kind(

@@ -10,7 +10,7 @@ from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, OneWork, summary_of, taken_over
+from stickslip.study.analysis import Asked, Kind, Works, summary_of, taken_over
 from stickslip.study.fields import FORCE, Positive, Table, Units, check_of, in_si, table_of
 from stickslip.study.tables import Ends
 from stickslip.support.checks import MOST, InputError, counted, fault
@@ -39,7 +39,7 @@ def checked(table: Any) -> None:
     check_of(PerformanceWork)(table)
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """A performance curve for each friction coefficient."""
     sweep = sweep_over_a_band(asked)
     settings = at_ratios(asked.tables["performance_curve"], asked.units) | {"band": sweep.band}
@@ -50,7 +50,7 @@ def plan(asked: Asked) -> OneWork:
     low, *_, high = ratios = settings["force_ratio"]
     words = f"{counted(len(settings['friction'] or [0]), 'performance curve')} of {counted(len(ratios), 'point')}"
     summary = f"{summary_of(sweep)}; {words}, F_C/F_E {low:g} to {high:g}"
-    return OneWork(work, summary, lambda work, arrays: gathered(work, arrays).dataset)
+    return Works(work, summary, lambda work, arrays: gathered(work, arrays).dataset)
 
 
 def sweep_over_a_band(asked: Asked) -> ForcedResponseSettings:

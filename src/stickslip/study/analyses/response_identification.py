@@ -36,6 +36,9 @@ FACTORS = ("kt", "kn", "mu", "preload", "damping", "mass", "stiffness")
 WITHOUT = {"kn": "A contact has kn where it has a normal direction and its law a stiffness kn; else leave it out."}
 """Remedies for factors on what no contact has."""
 
+OF_THE_FIT = ("start_states", "rule", "share", "start_deviation", "leave_one_out", "tries", "seed", "evaluations")
+"""Keys that the fit takes as they are."""
+
 ColumnName = Literal["frequency", "amplitude", "real", "imaginary", "phase", "force"]
 Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
 
@@ -305,8 +308,9 @@ class ResponseIdentificationPlan(Plan):
     def tests(self) -> list[MeasuredResponse]:
         """The curves, each with its settings."""
         table, names = self.table, list(self.sweep.problem.output_names)
-        about: dict[str, Any] = {"held": table.held, "error": table.error, "of_largest": table.of_largest}
-        about |= {"free_gain": table.free_gain, "free_phase": table.free_phase}
+        about: dict[str, Any] = {
+            name: getattr(table, name) for name in ("held", "error", "of_largest", "free_gain", "free_phase")
+        }
         about["output"] = 0 if table.output is None else names.index(table.output)
         tests = measured_curves(table, self.folder, **about)
         own, joints = table.settings or [{} for _ in tests], table.joints or [""] * len(tests)
@@ -353,14 +357,7 @@ class ResponseIdentificationPlan(Plan):
             self.problem_of(),
             free_parameters(table),
             [self._thinned(test) for test in self.band],
-            start_states=table.start_states,
-            rule=table.rule,
-            share=table.share,
-            start_deviation=table.start_deviation,
-            leave_one_out=table.leave_one_out,
-            tries=table.tries,
-            seed=table.seed,
-            evaluations=table.evaluations,
+            **{name: getattr(table, name) for name in OF_THE_FIT},
             harmonics=base.harmonics,
             samples=base.samples,
         )

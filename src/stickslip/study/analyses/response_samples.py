@@ -1,21 +1,18 @@
 """Responses from many start states in a study: the table [response_samples]."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache, partial
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.settings import ForcedResponseSettings
 from stickslip.analyses.variability.samples import Law, SamplesWork, named_law
 from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan, summary_of, taken_over
+from stickslip.study.analysis import Asked, Kind, Works, summary_of, taken_over
 from stickslip.study.contacts import RuleOrRules
 from stickslip.study.fields import Number, check_of, in_si, table_of
 from stickslip.support.checks import MOST, InputError, fault
@@ -57,43 +54,26 @@ def checked(table: Any) -> None:
     law_of(table)
 
 
-@dataclass(frozen=True, eq=False)
-class SamplesPlan(Plan):
-    """Curves from sampled start states."""
+def plan(asked: Asked) -> Works:
+    """Curves from sampled start states; every key of the table has a default."""
+    table, sweep = asked.tables.get("response_samples", SamplesTable()), sweep_of(asked)
+    given = in_si(table, asked.units)
+    if given["points"] and sweep.listed:
+        raise InputError("[response_samples]: points must go with a band, but [sweep] at lists the frequencies. Leave one out.")
+    settings = {name: given[name] for name in ("method", "rule", "share", "seed")}
+    settings |= {"starts": given["count"], "distribution": law_of(table)}
+    base = cache(partial(ForcedResponseWork.of, replace(sweep, isolated=False)))
 
-    sweep: ForcedResponseSettings
-    settings: Mapping[str, Any]
-    points: int | None
+    def work() -> SamplesWork:
+        where = sweep.band
+        if given["points"] and isinstance(where, Band):
+            where = np.linspace(where.low, where.high, given["points"]).tolist()
+        return SamplesWork(**taken_over(base()), band=where, force=base().levels, **settings)
 
-    @classmethod
-    def of(cls, asked: Asked) -> SamplesPlan:
-        """The plan of a study; every key of its table has a default."""
-        table, sweep = asked.tables.get("response_samples", SamplesTable()), sweep_of(asked)
-        given = in_si(table, asked.units)
-        if given["points"] and sweep.listed:
-            raise InputError(
-                "[response_samples]: points must go with a band, but [sweep] at lists the frequencies. Leave one out."
-            )
-        settings = {name: given[name] for name in ("method", "rule", "share", "seed")}
-        return cls(sweep, settings | {"starts": given["count"], "distribution": law_of(table)}, given["points"])
+    def gathered(work: SamplesWork, arrays: Sequence[Arrays]) -> "xr.Dataset":
+        return work.gathered(arrays).dataset.assign_attrs(harmonics_chosen=base().choice)
 
-    @property
-    def summary(self) -> str:
-        return summary_of(self.sweep)
-
-    @cached_property
-    def base(self) -> ForcedResponseWork:
-        return ForcedResponseWork.of(replace(self.sweep, isolated=False))
-
-    @cached_property
-    def works(self) -> Mapping[str, SamplesWork]:
-        where, base = self.sweep.band, self.base
-        if self.points and isinstance(where, Band):
-            where = np.linspace(where.low, where.high, self.points).tolist()
-        return {"samples": SamplesWork(**taken_over(base), band=where, force=base.levels, **self.settings)}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.works["samples"].gathered(results["samples"]).dataset.assign_attrs(harmonics_chosen=self.base.choice)
+    return Works(work, summary_of(sweep), gathered)
 
 
-KIND = Kind(SamplesPlan.of, {"response_samples": SamplesTable}, checks={"response_samples": checked}, without=("peak_tolerance",))
+KIND = Kind(plan, {"response_samples": SamplesTable}, checks={"response_samples": checked}, without=("peak_tolerance",))

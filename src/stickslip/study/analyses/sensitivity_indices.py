@@ -11,7 +11,7 @@ from stickslip.analyses.performance.sensitivity_indices import MOST_DRAWS, Draws
 from stickslip.model.contact.point import Contact, SliderOffset
 from stickslip.model.problem import Problem
 from stickslip.study.analyses.performance_curve import sweep_over_a_band
-from stickslip.study.analysis import Asked, Kind, OneWork, summary_of, taken_over
+from stickslip.study.analysis import Asked, Kind, Works, summary_of, taken_over
 from stickslip.study.fields import LENGTH, Table, in_si, table_of
 from stickslip.study.tables import Ends, Two
 from stickslip.support.checks import InputError, fault
@@ -69,7 +69,7 @@ def ranges(table: Any) -> dict[str, list[float]]:
     return found
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """Peaks at drawn values, and the indices that follow."""
     sweep, table = sweep_over_a_band(asked), asked.tables["sensitivity_indices"]
     if len(sweep.levels) != 1:
@@ -86,7 +86,7 @@ def plan(asked: Asked) -> OneWork:
         make, band = Varied(shared.pop("problem")), Band(min(sweep.frequencies), max(sweep.frequencies))
         return DrawsWork(make, box, band, base.levels[0], draws=values["draws"], seed=values["seed"], **shared)
 
-    return OneWork(work, f"{summary_of(sweep)}; {values['draws'] * (len(box) + 2)} problems for {', '.join(box)}", gathered)
+    return Works(work, f"{summary_of(sweep)}; {values['draws'] * (len(box) + 2)} problems for {', '.join(box)}", gathered)
 
 
 TABLE = "sensitivity_indices"

@@ -16,7 +16,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.readers.read import read_content
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, OneWork, summary_of
+from stickslip.study.analysis import Asked, Kind, Works, summary_of
 from stickslip.study.fields import STIFFNESS, Number, Positive, Table, by_form
 from stickslip.support.checks import Array, InputError, counted, fault, positive, unique
 from stickslip.support.units import Band
@@ -50,7 +50,7 @@ def band_of(table: SpeedSweepTable) -> Band:
     return Band(min(table.engine_orders) * low / 60.0, max(table.engine_orders) * high / 60.0)
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """A curve for each engine order and force level."""
     sweep, table = sweep_of(asked), SpeedSweepTable.model_validate(asked.tables["speed_sweep"])
     positive("[speed_sweep]: reference_speed", table.reference_speed)
@@ -63,7 +63,7 @@ def plan(asked: Asked) -> OneWork:
 
     about = summary_of(replace(sweep, samples=samples_for(problem, table.engine_orders, sweep.samples)))
     summary = f"{about}; {counted(len(table.engine_orders), 'engine order')} from {low:g} to {high:g} rev/min"
-    return OneWork(work, summary, content=problem.fingerprint, condition=f"at {table.reference_speed:g} rev/min")
+    return Works(work, summary, content=problem.fingerprint, condition=f"at {table.reference_speed:g} rev/min")
 
 
 def _stiffness_at_rest(table: SpeedSweepTable, problem: Problem, asked: Asked) -> Array | None:

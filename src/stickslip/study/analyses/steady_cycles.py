@@ -4,7 +4,7 @@ from typing import Annotated
 
 from stickslip.analyses.damper_alone.cycle import SteadyCyclesWork
 from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable, Steps, rig_and_motion, suitable
-from stickslip.study.analysis import Asked, Kind, OneWork
+from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import LENGTH, Positive, in_si, table_of
 from stickslip.support.checks import counted
 
@@ -17,12 +17,12 @@ SliderStartsTable = table_of(
 )
 
 
-def plan(asked: Asked) -> OneWork:
+def plan(asked: Asked) -> Works:
     """Every steady cycle that the initial states lead to."""
     settings = in_si(asked.tables.get("steady_cycles") or SliderStartsTable(), asked.units)
     work = SteadyCyclesWork(*rig_and_motion(asked), starts=settings.pop("count"), **settings)
     words = f"{work.rig.title}, {counted(work.starts, 'initial state')}, {work.steps} steps a cycle"
-    return OneWork(work, words, content=work.motion.digest)
+    return Works(work, words, content=work.motion.digest)
 
 
 KIND = Kind(

@@ -1,19 +1,17 @@
 """Stepped sine in a study: the table [stepped_sine], over the frequencies of [sweep], and the harmonic balance beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Annotated
+from dataclasses import replace
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.stepped_sine import SteppedSineWork, beside_balance
-from stickslip.runs.work import Arrays, Work
+from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import check_of, table_of, values_of
 from stickslip.support.checks import counted, fault
 from stickslip.support.late import xr
@@ -47,44 +45,30 @@ SteppedSineTable = table_of(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class SteppedSinePlan(Plan):
+def plan(asked: Asked) -> Works:
     """The dwells, and the steady response beside them."""
+    table, sweep = asked.tables[TABLE], sweep_of(asked)
+    count, back, balance = (getattr(table, key) for key in ("count", "back", "balance"))
+    if sweep.listed and count is not None:
+        raise fault(f"[{TABLE}]: count", "must go with a band, but [sweep] lists its frequencies (`at`)", count)
+    f = sweep.frequencies
+    forth = list(f) if sweep.listed else np.linspace(f[0], f[-1], COUNT if count is None else count).tolist()
+    order = forth + forth[-2::-1] if back else forth
+    work = SteppedSineWork(sweep.problem, order, **values_of(SteppedSineWork, table))
+    summary = f"stepped sine in time, {counted(work.dwell, 'period')} at each of {len(work.frequencies)} frequencies"
+    if not balance:
+        return Works(work, summary)
+    steady = ForcedResponseWork.of(replace(sweep, band=order, force=work.force))
+    return Works({"": work, STEADY: steady}, f"{summary}, compared with the harmonic balance", _beside)
 
-    work: SteppedSineWork
-    steady: ForcedResponseWork | None
 
-    @classmethod
-    def of(cls, asked: Asked) -> SteppedSinePlan:
-        """The plan of a study."""
-        table, sweep = asked.tables[TABLE], sweep_of(asked)
-        count, back, balance = (getattr(table, key) for key in ("count", "back", "balance"))
-        if sweep.listed and count is not None:
-            raise fault(f"[{TABLE}]: count", "must go with a band, but [sweep] lists its frequencies (`at`)", count)
-        f = sweep.frequencies
-        forth = list(f) if sweep.listed else np.linspace(f[0], f[-1], COUNT if count is None else count).tolist()
-        order = forth + forth[-2::-1] if back else forth
-        work = SteppedSineWork(sweep.problem, order, **values_of(SteppedSineWork, table))
-        beside = replace(sweep, band=order, force=work.force)
-        return cls(work, ForcedResponseWork.of(beside) if balance else None)
-
-    @property
-    def summary(self) -> str:
-        periods = counted(self.work.dwell, "period")
-        beside = "" if self.steady is None else ", compared with the harmonic balance"
-        return f"stepped sine in time, {periods} at each of {len(self.work.frequencies)} frequencies{beside}"
-
-    @property
-    def works(self) -> Mapping[str, Work]:
-        return {"": self.work, **({} if self.steady is None else {STEADY: self.steady})}
-
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        marched = self.work.gathered(results[""]).dataset
-        return marched if self.steady is None else beside_balance(marched, self.steady.gathered(results[STEADY]).dataset)
+def _beside(works: Mapping[str, Any], arrays: Mapping[str, Sequence[Arrays]]) -> "xr.Dataset":
+    dwells, steady = (works[name].gathered(arrays[name]).dataset for name in ("", STEADY))
+    return beside_balance(dwells, steady)
 
 
 KIND = Kind(
-    SteppedSinePlan.of,
+    plan,
     {TABLE: SteppedSineTable},
     required=(TABLE,),
     checks={TABLE: check_of(SteppedSineWork)},

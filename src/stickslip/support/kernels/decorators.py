@@ -7,8 +7,6 @@ its signatures are known, and a law that no contact has is never compiled. Of ke
 also be chosen by its number while the caller runs (`numbered`): the caller then need not know them when it is compiled.
 """
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import inspect
@@ -46,7 +44,7 @@ def uncompiled(function: _Function) -> _Function:
     return function.py_func  # type: ignore[attr-defined, no-any-return]
 
 
-_SEPARATE: dict[Any, list[_Separate]] = {}
+_SEPARATE: "dict[Any, list[_Separate]]" = {}
 """The separate kernels, one for each signature, by what stands for them in the kernels that call them."""
 
 

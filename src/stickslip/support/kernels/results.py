@@ -5,8 +5,6 @@ result: it unpickles the class of each array and calls that of each named tuple,
 ends with a segmentation fault. A boxed result is made without running Python code; the Ctrl-C then meets the caller.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from numba import types

@@ -18,8 +18,6 @@ and beside them
     valanis   that of `stickslip.model.contact.valanis`, whose shape κ goes from dahl to jenkins
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
@@ -149,7 +147,7 @@ def law_force(loop: ContactLoop, law: SingleLoad) -> Array:
     return np.asarray(found.y[0] + kt[0] * u[0])
 
 
-def _sliders(weights: Callable[[Array], Array]) -> LoopForce:
+def _sliders(weights: Callable[[Array], Array]) -> "LoopForce":
     return lambda loop, kt, mu, shape: steady_force(loop, kt, mu, weights(shape))
 
 

@@ -1,7 +1,5 @@
 """Contact law, stiffness and friction from the measured loops of one contact: over all loops, and cycle by cycle."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
@@ -90,12 +88,12 @@ class ContactLawWork:
         """Mean normal load [N]."""
         return float(np.mean([loop.load for loop in self.loops]))
 
-    def changed(self, change: Callable[[fit.ContactLoop], fit.ContactLoop], said: str, *notes: str) -> ContactLawWork:
+    def changed(self, change: Callable[[fit.ContactLoop], fit.ContactLoop], said: str, *notes: str) -> "ContactLawWork":
         """A copy with every loop changed, and what is said of it."""
         loops, single = (tuple(map(change, several)) for several in (self.loops, self.single))
         return replace(self, loops=loops, single=single, removed=(*self.removed, said), notes=(*self.notes, *notes))
 
-    def in_time(self, lag: float) -> ContactLawWork:
+    def in_time(self, lag: float) -> "ContactLawWork":
         """A copy whose forces are earlier by a share of the period."""
         if abs(lag) > fit.LONGEST:
             raise fault("lag", f"must be between {-fit.LONGEST:g} and {fit.LONGEST:g} of a period", lag)
@@ -104,12 +102,12 @@ class ContactLawWork:
         said = f"The force is taken {lag:.2%} of a period earlier than recorded."
         return self.changed(lambda loop: replace(loop, force=fit.advanced(np.asarray(loop.force), lag)), said)
 
-    def with_friction(self, load: Array, friction: Array) -> ContactLawWork:
+    def with_friction(self, load: Array, friction: Array) -> "ContactLawWork":
         """A copy whose loops have the loads under which the coefficient of the mean load gives the same friction."""
         mean = float(np.interp(self.load, load, load * friction)) / self.load
         return replace(self, loops=tuple(fit.under_friction(loop, load, friction / mean) for loop in self.loops))
 
-    def corrected(self) -> ContactLawWork:
+    def corrected(self) -> "ContactLawWork":
         """A copy whose displacements are those of the contact alone, u − F/k_rig, without what the rig yields."""
         rig = self.rig_stiffness
         if rig is None:
