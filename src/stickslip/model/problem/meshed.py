@@ -38,7 +38,7 @@ def meshed_problem(
     spread = {f"rotation/{k}.load": force for k, force in enumerate(forces) if isinstance(force, CentrifugalLoad)}
     along = [force.coefficients for force in spread.values()]
 
-    def told(text: str) -> None:
+    def counted_report(text: str) -> None:
         report(f"{counted(len(contacts), 'contact')}: {text}")
 
     structure = replace(structure, directions=dict(zip(spread, structure.rows(along).toarray(), strict=True)))
@@ -48,7 +48,7 @@ def meshed_problem(
     others = [each.direction for name in ("mean_springs", "dashpots") for each in more.get(name, ())]
     named = _named(structure, [*directions, *loads, *others])
     rows = structure.rows(directions)
-    stuck = StuckMesh(structure, rows, stuck_stiffness(contacts), structure.rows([*loads, *along]), modes_to, told)
+    stuck = StuckMesh(structure, rows, stuck_stiffness(contacts), structure.rows([*loads, *along]), modes_to, counted_report)
     known = stuck.new_forces(stuck.first_shapes, stuck.forces_of_modes)
     mesh = Mesh(stuck, named, known, stuck.coordinates(known))
     few = stuck.structure_on(mesh.coordinates, named)
