@@ -2,9 +2,11 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from stickslip.solve.peaks.climb import _bracket, _next
+from stickslip.solve.balance.balance import Point
+from stickslip.solve.peaks.climb import NoPeakError, SolvedPeak, _bracket, _next, followed
 
 
 def sample(s, amplitude, slope):
@@ -36,3 +38,24 @@ def test_slopes_without_a_top_between_them_halve_the_way(slopes):
 @pytest.mark.parametrize(("slope", "way"), [(0.02, 0.01), (-0.02, -0.01)])
 def test_one_sample_alone_takes_newtons_step_uphill(slope, way):
     assert _next(sample(1.0, 0.0, slope), None, -2.0, 1, 1e-6) == pytest.approx(1.0 + way, rel=1e-12)
+
+
+def test_a_peak_is_followed_by_a_quarter_first_and_after_a_failure_the_same_step_is_taken_again():
+    """The solver arrives where the predicted frequency, of a peak at 1 + share² rad/s, is less than 0.2 rad/s off."""
+    tried = []
+
+    def peak(share):
+        point = Point(np.zeros((1, 3)), 1.0 + share**2, 1.0)
+        return SolvedPeak(SimpleNamespace(point=point), 1.0, -1.0, 0.0, None, 1, 0)
+
+    def solver_at(share):
+        def from_near(start, plane):
+            tried.append(share)
+            if abs(start.omega - 1.0 - share**2) > 0.2:
+                raise NoPeakError("too far")
+            return peak(share)
+
+        return SimpleNamespace(from_near=from_near)
+
+    assert followed(solver_at, peak(0.0)).omega == 2.0
+    assert tried == [0.25, 0.75, 0.5, 0.75, 1.0]

@@ -114,3 +114,22 @@ def test_a_body_that_one_contact_holds_is_at_rest_although_stuck_contacts_would_
     dataset = ss.forced_response(problem, [20.0], force=1e-3, harmonics=3).dataset
     assert float(dataset.amplitude[0, 0, 0]) == pytest.approx(5.98825e-9, rel=1e-4)
     assert float(dataset.response[0, 0, 0, 0, 0]) == pytest.approx(7.16717e-5, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("start", "forces"),
+    [
+        (ss.SliderOffset(0.5), [4.0 * (3.0 - 0.5) / 5.0, 6.0]),
+        (ss.TractionRatio(-0.5), [-0.5 * 0.4 * 6.0, 6.0]),
+        (ss.MeanTraction(0.7), [0.7, 6.0]),
+    ],
+    ids=["offset", "ratio", "mean"],
+)
+def test_what_a_contact_carries_at_rest_follows_from_its_start_state(start, forces):
+    """x + T = 3 along, 0.5 y + N = p across with N = 2 y = 6: T = 4 (x − s), or m μN, or the mean traction."""
+    structure = ss.Structure(np.eye(2), np.diag([1.0, 0.5]), ("1.x", "1.y"))
+    pad = ss.Contact("pad", ss.Macroslip(4.0, 0.4, 2.0), ({"1.x": 1.0},), {"1.y": 1.0}, start)
+    loads = (ss.Force("1.x", 1.0, static=3.0), ss.Force("1.y", 0.0, static=7.5))
+    rest = at_rest(ss.Problem(structure, (pad,), loads, ("1.x",)))
+    np.testing.assert_allclose(rest.forces, forces, rtol=1e-12)
+    np.testing.assert_allclose(rest.motion, [3.0 - forces[0], 3.0], rtol=1e-12)

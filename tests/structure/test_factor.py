@@ -174,8 +174,10 @@ def test_the_memory_of_a_factor_is_said_before_it_is_made(free, monkeypatch):
         found = Factor(held, said.append)
     (sentence,) = said
     assert sentence.startswith(f"factorising the stiffness of {held.shape[0]} rows by MKL PARDISO, ")
-    assert float(sentence.rpartition(", ")[2].removesuffix(" GiB")) == pytest.approx(found.megabytes / 1024.0, rel=0.3)
-    monkeypatch.setattr(machine, "memory", lambda: 1000)
+    own, whole = (float(words.partition(" GiB")[0]) for words in sentence.split(", ")[1:])
+    assert own == pytest.approx(found.megabytes / 1024.0, rel=0.3)
+    assert whole == pytest.approx(own + machine.taken() / 2**30, rel=0.1)
+    monkeypatch.setattr(machine, "memory", lambda: machine.taken() + 1000)
     with pytest.raises(ss.InputError, match=r"must fit into .* the machine's memory, but is .* coarser mesh"):
         Factor(held)
 

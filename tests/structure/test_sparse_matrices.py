@@ -7,6 +7,7 @@ from scipy import sparse
 
 from stickslip.model.structure.cyclic import sector_chain
 from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.sparse import symmetric_sparse
 from stickslip.support.checks import InputError
 
 DOFS = ("1.x", "2.x", "3.x")
@@ -54,3 +55,12 @@ def test_damping_set_later_and_couplings_of_a_sector_may_be_sparse():
 def test_wrong_sparse_matrices_are_refused(matrix, message):
     with pytest.raises(InputError, match=message):
         Structure(M, matrix, DOFS)
+
+
+def test_what_was_checked_is_not_checked_again_and_its_copy_is():
+    checked = symmetric_sparse("K", np.array([[2.0, -1.0], [-1.0, 2.0]]))
+    assert symmetric_sparse("K", checked) is checked
+    copy = checked.copy()
+    copy.data[1] = -3.0
+    with pytest.raises(InputError, match="K must be symmetric"):
+        symmetric_sparse("K", copy)

@@ -8,7 +8,9 @@ from typer.testing import CliRunner
 import stickslip as ss
 from stickslip.cli import app
 from stickslip.results.files import open_results
-from stickslip.study import read, structure
+from stickslip.solve.continuation.continuation import first_point, trace
+from stickslip.study import read, run_time, structure
+from stickslip.support import machine
 
 SWEEP = STUDY.replace('"iwan"', '"macroslip"').replace(
     "frequency = [400.0, 700.0]", "frequency = [480.0, 620.0]\nforce_levels = [0.3, 1.0]\nharmonics = 3"
@@ -63,6 +65,25 @@ def test_a_check_from_the_mesh_says_what_one_with_rows_says(folder, from_mesh, m
         assert job.sweep.problem.frequencies(stuck)[:8] == pytest.approx(whole.sweep.problem.frequencies(stuck)[:8], rel=1e-3)
     warned = [{note for note in each.notes if note.startswith("Warning")} for each in (job, whole)]
     assert warned[0] == warned[1]
+
+
+def test_memory_of_a_run_is_said_and_refused_where_the_machine_has_less(folder, from_mesh, monkeypatch):  # noqa: F811
+    """Of a point count the arrays that a solved one keeps; a second process takes as much again."""
+    (folder / "check.toml").write_text(SWEEP)
+    job, taken = read(folder / "check.toml"), 3 << 30
+    balance = job.plan.works[""].balance
+    point = next(trace(balance, first_point(balance, 3200.0, 0.3), "omega", 3300.0))
+    state, metric = point.evaluation.state, point.metric
+    rows, columns = state.residual.shape
+    arrays = {id(a): a.nbytes for a in (*state[:-1], *point.tangent[:2], metric.weight) if a.shape[1:] == (columns,)}
+    assert sum(arrays.values()) == pytest.approx(run_time.KEPT * 8 * rows * columns, rel=0.05)
+    assert state.own.size + state.by_omega.size == 0
+    monkeypatch.setattr(machine, "taken", lambda: taken)
+    monkeypatch.setattr(machine, "memory", lambda: 5 << 30)
+    whole = taken + run_time.POINTS * run_time.KEPT * 8 * rows * columns
+    assert run_time.run_memory(job) == f"It takes about {whole / 2**30:.2g} GiB of memory in 1 process."
+    with pytest.raises(ss.InputError, match=r"contact rows .* in 2 processes must fit into 5 GiB, but is '6 GiB'.* --workers"):
+        run_time.run_memory(job, 8)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 from math import lcm
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -52,7 +52,7 @@ from stickslip.analyses.solved_points import (
     with_shapes,
 )
 from stickslip.analyses.stability import flags, judged, stability_warning, with_stability
-from stickslip.analyses.static_history import history_change, opened
+from stickslip.analyses.static_history import Seated, history_change, opened, seated_balance
 from stickslip.analyses.stress import Equivalent, own_recovery, stress, with_fatigue, with_stress
 from stickslip.analyses.time_response import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
@@ -702,6 +702,12 @@ class ForcedResponseWork(OneBalance):
         """What to say of contacts that the static load leaves open."""
         return opened(self.problem, min(self.settings.frequencies), max(self.settings.frequencies))
 
+    @cached_property
+    def seated_at(self) -> Callable[[float], Seated]:
+        """`seated_balance` at a frequency, rad/s: found once for all levels where the static load is that of all frequencies."""
+        found = lru_cache(maxsize=1)(partial(seated_balance, self.balance))
+        return lambda omega: found(0.0 if self.problem.speed is None else omega)
+
     @property
     def finer_problem(self) -> FinerProblem:
         """What `finer` has more."""
@@ -746,7 +752,7 @@ class ForcedResponseWork(OneBalance):
             finer, by_finer = {OWN_FORCES.variable: change}, OWN_FORCES.warning(names, change)
             springs = len(self.problem.mean_springs) - len(self.settings.problem.mean_springs)
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
-        history, by_history, unsought = history_change(self.balance, curve, measure)
+        history, by_history, unsought = history_change(self.balance, curve, measure, self.seated_at)
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
             self._other_motion(curve),

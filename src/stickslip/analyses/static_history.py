@@ -13,6 +13,8 @@ other history is another offset of each slider, and a peak is followed while all
 bounds: between and beyond them lie all other start states (`response_bounds`).
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from stickslip.analyses.response_dataset import levels_are_newtons
@@ -82,11 +84,18 @@ def opened(problem: Problem, low: float, high: float) -> str:
     return ""
 
 
-def history_change(balance: HarmonicBalance, curve: Curve, measure: Measure) -> tuple[Array, str, str]:
+Seated = tuple[HarmonicBalance, Array, Array] | str
+"""What `seated_balance` finds."""
+
+
+def history_change(
+    balance: HarmonicBalance, curve: Curve, measure: Measure, seated_at: Callable[[float], Seated]
+) -> tuple[Array, str, str]:
     """The relative change of each output (outputs,) at its highest peak in the other history; a warning where one is large; why
     none is known. Both sentences are empty where there is nothing to say.
 
-    NaN for outputs without a peak, and where the histories do not differ or the other one is not known.
+    seated_at: `seated_balance` at a frequency, rad/s. NaN for outputs without a peak, and where the histories do not differ or
+    the other one is not known.
     """
     names, rows = balance.problem.output_names, balance.rows
     changes, words = np.full(len(names), np.nan), [""] * len(names)
@@ -95,7 +104,7 @@ def history_change(balance: HarmonicBalance, curve: Curve, measure: Measure) -> 
         if not (curve.peaks and curve.peaks[output]):
             continue
         if not any(same_motion(peak, known) for known, _ in found):
-            other = seated_balance(balance, peak.point.omega)
+            other = seated_at(peak.point.omega)
             if isinstance(other, str):
                 return changes, "", other
             found.append((peak, _peak(balance, *other, output, peak, measure)))
@@ -121,7 +130,7 @@ def history_change(balance: HarmonicBalance, curve: Curve, measure: Measure) -> 
     return changes, words[worst] or next(filter(None, words), ""), ""
 
 
-def seated_balance(balance: HarmonicBalance, omega: float) -> tuple[HarmonicBalance, Array, Array] | str:
+def seated_balance(balance: HarmonicBalance, omega: float) -> Seated:
     """The balance, on coordinates of a mesh that show it, and of all friction elements whether their sliders begin at rest, and
     where the static load at a frequency seats them, u₀ [m]; or why there is none.
     """

@@ -108,7 +108,7 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Check a study without computing its curves, and list all its errors. Exit code 2 if there are any."""
-    from stickslip.study.run_time import estimated_seconds, model_summary, run_time
+    from stickslip.study.run_time import estimated_seconds, model_summary, run_memory, run_time
 
     if as_json:
         check_as_json(study, show)
@@ -119,6 +119,8 @@ def check(
         say(sentence)
     if time := run_time(job, estimated_seconds(job)):
         say(time)
+    if memory := run_memory(job):
+        say(memory)
     if show:
         say(f"Wrote {written_model(job, study)}: open it in a browser.")
 
@@ -165,7 +167,7 @@ def run(
     first is computed. Exit code 3 if a curve is incomplete."""
     from stickslip.runs.cases import Processes
     from stickslip.study.run import Run
-    from stickslip.study.run_time import BRIEF, WORTH_SAYING, estimated_seconds, run_time, stays_long
+    from stickslip.study.run_time import BRIEF, WORTH_SAYING, estimated_seconds, run_memory, run_time, stays_long
 
     jobs = read_jobs(studies)
     times = {name: estimated_seconds(job) for name, job in jobs.items()}
@@ -178,6 +180,8 @@ def run(
         seconds = times[name]
         if seconds is not None and seconds > WORTH_SAYING:
             say(run_time(job, seconds))
+        if memory := run_memory(job, at_once):
+            say(memory)
     carry_out(Run(jobs, folder, resume, executor), figures)
 
 

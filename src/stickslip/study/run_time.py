@@ -26,7 +26,8 @@ from stickslip.solve.continuation.continuation import first_point, trace
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.curves.curve import HELD_BY_FRICTION, held_by_friction_alone
 from stickslip.study.analysis import Plan
-from stickslip.support.checks import Array, counted, first_of
+from stickslip.support import machine
+from stickslip.support.checks import Array, counted, fault, first_of
 from stickslip.support.kernels.cache import nothing_is_kept
 from stickslip.support.units import Band, UnitSystem
 
@@ -149,6 +150,26 @@ def run_time(job: Job, seconds: float | None) -> str:
     cure = " Fewer contact points (`points`) and harmonics shorten it most." if seconds > MANY_SECONDS else ""
     what = f"{counted(population.count, 'mistuned disk')}{few}"
     return f"Computing {what} takes {words} of one core, by a rough estimate from a few points of the tuned disk.{cure}"
+
+
+KEPT = 6
+"""Arrays (contact rows, 2H+1) that a point of a curve keeps: contact forces, motion, residual, tangent of both, scales."""
+
+
+def run_memory(job: Job, processes: int = 1) -> str:
+    """A sentence on the memory of all curves on a finite-element model whose contacts are many, refused where the machine has
+    less: of each process what this one has with the model, and the points of a curve. Empty for other studies."""
+    if job.sweep is None or not _has_curves(job) or job.sweep.problem.mesh is None:
+        return ""
+    harmonics = _with_harmonics(job.sweep, job.plan).harmonics
+    columns = 2 * (AUTOMATIC if isinstance(harmonics, str) else harmonics if isinstance(harmonics, int) else len(harmonics)) + 1
+    rows, processes = len(job.sweep.problem.contact_stiffness), min(processes, _curves(job))
+    whole = processes * (machine.taken() + POINTS * KEPT * 8.0 * rows * columns)
+    needed, there = (f"{size / 2**30:.2g} GiB" for size in (whole, machine.memory()))
+    if whole > machine.memory():
+        what = f"The memory of {rows} contact rows with their model in {counted(processes, 'process', 'processes')}"
+        raise fault(what, f"must fit into {there}", needed, "Take fewer contacts (`points`), harmonics or --workers.")
+    return f"It takes about {needed} of memory in {counted(processes, 'process', 'processes')}."
 
 
 def _in_words(seconds: float) -> str:

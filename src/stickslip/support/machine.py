@@ -2,8 +2,9 @@
 
 import os
 import sys
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from threadpoolctl import ThreadpoolController
@@ -12,12 +13,27 @@ UNKNOWN = 8 << 30
 """Bytes where the system does not say."""
 
 
+LIMITS = [Path("/sys/fs/cgroup", name) for name in ("memory.max", "memory/memory.limit_in_bytes")]
+"""Where Linux says what a container may take, in both versions of control groups."""
+
+
 def memory() -> int:
-    """The machine's memory, bytes."""
+    """The machine's memory, or what a container has of it, bytes."""
     try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+        least = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):
-        return UNKNOWN
+        least = UNKNOWN
+    for file in LIMITS:
+        with suppress(OSError, ValueError):  # without a limit the file says "max"
+            least = min(least, int(file.read_text()))
+    return least
+
+
+def taken() -> int:
+    """The memory that this process has now, bytes; 0 where the system does not say."""
+    with suppress(OSError, IndexError, ValueError):
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    return 0
 
 
 def one_blas_thread() -> AbstractContextManager[Any]:

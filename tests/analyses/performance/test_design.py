@@ -255,7 +255,7 @@ def test_a_peak_is_followed_to_a_drawn_start_state_where_no_curve_of_it_can_be_s
     monkeypatch.setattr(worst_case._Search, "_climbed", lambda *_: None)
     monkeypatch.setattr(worst_case, "followed", without(1))
     failed, followed = worst()
-    assert shares == [1.0, 0.5, 1.0]
+    assert shares == [0.25, 0.125, 0.25, 0.5, 1.0]
     assert failed == ()
     assert followed == pytest.approx(leapt, rel=60.0 / 128**2)
     monkeypatch.setattr(worst_case, "followed", without(np.inf))

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.model.contact.law import FrictionElements, NormalElements
-from stickslip.model.contact.point import Contact, MeanTraction, SliderOffset, TractionRatio
+from stickslip.model.contact.point import Contact, SliderOffset, contact_table, remembering
+from stickslip.model.contact.protocol import MEAN, OFFSET, RATIO
 from stickslip.support.checks import Array
 
 if TYPE_CHECKING:
@@ -39,25 +39,24 @@ places do not depend on the first."""
 
 
 class State(NamedTuple):
-    """Of a contact at rest: by tangential direction, of each friction element 0 where it sticks, else the sign of its force; and
-    which bends of its limit lie below it; which normal elements are closed.
+    """Of contacts at rest: of each friction element 0 where it sticks, else the sign of its force; which bends of the limits lie
+    below them; which normal elements are closed.
     """
 
-    slips: list[Array]
-    passed: list[NDArray[np.bool_]]
+    slips: Array
+    passed: NDArray[np.bool_]
     closed: NDArray[np.bool_]
 
     def same(self, other: State) -> bool:
-        pairs = zip((*self.slips, *self.passed, self.closed), (*other.slips, *other.passed, other.closed), strict=True)
-        return all(np.array_equal(one, two) for one, two in pairs)
+        return all(np.array_equal(one, two) for one, two in zip(self, other, strict=True))
 
 
 class Rest(NamedTuple):
-    """Contacts at rest: their motion w and forces f by their rows, (rows,), m and N, and the state of each."""
+    """Contacts at rest: their motion w and forces f by their rows, (rows,), m and N, and their state."""
 
     motion: Array
     forces: Array
-    states: list[State]
+    state: State
 
 
 def at_rest(problem: Problem) -> Rest | None:
@@ -104,32 +103,18 @@ def normal_loads_at_rest(problem: Problem) -> dict[str, float]:
 def open_stiffness(problem: Problem, rest: Rest) -> Array:
     """The share of K_c that is open at rest, N/m, (rows,): of normal elements, and of friction elements that these alone load.
     What touches without load is not."""
-    shares: list[float] = []
-    for contact, rows, state in zip(problem.contacts, _rows(problem.contacts), rest.states, strict=True):
-        normal = contact.elements.normal
-        if normal is not None:
-            pressed = normal.stiffness * rest.motion[rows][-1]
-            closed = pressed + normal.constant >= -LOOSE * (np.abs(pressed) + np.abs(normal.constant))
-            state = state._replace(closed=closed)
-        shares += [float(group.stiffness[~_loaded(group, state)].sum()) for group in contact.elements.friction]
-        shares += [] if normal is None else [float(normal.stiffness[~state.closed].sum())]
-    return np.array(shares)
+    elements = _Elements(problem.contacts)
+    table, pressed = elements.table, elements.pressed(rest.motion)
+    constant = table.normal_constant
+    closed = pressed >= -LOOSE * (np.abs(pressed - constant) + np.abs(constant))
+    return elements.by_row(table.stiffness * ~elements.loaded(closed), table.normal_stiffness * ~closed)
 
 
 def at_friction_limit(problem: Problem, rest: Rest) -> list[str]:
     """The names of contacts of which loaded friction elements stand at their limit at rest."""
-    return [
-        contact.name
-        for contact, state in zip(problem.contacts, rest.states, strict=True)
-        if any(np.any(signs[_loaded(group, state)]) for group, signs in zip(contact.elements.friction, state.slips, strict=True))
-    ]
-
-
-def _loaded(group: FrictionElements, state: State) -> NDArray[np.bool_]:
-    """The friction elements of a direction that have a limit at all: a normal element closed that loads them, or one of their
-    own."""
-    closed = np.concatenate([[0], np.cumsum(state.closed)])
-    return np.asarray((closed[group.last] > closed[group.first]) | (group.constant_limit > 0.0))
+    elements = _Elements(problem.contacts)
+    slips = elements.by_row((rest.state.slips != 0.0) & elements.loaded(rest.state.closed), 0.0)
+    return [contact.name for contact, rows in zip(problem.contacts, _rows(problem.contacts), strict=True) if np.any(slips[rows])]
 
 
 def _rows(contacts: Sequence[Contact]) -> list[slice]:
@@ -145,6 +130,68 @@ def begins(contact: Contact) -> list[bool]:
     return [*(sliding and each for each in virgin), *[False] * (contact.normal is not None)]
 
 
+class _Elements:
+    """The springs and sliders of contacts, side by side."""
+
+    def __init__(self, contacts: Sequence[Contact]) -> None:
+        self.table = table = contact_table(contacts)
+        self.row = np.repeat(np.arange(table.rows), np.diff(table.friction_first))
+        self.normal_row = np.repeat(table.normal_row, np.diff(table.normal_first))
+        self.of_bend = np.repeat(np.arange(self.row.size), np.diff(table.bend_first))
+        ends = np.cumsum(table.load_last - table.load_first)
+        loads = np.repeat(table.load_last - ends, table.load_last - table.load_first) + np.arange(ends[-1] if ends.size else 0)
+        sizes = self.row.size, self.normal_row.size
+        self.loads: Any = sparse.csr_array((np.ones(loads.size), loads, np.append(0, ends)), shape=sizes)
+        """Which normal elements load a friction element."""
+        remembers = remembering(contacts)
+        self.slides, self.ratio, self.mean = (remembers & (table.start_kind == kind) for kind in (OFFSET, RATIO, MEAN))
+
+    def pressed(self, w: Array) -> Array:
+        """The force of each normal element at a motion w (rows,) if it could pull, N."""
+        return np.asarray(self.table.normal_stiffness * w[self.normal_row] + self.table.normal_constant)
+
+    def loaded(self, closed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """The friction elements that have a limit at all: a normal element closed that loads them, or one of their own."""
+        return np.asarray((self.loads @ closed > 0.0) | (self.table.constant_limit > 0.0))
+
+    def line(self, loads: Array) -> Array:
+        """μ Σ N + L0 of each friction element for forces of the normal ones, N."""
+        return np.asarray(self.table.friction * (self.loads @ loads) + self.table.constant_limit)
+
+    def over_bends(self, values: Array) -> Array:
+        """Sums over the bends of each friction element."""
+        return np.asarray(np.bincount(self.of_bend, values, self.row.size), dtype=float)
+
+    def by_row(self, friction: ArrayLike, normal: ArrayLike) -> Array:
+        """Sums over the elements of each row."""
+        own, springs = (np.broadcast_to(each, row.shape) for each, row in ((friction, self.row), (normal, self.normal_row)))
+        sums = np.bincount(self.row, own, self.table.rows) + np.bincount(self.normal_row, springs, self.table.rows)
+        return np.asarray(sums, dtype=float)
+
+    def state(self, w: Array) -> State:
+        """At a motion of the contacts, friction elements slip whose springs would carry more than the limit; normal ones that
+        would pull are open."""
+        table, pressed = self.table, self.pressed(w)
+        line = self.line(np.maximum(pressed, 0.0))
+        beyond = np.maximum(line[self.of_bend] - table.bend, 0.0)
+        limits = np.maximum(line + self.over_bends(table.change * beyond), 0.0)
+        carried = table.stiffness * (w[self.row] - table.start_value)
+        slips = np.where(self.slides & (np.abs(carried) > limits), np.sign(carried), 0.0)
+        return State(slips, beyond > 0.0, pressed > 0.0)
+
+    def linear(self, state: State) -> tuple[Array, Array, Array]:
+        """The forces of contacts in a state, f = s w + s' z + f₀ with z of the own contact: s, s', f₀ (rows,)."""
+        table, closed = self.table, state.closed
+        line, change = self.line(table.normal_constant * closed), np.where(state.passed, table.change, 0.0)
+        limits = line + self.over_bends(change * (line[self.of_bend] - table.bend))
+        steep = table.friction * (self.loads @ (table.normal_stiffness * closed)) * (1.0 + self.over_bends(change))
+        ratios = np.where(self.ratio, table.start_value, state.slips)
+        stuck = np.where(self.slides & (state.slips == 0.0), table.stiffness, 0.0)
+        given = ratios * limits - stuck * table.start_value + np.where(self.mean, table.start_value, 0.0)
+        own = self.by_row(stuck, table.normal_stiffness * closed)
+        return own, self.by_row(ratios * steep, 0.0), self.by_row(given, table.normal_constant * closed)
+
+
 class _AtRest:
     """The equilibrium of a problem under its static loads, contacts in given states.
 
@@ -153,30 +200,26 @@ class _AtRest:
 
     def __init__(self, problem: Problem, seating: bool = False) -> None:
         system = problem.systems.at(0)
-        self.contacts, self.load = problem.contacts, problem.static_load
+        self.elements, self.load = _Elements(problem.contacts), problem.static_load
         self.B, self.K = system.B, system.without_contacts(problem.contact_stiffness)
-        self.rows = _rows(self.contacts)
-        self.free = np.array([seating and each for contact in self.contacts for each in begins(contact)], dtype=bool)
+        self.free = np.array([seating and each for contact in problem.contacts for each in begins(contact)], dtype=bool)
         self.seat, self.sliders = SEATING * problem.contact_stiffness, np.zeros(self.free.size)
 
     def found(self) -> NDArray[Any] | None:
         """The motion (n,) at rest."""
-        stuck = []
-        for contact in self.contacts:
-            slips = [np.zeros(group.stiffness.size) for group in contact.elements.friction]
-            normal = contact.elements.normal
-            passed = [np.zeros(group.bend.shape, dtype=bool) for group in contact.elements.friction]
-            stuck.append(State(slips, passed, np.ones(0 if normal is None else normal.stiffness.size, dtype=bool)))
+        table = self.elements.table
+        closed = np.ones(table.normal_stiffness.size, dtype=bool)
+        stuck = State(np.zeros(table.stiffness.size), np.zeros(table.bend.size, dtype=bool), closed)
         motion = self.equilibrium(stuck)
         for _ in range(ROUNDS):
             if motion is None:
                 return None
-            states = self.states(motion)
-            target = self.equilibrium(states)
+            state = self.state(motion)
+            target = self.equilibrium(state)
             if target is None:
                 motion = self.beyond(motion, stuck)
                 continue
-            if all(one.same(other) for one, other in zip(states, self.states(target), strict=True)):
+            if state.same(self.state(target)):
                 return target
             # On the way contacts may change their states, for which the step is too long: it must bring a tenth of its promise.
             share, left = 1.0, self.left_over(motion)
@@ -187,45 +230,40 @@ class _AtRest:
 
     def rest(self, motion: NDArray[Any]) -> Rest:
         """The contacts at a motion (n,)."""
-        w, states = (self.B @ motion).real, self.states(motion)
-        S, constant = self.linear(states)
-        return Rest(w, np.concatenate([w[:0], *(s @ w[r] for s, r in zip(S, self.rows, strict=True))]) + constant, states)
+        w, state = (self.B @ motion).real, self.state(motion)
+        own, by_normal, constant = self.linear(state)
+        return Rest(w, own * w + by_normal * w[self.elements.table.loading_row] + constant, state)
 
-    def states(self, motion: NDArray[Any]) -> list[State]:
-        w = (self.B @ motion).real
-        return [_state(contact, w[rows]) for contact, rows in zip(self.contacts, self.rows, strict=True)]
+    def state(self, motion: NDArray[Any]) -> State:
+        return self.elements.state((self.B @ motion).real)
 
-    def linear(self, states: list[State]) -> tuple[list[Array], Array]:
-        """S of each contact and f₀ (rows,) of contacts in these states."""
-        matrices, constant = [], np.zeros(self.B.shape[0])
-        for contact, rows, state in zip(self.contacts, self.rows, states, strict=True):
-            S, constant[rows] = _linear(contact, state)
-            free = self.free[rows]
-            S[free], constant[rows] = 0.0, np.where(free, -self.seat[rows] * self.sliders[rows], constant[rows])
-            matrices.append(S + np.diag(np.where(free, self.seat[rows], 0.0)))
-        return matrices, constant
+    def linear(self, state: State) -> tuple[Array, Array, Array]:
+        """s, s' and f₀ of contacts in a state, (rows,)."""
+        own, by_normal, constant = self.elements.linear(state)
+        own, by_normal = np.where(self.free, self.seat, own), np.where(self.free, 0.0, by_normal)
+        return own, by_normal, np.where(self.free, -self.seat * self.sliders, constant)
 
-    def equilibrium(self, states: list[State]) -> NDArray[Any] | None:
-        """The motion (n,) at which contacts of these states carry the loads; None where they do not hold the structure."""
-        S, constant = self.linear(states)
-        return _solved(self.stiffness(S), self.load - self.B.conj().T @ constant)
+    def equilibrium(self, state: State) -> NDArray[Any] | None:
+        """The motion (n,) at which contacts in a state carry the loads; None where they do not hold the structure."""
+        own, by_normal, constant = self.linear(state)
+        return _solved(self.stiffness(own, by_normal), self.load - self.B.conj().T @ constant)
 
-    def beyond(self, motion: NDArray[Any], stuck: list[State]) -> NDArray[Any] | None:
+    def beyond(self, motion: NDArray[Any], stuck: State) -> NDArray[Any] | None:
         """A motion nearer to equilibrium than one at which the states of contacts do not hold the structure.
 
         On the step of stuck contacts what is unbalanced works against it, ever less, and after a change of states with it: the
         length is that from which on it does, between two powers of two. None where it never does.
         """
-        step = _solved(self.stiffness(self.linear(stuck)[0]), -self.unbalanced(motion))
+        step = _solved(self.stiffness(*self.linear(stuck)[:2]), -self.unbalanced(motion))
         for _ in range(ROUNDS):
             if step is None or np.vdot(step, self.unbalanced(motion + step)).real >= 0.0:
                 return None if step is None else motion + step
             step = 2.0 * step
         return None
 
-    def stiffness(self, contacts: list[Array]) -> NDArray[Any]:
-        """K + Bᵀ S B (n, n), of the S of each contact."""
-        pressed = np.vstack([np.zeros_like(self.B[:0]), *(S @ self.B[r] for S, r in zip(contacts, self.rows, strict=True))])
+    def stiffness(self, own: Array, by_normal: Array) -> NDArray[Any]:
+        """K + Bᵀ S B (n, n), of s and s' of the contacts."""
+        pressed = own[:, None] * self.B + by_normal[:, None] * self.B[self.elements.table.loading_row]
         return np.asarray(self.K + self.B.conj().T @ pressed)
 
     def unbalanced(self, motion: NDArray[Any]) -> NDArray[Any]:
@@ -245,52 +283,6 @@ def _solved(stiffness: NDArray[Any], load: NDArray[Any]) -> NDArray[Any] | None:
             return np.asarray(linalg.solve(stiffness, load))
         except (linalg.LinAlgError, linalg.LinAlgWarning):
             return None
-
-
-def _linear(contact: Contact, state: State) -> tuple[Array, Array]:
-    """S and f₀ of a contact, by its directions."""
-    size, normal = len(contact.directions), contact.elements.normal
-    S, constant = np.zeros((size, size)), np.zeros(size)
-    if normal is not None:
-        S[-1, -1], constant[-1] = normal.stiffness[state.closed].sum(), normal.constant[state.closed].sum()
-    for t, (start, group, signs) in enumerate(zip(contact.starts, contact.elements.friction, state.slips, strict=True)):
-        if not contact.law.remembers_start:
-            continue
-        values = start.values(group.stiffness.size)
-        if isinstance(start, MeanTraction):
-            constant[t] += values.sum()
-            continue
-        ratios = values if isinstance(start, TractionRatio) else signs
-        at_zero, at_one = (group.limits(_loads(normal, z, state.closed), state.passed[t]) for z in (0.0, 1.0))
-        S[t, -1] += ratios @ (at_one - at_zero)
-        constant[t] += ratios @ at_zero
-        if not isinstance(start, TractionRatio):
-            stuck = np.where(signs == 0.0, group.stiffness, 0.0)
-            S[t, t] += stuck.sum()
-            constant[t] -= stuck @ values
-    return S, constant
-
-
-def _loads(normal: NormalElements | None, z: float, closed: NDArray[np.bool_]) -> Array:
-    """The force of each normal element at normal displacement z, linear in z, N."""
-    return np.zeros(0) if normal is None else np.where(closed, normal.stiffness * z + normal.constant, 0.0)
-
-
-def _state(contact: Contact, w: Array) -> State:
-    """At a displacement of the contact, friction elements slip whose springs would carry more than the limit; normal ones that
-    would pull are open.
-    """
-    normal = contact.elements.normal
-    closed = np.zeros(0, dtype=bool) if normal is None else normal.forces(w[-1]) > 0.0
-    slips, loads = [], _loads(normal, w[-1], closed)
-    for t, (start, group) in enumerate(zip(contact.starts, contact.elements.friction, strict=True)):
-        signs = np.zeros(group.stiffness.size)
-        if contact.law.remembers_start and not isinstance(start, TractionRatio | MeanTraction):
-            limits = np.maximum(group.limits(loads), 0.0)
-            carried = group.stiffness * (w[t] - start.values(signs.size))
-            signs = np.where(np.abs(carried) > limits, np.sign(carried), 0.0)
-        slips.append(signs)
-    return State(slips, [group.passed(loads) for group in contact.elements.friction], closed)
 
 
 LOOSE = 1e-12
@@ -408,11 +400,15 @@ def _carried(forces: list[_Forces], bodies: list[_Loose], load: Array) -> bool:
         return True
     forces = [force for force in forces if np.any(force.rows @ motions)]
     limits, over = np.concatenate([force.limits for force in forces]), np.eye(wanted.size)
-    within: Any = sparse.block_diag([sparse.csr_array(force.within) for force in forces])
-    beside: Any = sparse.hstack([within, sparse.csr_array((len(limits), 2 * wanted.size))])
+    unknowns = np.cumsum([0, *(len(force.rows) for force in forces)])
+    rows = np.cumsum([0, *(len(force.limits) for force in forces)])
+    places = np.vstack([np.argwhere(f.within) + np.array([a, b]) for f, a, b in zip(forces, rows, unknowns, strict=False)])
+    entries = np.concatenate([force.within[force.within != 0.0] for force in forces])
+    shape = limits.size, unknowns[-1] + 2 * wanted.size
+    within: Any = sparse.csr_array((entries, places.T), shape=shape)
     program = scipy.optimize.linprog(
-        np.concatenate([np.zeros(within.shape[1]), np.ones(2 * wanted.size)]),
-        A_ub=beside,
+        np.concatenate([np.zeros(unknowns[-1]), np.ones(2 * wanted.size)]),
+        A_ub=within,
         b_ub=limits / size,
         A_eq=np.hstack([np.vstack([force.rows for force in forces]).dot(motions).T, over, -over]),
         b_eq=wanted / size,

@@ -12,7 +12,7 @@ from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.problem.problem import Mesh, Problem
 from stickslip.model.structure.sparse import Report, SparseStructure
 from stickslip.model.structure.stuck_mesh import StuckMesh, quiet
-from stickslip.support.checks import Array
+from stickslip.support.checks import Array, counted
 
 
 def meshed_problem(
@@ -34,6 +34,10 @@ def meshed_problem(
     # Of a load on the whole structure only the motion along it is known, not that of each of its degrees of freedom.
     spread = {f"rotation/{k}.load": force for k, force in enumerate(forces) if isinstance(force, CentrifugalLoad)}
     along = [force.coefficients for force in spread.values()]
+
+    def counted_report(text: str) -> None:
+        report(f"{counted(len(contacts), 'contact')}: {text}")
+
     structure = replace(structure, directions=dict(zip(spread, structure.rows(along).toarray(), strict=True)))
     loads = [force.coefficients for force in forces if not isinstance(force, CentrifugalLoad)]
     loads += [contact.normal for contact in contacts if contact.balanced and contact.normal is not None]
@@ -41,7 +45,7 @@ def meshed_problem(
     others = [each.direction for name in ("mean_springs", "dashpots") for each in more.get(name, ())]
     named = _named(structure, [*directions, *loads, *others])
     rows = structure.rows(directions)
-    stuck = StuckMesh(structure, rows, stuck_stiffness(contacts), structure.rows([*loads, *along]), modes_to, report)
+    stuck = StuckMesh(structure, rows, stuck_stiffness(contacts), structure.rows([*loads, *along]), modes_to, counted_report)
     known = stuck.new_forces(stuck.first_shapes, stuck.forces_of_modes)
     mesh = Mesh(stuck, named, known, stuck.coordinates(known))
     few = stuck.structure_on(mesh.coordinates, named)

@@ -305,7 +305,7 @@ def _checked(matrices: Mapping[str, Any], file: str, names: Sequence[str]) -> di
     checked, faults = {}, []
     entries = max(int(getattr(matrix, "nnz", np.size(matrix))) for matrix in matrices.values())
     try:
-        check_names(names)
+        check_names(tuple(names))
     except InputError as error:
         faults.append(str(error))
     for letter, matrix in matrices.items():

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -230,8 +230,9 @@ def freedoms(dofs: Sequence[str]) -> str:
     return f"{checks.counted(len(dofs), 'degree of freedom', 'degrees of freedom')} ({listed})"
 
 
-def check_names(dofs: Sequence[str]) -> None:
-    """Names of degrees of freedom are different, can be written, and say node and direction."""
+@lru_cache(maxsize=8)
+def check_names(dofs: tuple[str, ...]) -> None:
+    """Names of degrees of freedom are different, can be written, and say node and direction; those of copies are known."""
     for dof in dofs:
         checks.storable("A name in dofs", dof)
         if not all(dof.rpartition(".")[::2]):

@@ -119,12 +119,14 @@ class Pardiso:
         return float(self._solver.get_iparm(KEPT_KIB) + self._solver.get_iparm(FACTOR_KIB)) / 1024.0
 
     def _within_memory(self, report: Report) -> None:
-        """Say what the factor will take, and refuse what the machine does not have, before hours of swapping."""
-        rows, needed, there = self._upper.shape[0], self.mebibytes / 1024.0, machine.memory() / 2**30
+        """Say what the factor will take, and refuse what the machine does not have beside what is taken, before hours of
+        swapping."""
+        rows, own = self._upper.shape[0], self.mebibytes / 1024.0
+        needed, there = own + machine.taken() / 2**30, machine.memory() / 2**30
         if needed > there:
-            what = f"The factor of the stiffness of {rows} rows"
+            what = f"The factor of the stiffness of {rows} rows, {own:.1f} GiB, with what is taken already,"
             raise fault(what, f"must fit into {there:.1f} GiB, the machine's memory", f"{needed:.1f} GiB", REMEDY)
-        report(f"factorising the stiffness of {rows} rows by {self.name}, {needed:.2g} GiB")
+        report(f"factorising the stiffness of {rows} rows by {self.name}, {own:.2g} GiB, {needed:.2g} GiB in all")
 
     def solve(self, loads: Array) -> Array:
         """A⁻¹ loads, for loads (n,) or (n, loads)."""

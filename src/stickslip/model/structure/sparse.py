@@ -6,6 +6,7 @@ A structure whose matrices stay sparse: a finite-element model that its contacts
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
+from weakref import WeakValueDictionary
 
 import numpy as np
 from scipy import sparse
@@ -43,8 +44,18 @@ def with_short_indices(matrix: _Compressed) -> _Compressed:
     return matrix
 
 
+_symmetric: WeakValueDictionary[int, Sparse] = WeakValueDictionary()
+"""The matrices that `symmetric_sparse` returned, by their identity."""
+
+
 def symmetric_sparse(what: str, matrix: Any, tolerance: float = 1e-8) -> Sparse:
-    """`matrix` as a finite square equal to its transpose within `tolerance` of its largest entry; returned exactly symmetric."""
+    """`matrix` as a finite square equal to its transpose within `tolerance` of its largest entry; returned exactly symmetric.
+
+    One that was returned is returned as it is: copies of structures check their matrices again.
+    """
+    known = _symmetric.get(id(matrix))
+    if known is not None and known is matrix:
+        return known
     stored = square_sparse(what, matrix)
     gap = sparse.coo_array(stored - stored.T)
     scale = float(np.max(np.abs(stored.data), initial=0.0))
@@ -57,7 +68,8 @@ def symmetric_sparse(what: str, matrix: Any, tolerance: float = 1e-8) -> Sparse:
             f"{what}[{row}, {column}] = {stored[row, column]:g} against {what}[{column}, {row}] = {stored[column, row]:g}",
             "Only one triangle stored? Fill the other; else check the export.",
         )
-    return sparse.csc_array(0.5 * (stored + stored.T)) if gap.nnz else stored
+    stored = sparse.csc_array(0.5 * (stored + stored.T)) if gap.nnz else stored
+    return _symmetric.setdefault(id(stored), stored)
 
 
 def both_triangles(what: str, matrix: Any) -> Sparse:

@@ -129,10 +129,13 @@ class Evaluation:
 
     def without_derivatives(self) -> Evaluation:
         """The same for points of a curve that are kept: the derivatives, (rows, 2H+1, 2H+1) three times, are by far the largest
-        part, 3 MB at 950 rows and H = 5, and 90 MB at H = 31. `HarmonicBalance` computes them again where they are asked for.
+        part, 3 MB at 950 rows and H = 5, and 90 MB at H = 31. `HarmonicBalance` computes them again where they are asked for,
+        with the derivative by ω.
         """
+        if not self.state.own.size:
+            return self
         none = np.empty((0, 0, 0))
-        return replace(self, state=self.state._replace(own=none, coupling=none, cross=none))
+        return replace(self, state=self.state._replace(own=none, coupling=none, cross=none, by_omega=np.empty((0, 0))))
 
     @property
     def w(self) -> Array:

@@ -86,7 +86,7 @@ class Tangent(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CurvePoint:
-    """A solved point with its tangent and metric; `length`: arc length stepped from the point before."""
+    """A solved point without its derivatives, its tangent and metric; `length`: arc length stepped from the point before."""
 
     evaluation: Evaluation
     tangent: Tangent
@@ -94,6 +94,9 @@ class CurvePoint:
     iterations: int
     active: int
     length: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "evaluation", self.evaluation.without_derivatives())
 
     @property
     def point(self) -> Point:

@@ -135,9 +135,7 @@ class Steps:
     def _solved(self, stepped: Stepped, distance: float) -> CurvePoint:
         """The point that a step led to."""
         found = stepped.found
-        evaluation = Evaluation(
-            Point(found.state.forces, found.omega, found.level), self.balance.table, found.state
-        ).without_derivatives()
+        evaluation = Evaluation(Point(found.state.forces, found.omega, found.level), self.balance.table, found.state)
         size = int(found.bordered.offsets[-1])
         return CurvePoint(evaluation, stepped.tangent, stepped.metric, found.iterations, size, distance)
 

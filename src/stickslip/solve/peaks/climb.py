@@ -265,13 +265,14 @@ class PeakSolver:
         return _Sample(s, size, float(slope), forces, omega, evaluation)
 
 
-SHORTEST = 1.0 / 32.0
-"""The shortest step of a problem that changes, as a share of the whole change, before its peak counts as lost."""
+FIRST, SHORTEST = 0.25, 1.0 / 32.0
+"""The first and the shortest step of a problem that changes, as shares of the whole change. A failed step takes up to eight times
+as long as one that arrives, and three of these cover the change."""
 
 
 def followed(solver_at: Callable[[float], PeakSolver], known: SolvedPeak) -> SolvedPeak | None:
     """The known peak followed while its problem changes, from share 0 to 1 of the change; None where it is lost."""
-    done, step, failed = 0.0, 1.0, False
+    done, step, failed = 0.0, FIRST, False
     last, before = 0.0, known
     while done < 1.0:
         share = min(done + step, 1.0)
