@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from typer.testing import CliRunner
 
 import stickslip as ss
+from stickslip.analyses.reached import reached
 from stickslip.cli.app import app
 from stickslip.results.quantities import words_of_flags
 from stickslip.show.report.responses import sentences
@@ -81,8 +83,9 @@ def test_no_sweep_reaches_a_detached_curve():
     assert words_of_flags(kept.dataset.reached, kept.dataset.reached.values[1]) == ["not reached"] * 3
     assert words_of_flags(kept.dataset.reached, kept.dataset.reached.values[0]) == ["not reached", "reached", "not reached"]
     said = [line for line in sentences(kept.dataset) if "reached" in line]
-    assert "is reached by a slow sweep up; not reached from rest or by a slow sweep down." in said[0]
-    assert said[1].endswith(f"a disturbance has to exceed {table.next_lower[1]:.4g} m, roughly.")
+    assert "is reached by a slow sweep up, neither from rest nor by a slow sweep down." in said[0]
+    assert "is reached neither from rest nor by a slow sweep up nor by a slow sweep down; is left to disturbances" in said[1]
+    assert f"which have to exceed {table.next_lower[1]:.4g} m there" in said[1]
     assert any("[reached]" in line for line in sentences(found.dataset))
 
 
@@ -93,7 +96,9 @@ def test_what_time_integration_does_not_settle_is_not_known(hardening):
     assert table.sweep_up.tolist() == [True, True]  # no fold comes before the peak
     assert table.sweep_down.tolist() == [None, None]  # where it begins is not known
     said = [line for line in sentences(hardening.with_reached(steps_per_period=200, periods=2).dataset) if "reached" in line]
-    assert "is reached by a slow sweep up; not known from rest: not periodic after 2 periods at 0.16107 Hz" in said[0]
+    assert (
+        "is reached by a slow sweep up; not known to be reached from rest: not periodic after 2 periods at 0.16107 Hz" in said[0]
+    )
 
 
 STUDY = """
@@ -127,7 +132,7 @@ def test_a_study_says_which_peaks_are_reached(tmp_path):
     command = ["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"), "--workers", "1"]
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 0, result.output
-    assert "is reached by a slow sweep up; not reached from rest or by a slow sweep down." in result.output
+    assert "is reached by a slow sweep up, neither from rest nor by a slow sweep down." in result.output
     results = ss.open_results(tmp_path / "out" / "results.nc")
     assert words_of_flags(results.reached, results.reached.values[0]) == ["not reached", "reached", "not reached"]
     assert float(results.next_lower[0]) < float(results.peak_amplitude[0, 0, 0])
@@ -139,6 +144,8 @@ def test_a_study_says_which_peaks_are_reached(tmp_path):
         ("frequency = [0.08, 0.35]", "at = [0.1, 0.2]", "must go with a band"),
         ("steps_per_period = 200", 'output = "2.x"', "must be an output, but is '2.x'"),
         ("steps_per_period = 200", "steps_per_period = 4", "steps_per_period"),
+        ("steps_per_period = 200", "steps_per_period = 10", r"steps_per_period must be more than twice the 5 harmonics"),
+        ("[reached]", "[isolated]\nperiods = 2\n[reached]", r"\[isolated\] periods must be 1 beside \[reached\]"),
     ],
 )
 def test_a_study_that_cannot_say_it_is_refused(tmp_path, before, after, words):
@@ -151,3 +158,23 @@ def test_listed_frequencies_are_refused():
     listed = ss.forced_response(oscillator(), [0.16], 0.1, harmonics=3, samples=64)
     with pytest.raises(InputError, match="must be asked of a response over a band"):
         listed.reached()
+
+
+def test_a_curve_that_passes_its_peak_twice_has_one_motion_there(hardening):
+    """Of light damping a curve may go over the same resonance again: neither is below the other, and a sweep passes both."""
+    dataset = hardening.dataset.isel(case=[0])
+    twice = xr.concat([dataset, dataset], "point", data_vars="minimal", coords="minimal")
+    problem = hardening.problem
+    once = reached(dataset, problem, 0, 200, 2000, None)
+    again = reached(twice, problem, 0, 200, 2000, None)
+    assert again[["from_rest", "sweep_up", "sweep_down"]].values.tolist() == [[True, True, True]]
+    assert np.isnan(again.next_lower[0])
+    assert np.isnan(once.next_lower[0])
+
+
+def test_what_a_curve_that_breaks_off_reaches_is_not_known():
+    found = response(oscillator(), (0.5, 0.8), 0.02, isolated=False)
+    found.dataset["case_outcome"].values[0] = 2
+    (line,) = (line for line in sentences(found.with_reached(steps_per_period=200).dataset) if "known to be reached" in line)
+    assert "the largest motion, no peak, at" in line
+    assert line.endswith("is not known to be reached: the curve ends before a peak.")

@@ -207,6 +207,8 @@ def _followed(curve: SolvedCurve, evaluation: Evaluation) -> Followed:
     return replace(found, points=[replace(turned[0], length=0.0), *turned[1:]])
 
 
+APART = "apart from the sweep"
+
 FREQUENCIES = 4
 """Frequencies evenly inside the band, and as many more beside the lowest fold."""
 
@@ -356,8 +358,8 @@ class LevelCurves:
         bounded = np.isfinite(sustained(self.curve.balance.problem, self.curve.band[1], 1.0)).any()
         reach = f"{'the largest vibration that damping lets it sustain or ' if bounded else ''}{FARTHEST:g} times this level"
         found = self.isolated.found
-        led = f"{counted(len(found), 'curve')} apart from the sweep" if found else "no motion that the sweep does not pass"
-        short = f" At {self._hertz(self.lost)} the search ended before." if self.lost else ""
+        led = f"{counted(len(found), 'curve')} {APART}" if found else "no motion that the sweep does not pass"
+        short = f" At {self._hertz(self.lost)} it could not be followed that far." if self.lost else ""
         met = f"{led} {'were' if len(found) > 1 else 'was'} met"
         return f"Detached curves were sought at {self._hertz(list(self.fold))}, up to {reach}: {met}.{short}"
 

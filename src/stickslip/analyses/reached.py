@@ -23,6 +23,7 @@ from stickslip.results.view import band_of, converged_points, highest_peak, is_l
 from stickslip.solve.time.march import TimeStart, from_harmonics
 from stickslip.support.checks import Array, InputError
 from stickslip.support.late import pd, xr
+from stickslip.support.outcome import Outcome
 
 SAME = 0.2
 """Relative distance of a motion in time from the nearest one of a curve up to which they are one: in resonance 500 steps a period
@@ -105,15 +106,24 @@ class MotionsOfLevel:
     def from_rest(self, peak: Place) -> bool | None:
         """Whether the motion that begins at rest at the frequency of a peak ends on it, or next to it on its curve."""
         place = self.settled("from_rest", float(self.frequency[peak.case][peak.point]))
-        return None if place is None else place.case == peak.case and abs(place.point - peak.point) <= 1
+        beside = place is not None and place.case == peak.case and abs(place.point - peak.point) <= 1
+        return None if place is None else beside or self.passes({place}, peak)
+
+    def passes(self, passed: set[Place], peak: Place) -> bool:
+        """Whether the points that a sweep passes have the motion of a peak, which a curve may pass more than once."""
+        f, X = self.frequency[peak.case], self.response[peak.case]
+        own = (k for case, k in passed if case == peak.case and abs(f[k] - f[peak.point]) <= TOLERANCE * f[peak.point])
+        return any(_apart(X[k], X[peak.point]) <= TOLERANCE for k in own)
 
     def next_lower(self, frequency: float, amplitude: float, output: int) -> float:
         """The largest |X₁| [m] at a frequency below that of a peak there, of all curves; NaN where there is none."""
         found = response_at(self.dataset.isel(case=self.cases), self.problem, [frequency], TOLERANCE)
         known = found["amplitude"].values[..., output].ravel()
         known = np.sort(known[np.isfinite(known)])
-        peak = int(np.searchsorted(known, (1.0 + TOLERANCE) * amplitude)) - 1  # at a fold the motion below is next to the peak
-        return float(known[peak - 1]) if peak > 0 else np.nan
+        # At a fold the motion below is next to the peak; a curve may also pass the peak again, to rounding.
+        known = known[known <= (1.0 + TOLERANCE) * amplitude]
+        lower = known[known < (1.0 - TOLERANCE**2) * known.max(initial=0.0)]
+        return float(lower.max()) if lower.size else np.nan
 
     def swept(self, question: str) -> tuple[set[Place], float]:
         """The points that a slow sweep through the band passes, and the frequency beyond which they are not known.
@@ -200,11 +210,14 @@ def reached(
                 "amplitude": amplitude,
                 "next_lower": motions.next_lower(peak.frequency, amplitude, output),
                 "stability": words_of_flags(dataset["highest_stability"], dataset["highest_stability"].values[case, [output]])[0],
-                "from_rest": motions.from_rest(place),
             }
+            if not peak.local and int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED:
+                rows.append(row | dict.fromkeys(("from_rest", *SWEEPS)) | {"unknown": "the curve ends before a peak"})
+                continue
+            row["from_rest"] = motions.from_rest(place)
             for question, (passed, known) in sweeps.items():
                 before = SWEEPS[question] * peak.frequency < SWEEPS[question] * known
-                row[question] = True if place in passed else False if before else None
+                row[question] = True if motions.passes(passed, place) else False if before else None
             asked = [question for question in ("from_rest", *SWEEPS) if row[question] is None]
             row["unknown"] = "; ".join(f"{question}: {motions.unknown[question]}" for question in asked)
             rows.append(row)

@@ -104,7 +104,7 @@ MORE_SAMPLES = 4
 SAME_PEAK = 1e-3
 """Peaks of several outputs within this relative distance in frequency may be one motion."""
 
-AT_POINTS, AT_PEAKS = 200, 600
+AT_POINTS, AT_PEAKS = 200, 1200
 """Unknowns up to which points, and the few highest peaks, are looked at with all harmonics that an estimate takes."""
 
 FEW_POINTS = 30

@@ -21,6 +21,7 @@ from stickslip.model import rigs
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem.speed import MOST_PERIODS
 from stickslip.model.structure.stress import FatigueLimit, StressRecovery
+from stickslip.solve.balance.fourier import Harmonics, checked_harmonics, highest
 from stickslip.solve.time.period import refuse_waves
 from stickslip.study.analysis import Asked
 from stickslip.study.fields import LENGTH, PRESSURE, Groups, Number, Positive, Table, Words, by_form, in_si, with_si
@@ -248,6 +249,12 @@ class ReachedTable(Table):
     periods: Annotated[int, Field(ge=2, le=MOST)] = 2000
     """periods after which a motion that is not yet periodic is given up"""
 
+    def refuse_few_steps(self, harmonics: Harmonics) -> None:
+        """Refuse steps that cannot show the harmonics of the curves."""
+        if self.steps_per_period <= 2 * highest(harmonics):
+            rule = f"must be more than twice the {highest(harmonics)} harmonics"
+            raise fault("[reached]: steps_per_period", rule, self.steps_per_period)
+
 
 def reached_of(asked: Asked) -> ReachedTable | None:
     """The table [reached]; refused where no sweep can be followed or motions cannot be integrated in time."""
@@ -256,7 +263,15 @@ def reached_of(asked: Asked) -> ReachedTable | None:
         return None
     if asked.sweep.listed:
         raise fault("[reached]", "must go with a band, [sweep] frequency", "listed frequencies, [sweep] at")
-    refuse_waves(asked.sweep.problem)
+    isolated = asked.tables.get("isolated")
+    if isinstance(isolated, IsolatedTable) and isolated.periods > 1:
+        raise fault("[isolated] periods", "must be 1 beside [reached]", isolated.periods)
+    if asked.sweep.harmonics != "auto":
+        table.refuse_few_steps(checked_harmonics(asked.sweep.harmonics))
+    try:
+        refuse_waves(asked.sweep.problem)
+    except InputError as error:
+        raise InputError(f"[reached]: {error}") from None
     names = asked.sweep.problem.output_names
     if table.output is not None and table.output not in names:
         raise fault("[reached]: output", "must be an output", table.output, nearest(table.output, names))

@@ -72,8 +72,10 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     heads += ["Fatigue margin"] if has_fatigue(dataset) else []
     margins = smallest_margins(dataset) if has_fatigue(dataset) else {}
     rows = [_row(dataset, case, output, len(outputs) > 1, limits, margins) for case, output in shown]
+    count = dataset.sizes["case"]
+    which = "each force level" if len(cases) == count else f"{len(cases)} of {count} curves, spread over the force levels"
     answer = table(
-        "answer-" + WORDLESS.sub("-", label), f"Highest peak{name} at each force level.", heads, rows, stacked=len(heads) > BESIDE
+        "answer-" + WORDLESS.sub("-", label), f"Highest peak{name} at {which}.", heads, rows, stacked=len(heads) > BESIDE
     )
 
     def least_certain_first(case: int) -> float:

@@ -110,16 +110,20 @@ def reached_sentences(dataset: xr.Dataset) -> list[str]:
             [words for flag, words in zip(flags, WAYS.values(), strict=True) if flag == each]
             for each in (Reached.REACHED, Reached.NOT_REACHED)
         )
-        parts = [f"is reached {', '.join(yes)}"] if yes else []
-        parts += [f"{'' if yes else 'is '}not reached {' or '.join(no)}"] if no else []
+        neither = f"{'not' if len(no) == 1 else 'neither'} {' nor '.join(no)}" if no else ""
+        parts = [f"is reached {', '.join(filter(None, (*yes, neither)))}"] if yes or no else []
         lower, reasons = dataset["next_lower"], str(dataset["reached_unknown"].values[case])
-        if not yes and np.isfinite(lower.values[case]):
+        if not yes and peak_is_unstable(dataset, case, output, peak.point):
+            parts.append("is unstable, so that no disturbance leads to it")
+        elif not yes and np.isfinite(lower.values[case]):
             smallest = view.size_text(float(lower.values[case]), lower.attrs["units"], dataset)
-            parts.append(f"a disturbance has to exceed {smallest}, roughly")
+            parts.append(f"is left to disturbances, which have to exceed {smallest} there, roughly, and may be smaller elsewhere")
+        no_way = not any(f"{question}:" in reasons for question in WAYS)
         for question, words in WAYS.items():
             reasons = reasons.replace(f"{question}:", f"{words}:")
-        parts += [f"not known {reasons}"] if reasons else []
-        sentences.append(f"{view.level_text(dataset, case)}: the peak at {hertz(peak.frequency)} Hz {'; '.join(parts)}.")
+        parts += [f"{'' if parts else 'is '}not known to be reached{':' if no_way else ''} {reasons}"] if reasons else []
+        what = "the peak" if peak.local else "the largest motion, no peak,"
+        sentences.append(f"{view.level_text(dataset, case)}: {what} at {hertz(peak.frequency)} Hz {'; '.join(parts)}.")
     return sentences
 
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from stickslip.analyses.isolated import APART
 from stickslip.analyses.stress import has_fatigue, has_gauges, has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds import detached, has_bounds
@@ -161,8 +162,8 @@ def _bounds_alone(dataset: xr.Dataset) -> bool:
 
 def isolated_sentences(dataset: xr.Dataset) -> list[str]:
     """How many isolated curves were found, and from how many starts."""
-    said = np.atleast_1d(dataset.attrs.get("isolated_search", [])).tolist()
-    more = f" Of {counted(len(said) - 1, 'more force level')} it is in the attribute `isolated_search`." if len(said) > 1 else ""
+    said = sorted(np.atleast_1d(dataset.attrs.get("isolated_search", [])).tolist(), key=lambda each: APART not in each)
+    more = f" For {counted(len(said) - 1, 'more force level')} the results hold the same." if len(said) > 1 else ""
     searched = [f"{said[0]}{more}"] if said else []
     if CurveKind.ISOLATED in kinds_in(dataset) and "reached" not in dataset:
         searched.append("Which of these motions a machine shows, from rest and by slow sweeps, is said by `[reached]`.")
@@ -184,7 +185,8 @@ def truncation_sentences(dataset: xr.Dataset) -> list[str]:
     names = tuple(str(name) for name in dataset["output"].values)
     warning = truncation_warning(of_attribute(dataset.attrs["harmonics"]), names, errors[case])
     count, unknown = int(np.count_nonzero(worst > ALLOWED)), " or unknown" if np.isinf(worst).any() else ""
-    more = f" ({count} of {len(errors)} force levels above {100.0 * ALLOWED:g} %{unknown})" if count > 1 else ""
+    curves = "force levels" if "curve_kind" not in dataset else "curves"
+    more = f" ({count} of {len(errors)} {curves} above {100.0 * ALLOWED:g} %{unknown})" if count > 1 else ""
     return [f"warning, force {float(dataset['force_level'][case]):g}: {warning}{more}"] if warning and worst[case] else []
 
 

@@ -63,6 +63,7 @@ class ForcedResponsePlan(Plan):
         self.__dict__["works"] = {name: work.with_shapes(progress) for name, work in self.works.items()}
         if self.reached is not None:
             refuse_waves(self.works[""].problem)  # few coordinates may have springs that hold mean positions
+            self.reached.refuse_few_steps(self.works[""].harmonics)
 
     def searched(
         self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
