@@ -84,8 +84,10 @@ def test_no_sweep_reaches_a_detached_curve():
     assert words_of_flags(kept.dataset.reached, kept.dataset.reached.values[0]) == ["not reached", "reached", "not reached"]
     said = [line for line in sentences(kept.dataset) if "reached" in line]
     assert "is reached by a slow sweep up, neither from rest nor by a slow sweep down." in said[0]
-    assert "is reached neither from rest nor by a slow sweep up nor by a slow sweep down; is left to disturbances" in said[1]
-    assert f"which have to exceed {table.next_lower[1]:.4g} m there" in said[1]
+    assert (
+        "is reached neither from rest nor by a slow sweep up nor by a slow sweep down; only a disturbance leads to it" in said[1]
+    )
+    assert f"of more than {table.next_lower[1]:.4g} m there" in said[1]
     assert any("[reached]" in line for line in sentences(found.dataset))
 
 

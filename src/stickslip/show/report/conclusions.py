@@ -114,10 +114,12 @@ def reached_sentences(dataset: xr.Dataset) -> list[str]:
         parts = [f"is reached {', '.join(filter(None, (*yes, neither)))}"] if yes or no else []
         lower, reasons = dataset["next_lower"], str(dataset["reached_unknown"].values[case])
         if not yes and peak_is_unstable(dataset, case, output, peak.point):
-            parts.append("is unstable, so that no disturbance leads to it")
-        elif not yes and np.isfinite(lower.values[case]):
+            parts.append("is unstable, so that no disturbance leads to it either")
+        elif len(no) == len(WAYS) and np.isfinite(lower.values[case]):
             smallest = view.size_text(float(lower.values[case]), lower.attrs["units"], dataset)
-            parts.append(f"is left to disturbances, which have to exceed {smallest} there, roughly, and may be smaller elsewhere")
+            parts.append(
+                f"only a disturbance leads to it, of more than {smallest} there, roughly, or of less at another frequency"
+            )
         no_way = not any(f"{question}:" in reasons for question in WAYS)
         for question, words in WAYS.items():
             reasons = reasons.replace(f"{question}:", f"{words}:")
