@@ -9,7 +9,7 @@ import stickslip as ss
 from stickslip.analyses.reached import reached
 from stickslip.cli.app import app
 from stickslip.results.quantities import words_of_flags
-from stickslip.show.report.responses import sentences
+from stickslip.show.report.responses import sentences, tables
 from stickslip.study import job
 from stickslip.support.checks import InputError
 
@@ -138,6 +138,9 @@ def test_a_study_says_which_peaks_are_reached(tmp_path):
     results = ss.open_results(tmp_path / "out" / "results.nc")
     assert words_of_flags(results.reached, results.reached.values[0]) == ["not reached", "reached", "not reached"]
     assert float(results.next_lower[0]) < float(results.peak_amplitude[0, 0, 0])
+    exported = tables(results)["reached"]
+    assert exported.loc[0, ["from_rest", "sweep_up", "sweep_down"]].tolist() == ["not reached", "reached", "not reached"]
+    assert exported["next_lower [m]"][0] == float(results.next_lower[0])
 
 
 @pytest.mark.parametrize(

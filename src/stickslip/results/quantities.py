@@ -228,6 +228,16 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
     return table[[*which, *names.values()]].sort_values(which, ignore_index=True)
 
 
+def reached_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """Of the highest peak of every curve, whether each way leads to it, the largest motion below it, and what is not known."""
+    columns: dict[str, Any] = {"force_level": dataset["force_level"].values}
+    columns |= {"curve": words_of_flags(dataset["curve_kind"], dataset["curve_kind"].values)} if "curve_kind" in dataset else {}
+    for way, flags in zip(dataset["question"].values, dataset["reached"].values.T, strict=True):
+        columns[str(way)] = words_of_flags(dataset["reached"], flags)
+    lower = dataset["next_lower"]
+    return pd.DataFrame(columns | {f"next_lower [{lower.attrs['units']}]": lower, "unknown": dataset["reached_unknown"]})
+
+
 def outside_table(dataset: xr.Dataset) -> pd.DataFrame:
     """The peaks outside the band, which do not count, as rows: frequency, size and loss factor; highest first."""
     measure, rows = view.measure_in(dataset), []

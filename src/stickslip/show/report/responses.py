@@ -318,6 +318,7 @@ def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     frames = {"bounds": bounds_table(detached(dataset))} if has_bounds(dataset) else {}
     outside = quantities.outside_table(dataset)
     frames |= {} if outside.empty else {"peaks outside the band": outside}
+    frames |= {"reached": quantities.reached_table(dataset)} if "reached" in dataset else {}
     frames |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
     frames |= {"stress": stress_table(dataset)} if has_stress(dataset) else {}
     frames |= {"strain": strain_table(dataset)} if has_gauges(dataset) else {}
