@@ -63,7 +63,7 @@ MANY_KEPT = 800
 the mesh; with 1257 each they take 125 CPU s and 3 GB, and with 1821 each they do not end.
 """
 
-OF_SECTOR = ". What it takes of each nodal diameter shows beside a study without [rotation]"
+OF_SECTOR = ". A study without [rotation] has the natural frequencies that it lowers"
 """The end of a note: the frequencies of a sector are those of its reduction, which holds one K."""
 
 SOFTENED = 0.1

@@ -163,10 +163,11 @@ def _bounds_alone(dataset: xr.Dataset) -> bool:
 def isolated_sentences(dataset: xr.Dataset) -> list[str]:
     """How many isolated curves were found, and from how many starts."""
     said = sorted(np.atleast_1d(dataset.attrs.get("isolated_search", [])).tolist(), key=lambda each: APART not in each)
-    more = f" For {counted(len(said) - 1, 'more force level')} the results hold the same." if len(said) > 1 else ""
+    more = f" The results keep such a sentence for {counted(len(said) - 1, 'more force level')}." if len(said) > 1 else ""
     searched = [f"{said[0]}{more}"] if said else []
-    if CurveKind.ISOLATED in kinds_in(dataset) and "reached" not in dataset:
-        searched.append("Which of these motions a machine shows, from rest and by slow sweeps, is said by `[reached]`.")
+    of_sector = "excited_orders" in dataset.attrs  # which time integration does not take
+    if CurveKind.ISOLATED in kinds_in(dataset) and "reached" not in dataset and not of_sector:
+        searched.append("The table `[reached]` says which of these motions a machine shows from rest and in slow sweeps.")
     if "isolated_starts" not in dataset.attrs:
         return searched
     found, starts = (int(dataset.attrs[name]) for name in ("isolated_curves", "isolated_starts"))

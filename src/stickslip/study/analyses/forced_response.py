@@ -52,7 +52,7 @@ class ForcedResponsePlan(Plan):
 
     @property
     def summary(self) -> str:
-        return summary_of(self.sweep) + (", then in time what is reached" if self.reached is not None else "")
+        return summary_of(self.sweep) + (", then what is reached by time integration" if self.reached is not None else "")
 
     @cached_property
     def works(self) -> Mapping[str, ForcedResponseWork]:
