@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 import stickslip as ss
+from stickslip.analyses.isolated import Isolated, LevelCurves
 from stickslip.cli import app
 from stickslip.results.schema import attributes_of
 from stickslip.results.view import highest_peak, level_text
@@ -141,6 +142,31 @@ def test_nothing_is_added_where_there_is_nothing(varies):
     np.testing.assert_array_equal(found.dataset.amplitude, response.dataset.amplitude)
     unasked = ss.forced_response(problem, band, 1.0, harmonics=1, samples=64)
     assert "isolated_search" not in unasked.dataset.attrs  # where contacts rub a search takes longer than the sweep
+
+
+def needed(omega, amplitude):
+    """The force level that an amplitude of the oscillator needs, with one harmonic: in closed form."""
+    joint = K2 + 1j * omega * C2
+    stiffness = 1.0 + K2 - omega**2 + 1j * omega * (OWN + C2) + 0.75 * amplitude**2 - joint**2 / (joint - MASS * omega**2)
+    return amplitude * abs(stiffness)
+
+
+def test_a_detached_curve_is_found_from_the_level_on_at_which_it_begins():
+    """In closed form this is the least force that the ridge needs beyond its first top; folds of S-curves beside it, at other
+    frequencies, lie above it."""
+    omegas, sizes = np.linspace(1.2, 1.6, 4000), np.geomspace(0.7, 2.0, 1000)
+    begin = min(needed(omegas, size).min() for size in sizes)
+    np.testing.assert_allclose(begin, 0.037593, rtol=1e-4)
+    searches = []
+    for level in (0.99 * begin, 1.0005 * begin, 1.01 * begin):
+        curve = ss.forced_response(absorber(), BAND, level, harmonics=1, samples=64, isolated=False)._solved_curve(0, 1)
+        searches.append(LevelCurves(curve, Isolated(curve), 8 * len(curve.points)))
+        searches[-1].search()
+    assert [len(each.isolated.found) for each in searches] == [0, 1, 1]
+    assert [len(each.fold) for each in searches] == [4, 5, 5]
+    lowest = min(searches[0].fold, key=searches[0].fold.get)
+    ridge = min(needed(lowest, size) for size in sizes[sizes > 0.8])
+    np.testing.assert_allclose(searches[0].fold[lowest], ridge, rtol=4e-4)
 
 
 def test_motions_with_few_harmonics_are_solved_with_all():

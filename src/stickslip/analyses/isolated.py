@@ -6,9 +6,12 @@ excitation meets a mode whose frequency is that of the excitation over p.
 
 At a fixed frequency the motions of all force levels form an S-curve: from rest it rises, falls back at a fold and rises again
 where one level has several motions. Wherever it crosses the level of a swept curve there is a motion of that level; one that no
-known curve passes begins another curve. The amplitude that a level can hold is bounded: with passive contacts and
-D = ½(C + Cᵀ) ≥ 0 the power that damping takes, ½ ω² Σ h² X_hᴴ D X_h, is no more than that of the force, ½ F ω Im(fᴴ X_1). Where
-f = D g and an output is c = D d, X_1 lies in a ball about F g/(2 i ω), and
+known curve passes begins another curve. Just below the level of a fold the motion of its size lies at another frequency; where
+the fold is lowest over all frequencies a detached curve begins.
+
+The amplitude that a level can hold is bounded: with passive contacts and D = ½(C + Cᵀ) ≥ 0 the power that damping takes,
+½ ω² Σ h² X_hᴴ D X_h, is no more than that of the force, ½ F ω Im(fᴴ X_1). Where f = D g and an output is c = D d, X_1 lies in a
+ball about F g/(2 i ω), and
 
     |cᵀ X_1| ≤ F/(2 ω) (|dᵀ f| + √(dᵀ c) √(gᴴ f)).
 
@@ -18,7 +21,9 @@ An S-curve beyond the bound may still come back: that is where a search ends, an
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -210,7 +215,7 @@ def _followed(curve: SolvedCurve, evaluation: Evaluation) -> Followed:
 APART = "apart from the sweep"
 
 FREQUENCIES = 4
-"""Frequencies evenly inside the band, and as many more beside the lowest fold."""
+"""Frequencies evenly inside the band, and the most beside them where the fold may be lowest."""
 
 FARTHEST = 100.0
 """An S-curve goes from a force level this many times below that of the swept curve to one as many times above."""
@@ -300,13 +305,17 @@ class LevelCurves:
     fold: dict[float, float] = field(default_factory=dict)
     lost: list[float] = field(default_factory=list)
 
+    @cached_property
+    def _few_harmonics(self) -> HarmonicBalance:
+        return self.curve.balance.with_harmonics(min(HARMONICS, self.curve.balance.highest))
+
     def search(self) -> None:
-        """S-curves evenly inside the band, and beside the lowest fold until another curve is found there."""
+        """S-curves evenly inside the band, and where the fold may be lowest until another curve is found."""
         low, high = self.curve.band
         for omega in np.linspace(low, high, FREQUENCIES + 2)[1:-1]:
             self._add(float(omega))
         for _ in range(FREQUENCIES):
-            between = self._beside_lowest_fold()
+            between = self._at_lowest_fold()
             if self.isolated.found or between is None:
                 return
             self._add(between)
@@ -315,18 +324,31 @@ class LevelCurves:
         """The S-curve of a frequency, unless nothing is left to spend."""
         if self.left <= 0:
             return
-        levels: list[float] = []
+        passed: list[CurvePoint] = []
         try:
-            levels.extend(self._levels(omega))
+            passed.extend(self._points(omega))
         except LostCurveError:
             self.lost.append(omega)
-        turns = [level for before, level, after in zip(levels, levels[1:], levels[2:], strict=False) if before > level <= after]
-        self.fold[omega] = min((turn for turn in turns if turn > abs(self.curve.level)), default=np.inf)
+        along = np.cumsum([point.length for point in passed])
+        levels, own = np.abs([point.point.level for point in passed]), abs(self.curve.level)
+        folds = []
+        for k in range(1, levels.size - 1):
+            if levels[k - 1] > levels[k] <= levels[k + 1] and levels[k] > own:
+                folds.append(_lowest(along[k - 1 : k + 2], levels[k - 1 : k + 2])[1])
+                self._take_beside(passed[k])
+        self.fold[omega] = max(min(folds, default=np.inf), own)
 
-    def _levels(self, omega: float) -> Iterator[float]:
-        """The force levels along an S-curve, whose motions of the swept curve's level are taken on the way."""
+    def _take_beside(self, fold: CurvePoint) -> None:
+        """Take a motion of the swept curve's level with the size of that at a fold just above it, at another frequency."""
+        found = _corrected(self._few_harmonics, Start(replace(fold.point, level=self.curve.level), fold.evaluation.w))
+        if found is not None:
+            with suppress(LostCurveError):
+                self._take(found)
+
+    def _points(self, omega: float) -> Iterator[CurvePoint]:
+        """The points of an S-curve, whose motions of the swept curve's level are taken on the way."""
         level = self.curve.level
-        balance = self.curve.balance.with_harmonics(min(HARMONICS, self.curve.balance.highest))
+        balance = self._few_harmonics
         first = solve_cold(balance, omega, level / FARTHEST)
         if not first.converged:
             raise LostCurveError("No motion of a small force level was found.")
@@ -334,7 +356,7 @@ class LevelCurves:
         before: CurvePoint | None = None
         for point in trace(balance, first, "level", FARTHEST * level, StepControl(points=self.left)):
             self.left -= 1
-            yield abs(point.point.level)
+            yield point
             if before is not None and (before.point.level - level) * (point.point.level - level) < 0.0:
                 try:
                     self._take(solve_at(balance, before, point, "level", level).evaluation)
@@ -366,8 +388,10 @@ class LevelCurves:
     def _hertz(self, omegas: list[float]) -> str:
         return f"{', '.join(f'{self.curve.balance.hertz(omega):.5g}' for omega in sorted(set(omegas)))} Hz"
 
-    def _beside_lowest_fold(self) -> float | None:
-        """The middle between the frequency of the lowest fold and its farther neighbour; None without a fold."""
+    def _at_lowest_fold(self) -> float | None:
+        """Where the fold is lowest, by the parabola through the lowest one and both neighbours; where one of them has none, the
+        middle between the lowest and its farther neighbour. None without a fold, and where the parabola stays farther above
+        the level than it goes below the lowest fold."""
         low, high = self.curve.band
         known = sorted(self.fold)
         lowest = min(known, key=lambda omega: self.fold[omega], default=None)
@@ -375,7 +399,22 @@ class LevelCurves:
             return None
         place = known.index(lowest)
         ends = [known[place - 1] if place else low, known[place + 1] if place + 1 < len(known) else high]
+        places = np.array([ends[0], lowest, ends[1]])
+        folds = np.array([self.fold.get(omega, np.inf) for omega in places])
+        if np.all(np.isfinite(folds)):
+            omega, fold = _lowest(places, folds)
+            return omega if fold - abs(self.curve.level) < self.fold[lowest] - fold else None
         return 0.5 * (lowest + max(ends, key=lambda omega: abs(omega - lowest)))
+
+
+def _lowest(places: Array, values: Array) -> tuple[float, float]:
+    """The lowest point of the parabola through three points, of which that in the middle is not above the others."""
+    (back, on), middle = np.diff(values) / np.diff(places), values[1]
+    curvature = (on - back) / (places[2] - places[0])
+    if curvature <= 0.0:
+        return float(places[1]), float(middle)
+    slope = on - curvature * (places[2] - places[1])
+    return float(places[1] - 0.5 * slope / curvature), float(middle - 0.25 * slope**2 / curvature)
 
 
 def searched(curve: SolvedCurve) -> tuple[list[Curve], str]:
