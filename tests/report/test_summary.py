@@ -128,7 +128,7 @@ def test_a_curve_that_is_higher_at_its_end_than_at_its_peak_says_so():
     assert warning.startswith("0.1 N: 1.x")
     assert f"It is larger, {number(end)} m, at an end of the curve" in level_sentence(dataset, 1).replace("\u00a0", " ")
     best = headline(dataset).replace("\u00a0", " ")
-    assert best == f"Of the 2 force levels, 0.1 N has the lowest maximum of the response per force: {number(end / 0.1)} m/N."
+    assert best.startswith("1 of 2 curves is highest at an end of the band, beyond which a peak may lie. 0.05 N: 1.x peaks at")
 
 
 def test_a_curve_that_broke_off_is_not_compared_with_those_that_did_not():

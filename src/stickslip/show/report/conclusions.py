@@ -135,21 +135,32 @@ def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
     if not every:
         return "No point converged, so nothing can be concluded."
     peaks = {case: peak for case, peak in every.items() if not _incomplete(dataset, case)}
-    missing = len(every) - len(peaks)
     if len(every) == 1 or not peaks:
         return " ".join(_level_sentence(dataset, case, output) for case in every)
-    if not missing:
-        return _comparison(dataset, peaks, output, "the")
-    noticed = f"{missing} of {len(every)} curves {'is' if missing == 1 else 'are'} incomplete."
-    if len(peaks) == 1:
-        return f"{noticed} {_level_sentence(dataset, next(iter(peaks)), output)}"
-    return f"{noticed} {_comparison(dataset, peaks, output, 'the other')}"
+    within = (
+        peaks if view.is_listed(dataset) else {case: peak for case, peak in peaks.items() if _within(dataset, case, peak, output)}
+    )
+    left_out = {
+        "incomplete": len(every) - len(peaks),
+        "highest at an end of the band, beyond which a peak may lie": len(peaks) - len(within),
+    }
+    noticed = [
+        f"{count} of {len(every)} curves {'is' if count == 1 else 'are'} {words}." for words, count in left_out.items() if count
+    ]
+    if len(within) == 1:
+        noticed.append(_level_sentence(dataset, next(iter(within)), output))
+    elif within:
+        noticed.append(_comparison(dataset, within, output, "the other" if noticed else "the"))
+    return " ".join(noticed)
+
+
+def _within(dataset: xr.Dataset, case: int, peak: view.Peak, output: int) -> bool:
+    """Whether the largest response of a curve is a peak inside the band."""
+    return peak.local and view.higher_end(dataset, case, output) is None
 
 
 def _comparison(dataset: xr.Dataset, peaks: dict[int, view.Peak], output: int, which: str) -> str:
     """Which of several curves is damped best."""
-    ends = {case: end for case in peaks if (end := view.higher_end(dataset, case, output))}
-    peaks |= ends
     normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
     levels = {case: float(dataset.force_level[case]) for case in peaks}
     best, first = (min(values, key=lambda case: values[case]) for values in (normalised, levels))
@@ -161,10 +172,10 @@ def _comparison(dataset: xr.Dataset, peaks: dict[int, view.Peak], output: int, w
     lowest = (
         f"the lowest {response} per force at its peak" if peaks[best].local else f"the lowest maximum of the {response} per force"
     )
-    reductions = "" if best in ends else _reductions(dataset, best, peaks[best], output)
     sentence = (
         f"Of {which} {len(peaks)} {several}, {view.level_text(dataset, best)} has {lowest}: "
-        f"{number(normalised[best] / unit.metres * factor)} {unit.name}{per_force}{reductions}."
+        f"{number(normalised[best] / unit.metres * factor)} {unit.name}{per_force}"
+        f"{_reductions(dataset, best, peaks[best], output)}."
     )
     if not (peaks[first].local and peaks[last].local):
         return sentence
@@ -197,10 +208,13 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
     if end is not None:
         size_there = f"{number(end.amplitude / unit.metres)} {unit.name}"
         larger = f" It is larger, {size_there}, at an end of the curve, {hertz(end.frequency)} Hz."
+    against = ""
+    if peak.local or view.is_listed(dataset):
+        against = _shifts(dataset, case, peak, output) + _reductions(dataset, case, peak, output)
     return (
         f"{view.level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at "
         f"{hertz(peak.frequency)} Hz"
-        f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
+        f"{against}."
         f"{' This motion is unstable.' if peak_is_unstable(dataset, case, output, peak.point) else ''}"
         f"{f' Its stability is {unjudged}.' if unjudged else ''}"
         f"{larger}"
