@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from time_domain.systems import orbiting_mass, rubbing_mass, three_masses
 
 import stickslip as ss
@@ -11,6 +12,7 @@ from stickslip.solve.time.contact_law import solve_in_place
 from stickslip.solve.time.march import (
     Differences,
     March,
+    MarchOutcome,
     PeriodMarch,
     TimeStart,
     _correction,
@@ -157,3 +159,33 @@ def test_the_state_of_a_harmonic_solution_is_that_of_its_motion_at_t_0():
     np.testing.assert_allclose(found.velocity, v, rtol=1e-9)
     for start in (found, from_rest(problem)):
         np.testing.assert_allclose(start.intercepts, [-0.8], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("frequency", "repeats"), [(1.5, 1), (3.0, 2), (4.5, 3), (5.8, 4)])
+def test_a_motion_over_several_periods_is_recognised(frequency, repeats):
+    """A mass against a stop: SciPy goes on from where the march ends, and comes back after as many periods as are said, and not
+    before."""
+    structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",), C=np.array([[0.05]]))
+    stop = ss.Contact("stop", ss.Gap(8.0, 0.0), (), {"1.x": 1.0})
+    problem = ss.Problem(structure, (stop,), (ss.Force("1.x", 1.0),), ("1.x",))
+    cycle = march(problem, frequency, 1.0, from_rest(problem), March(400, tolerance=1e-4))
+    assert (cycle.repeats, cycle.outcome) == (repeats, MarchOutcome.PERIODIC if repeats == 1 else MarchOutcome.SUBHARMONIC)
+    assert repeats == 1 or f"after {repeats} periods of the excitation" in cycle.sentence
+
+    def rates(t, y):
+        return [y[1], np.cos(frequency * t) - 0.05 * y[1] - y[0] - 8.0 * max(y[0], 0.0)]
+
+    state = np.array([cycle.end.motion[0], cycle.end.velocity[0]])
+    period = 2.0 * np.pi / frequency
+    found = solve_ivp(rates, (0.0, 4.0 * period), state, rtol=1e-9, atol=1e-12, t_eval=period * np.arange(5)).y
+    away = np.linalg.norm(found - state[:, None], axis=0) / np.linalg.norm(state)
+    assert away[repeats] < 0.02
+    assert np.all(away[1:repeats] > 0.2)
+
+
+@pytest.mark.parametrize("part", [2, 3, 4])
+def test_a_slow_transient_at_a_fraction_of_the_frequency_is_no_motion_over_several_periods(part):
+    structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",), C=np.array([[2e-4]]))
+    problem = ss.Problem(structure, (), (ss.Force("1.x", 1.0),), ("1.x",))
+    cycle = march(problem, float(part), 1.0, from_rest(problem), March(100, tolerance=1e-2, periods=300))
+    assert (cycle.repeats, cycle.outcome) == (0, MarchOutcome.NOT_PERIODIC)

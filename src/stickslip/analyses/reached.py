@@ -91,7 +91,8 @@ class MotionsOfLevel:
             start=start,
         )
         if not time.periodic:
-            self.unknown[question] = f"not periodic after {time.cycle.periods} periods at {frequency:.5g} Hz"
+            repeats, after = time.cycle.repeats, f"not periodic after {time.cycle.periods} periods"
+            self.unknown[question] = f"{f'a motion of {repeats} periods' if repeats else after} at {frequency:.5g} Hz"
             return None
         motion, nearest, least = harmonics_of(time.cycle.outputs, harmonics).ravel(), None, SAME
         for place, share in self._at(frequency):

@@ -43,7 +43,7 @@ class TimeResponse(Result):
 
     @property
     def periodic(self) -> bool:
-        """Whether the motion repeats itself."""
+        """Whether the motion repeats itself after each period of the excitation."""
         return self.cycle.outcome == MarchOutcome.PERIODIC
 
     @property
@@ -210,7 +210,7 @@ class TimeCheck:
         if np.isfinite(self.multiplier):
             return self._bounded and abs(self.multiplier) > 1.0 + UNDECIDED
         far = self.period_difference > LEFT * np.maximum(self.first_period_difference, REST)
-        elsewhere = self.periodic and bool(np.max(self.period_difference, initial=0.0) > ELSEWHERE)
+        elsewhere = self.time.cycle.repeats > 0 and bool(np.max(self.period_difference, initial=0.0) > ELSEWHERE)
         return self._bounded and bool(np.any(far)) and (elsewhere or self.time.cycle.growth > 1.0)
 
     def agrees(self, tolerance: float = 1e-3) -> bool:
@@ -262,7 +262,7 @@ class TimeCheck:
     @property
     def _bounded(self) -> bool:
         """Whether the march took all its steps; steps that fail or gain energy say nothing about the harmonic balance."""
-        return self.time.cycle.outcome in (MarchOutcome.PERIODIC, MarchOutcome.NOT_PERIODIC)
+        return self.time.cycle.outcome not in (MarchOutcome.STEP_FAILED, MarchOutcome.UNBOUNDED)
 
     @property
     def _worst(self) -> int:

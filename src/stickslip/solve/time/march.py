@@ -14,6 +14,7 @@ Nothing but marches of one period is used, no harmonics and no linearised contac
 are x = (η, √m η̇, y/√kt), so that ‖x‖² is twice an energy.
 """
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -95,6 +96,9 @@ GROWTH = 100.0
 NEAR = 1e-3
 """An estimated distance from a periodic motion below which a march that did not reach its tolerance has all but settled."""
 
+LONGEST = 4
+"""Periods of the excitation after which a motion may repeat itself that is looked for."""
+
 UNBOUNDED = 1e8
 """Growth of the largest output since the first period beyond which a march is given up."""
 
@@ -106,6 +110,7 @@ class MarchOutcome(IntEnum):
     NOT_PERIODIC = 2
     STEP_FAILED = 3
     UNBOUNDED = 4
+    SUBHARMONIC = 5
 
 
 @dataclass(frozen=True)
@@ -113,7 +118,8 @@ class March:
     """Settings: steps per period, method, tolerance of periodicity, limit in periods.
 
     A motion counts as periodic when its estimated distance from the limit, c r/(1 − r) with c the relative change from
-    period to period and r its rate of decay, is below `tolerance`.
+    period to period and r its rate of decay, is below `tolerance`. It is subharmonic when the distance from a motion over 2, 3 or
+    4 periods is that share of the change from period to period, which goes on.
     """
 
     steps_per_period: int = 2000
@@ -137,7 +143,8 @@ class TimeCycle:
     outputs and first_outputs, those of the first period (outputs, N) [m]; contact_motion [m], contact_force [N] (rows, N);
     friction_work (rows,) Σ L |Δs|, given, viscous: energies of the period [J]; periods marched; change from the period before and
     estimated distance from the limit, relative; growth: the factor per period by which changes rose, 1 where they did not;
-    end: the state, from which a march may go on.
+    end: the state, from which a march may go on; repeats: periods of the excitation after which the motion does, 0 where
+    it is not known.
     """
 
     omega: float
@@ -155,6 +162,7 @@ class TimeCycle:
     distance: float
     growth: float
     end: TimeStart
+    repeats: int
 
     @property
     def energy_residual(self) -> float:
@@ -168,6 +176,11 @@ class TimeCycle:
         match self.outcome:
             case MarchOutcome.PERIODIC:
                 return f"Periodic after {self.periods} periods, to about {self.distance:.1e}."
+            case MarchOutcome.SUBHARMONIC:
+                return (
+                    f"Subharmonic after {self.periods} periods: the motion repeats itself after {self.repeats} periods of the "
+                    f"excitation, and its last period differs by {self.change:.1e} from the one before."
+                )
             case MarchOutcome.NOT_PERIODIC:
                 return self._not_periodic
             case MarchOutcome.STEP_FAILED:
@@ -190,7 +203,7 @@ class TimeCycle:
                 f"{found} and at most about {self.distance:.1e} from a periodic motion, more than `tolerance`. If this is "
                 f"close enough, pass tolerance={enough:.0e}. Lightly damped motion decays slowly."
             )
-        return f"{found}. Allow more periods: about 2/ζ for a damping ratio ζ. A subharmonic response never becomes periodic."
+        return f"{found}. Allow more periods: about 2/ζ for a damping ratio ζ."
 
 
 def march(problem: Problem, omega: float, level: float, start: TimeStart, settings: March) -> TimeCycle:
@@ -210,6 +223,7 @@ def _until_periodic(
 ) -> TimeCycle:
     last, history = (no_history(model, settings.steps_per_period) for _ in range(2))
     changes: list[float] = []
+    subharmonic = Repetition(settings.tolerance)
     outcome = MarchOutcome.NOT_PERIODIC
     work = PeriodWork(0.0, 0.0, 0, -1)
     first_outputs = last.outputs
@@ -227,6 +241,8 @@ def _until_periodic(
             changes.append(_change(last, history, matrices.stiffness))
             if distance(changes) <= settings.tolerance:
                 outcome = MarchOutcome.PERIODIC
+            elif subharmonic.found(np.concatenate([state.motion, state.velocity / omega])):
+                outcome = MarchOutcome.SUBHARMONIC
     contacts = state.contacts
     end = TimeStart(model.shapes @ state.motion, model.shapes @ state.velocity, contacts.intercept.copy())
     return TimeCycle(
@@ -245,7 +261,31 @@ def _until_periodic(
         distance=distance(changes),
         growth=growth(changes),
         end=end,
+        repeats=1 if outcome == MarchOutcome.PERIODIC else subharmonic.periods,
     )
+
+
+class Repetition:
+    """After how many periods of the excitation, more than one, a motion repeats itself, from its states between them; 0: none."""
+
+    def __init__(self, tolerance: float) -> None:
+        self.tolerance, self.periods = tolerance, 0
+        self._states: deque[Array] = deque(maxlen=2 * LONGEST)
+        self._changes: dict[int, list[float]] = {periods: [] for periods in range(1, LONGEST + 1)}
+
+    def found(self, state: Array) -> bool:
+        """Whether the motion up to this state is known to repeat itself."""
+        self._states.append(state)
+        if len(self._states) < 2 * LONGEST:
+            return False
+        states = np.array(self._states)
+        # The largest of some periods in a row: where a transient has a frequency of its own, single changes are small by chance.
+        for back, changes in self._changes.items():
+            changes.append(float(np.linalg.norm(states[LONGEST:] - states[LONGEST - back : -back], axis=1).max()))
+        # A transient of half the frequency alternates, too, but its distance then is all of the change.
+        least = self.tolerance * self._changes[1][-1]
+        self.periods = next((back for back in range(2, LONGEST + 1) if distance(self._changes[back]) <= least), 0)
+        return self.periods > 0
 
 
 def distance(changes: Sequence[float]) -> float:
