@@ -217,3 +217,29 @@ def test_a_speed_sweep_begins_from_the_speed_of_the_rotation(folder):
     assert sum(normal_loads_at_rest(problem).values()) == pytest.approx(0.25 * load, rel=1e-3)
     with pytest.raises(ss.InputError, match=r"speed must be the reference_speed of \[speed_sweep\], 4000 rev/min, but is 3000"):
         job(text + sweep.format("4000.0"), folder, "bar")
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_spin_softening_goes_with_the_speed_in_a_speed_sweep(folder, alone):
+    """In the plane of rotation a clamped blade meets an engine order where (EO Ω)² = ω² − Ω², ω at rest."""
+    arrays = dict(np.load(folder / "bar.npz"))
+    free = np.array([dof.rpartition(".")[0] not in bar(3)[0].sets["FOOT"] for dof in arrays["dofs"]])
+    M, K = (arrays[name][np.ix_(free, free)] for name in "MK")
+    np.savez(folder / "bar.npz", **arrays | {"dofs": arrays["dofs"][free], "M": M, "K": K})
+    text = STUDY[: STUDY.index("[[contact]]")] + STUDY[STUDY.index("[[force]]") :]
+    at_rest = float(np.sqrt(linalg.eigvalsh(K, M)[0])) / (2.0 * np.pi)
+    rate = {order: 60.0 * at_rest / np.sqrt(order**2 + 1.0) for order in (1, 4)}
+    sweep = "[speed_sweep]\nspeed = [{}, {}]\nengine_orders = [{}]\nreference_speed = {}\n"
+    text = text.replace('"forced_response"', '"speed_sweep"').replace("at = [50.0]\n", "")
+    if not alone:
+        own = text[text.index("[structure]") : text.index("[rotation]")]
+        blades = [own.replace("[structure]", f'[[structure]]\nname = "{name}"') for name in ("left", "right")]
+        text = text.replace(own, "".join(blades)).replace('"tip.x"', '"left/tip.x"')
+    for order, reference in ((1, 0.3 * rate[1]), (4, 1.2 * rate[4])):
+        stated = sweep.format(0.98 * rate[order], 1.02 * rate[order], order, reference)
+        made = job(text.replace("speed = 3000.0", f"speed = {reference}") + stated, folder, "bar")
+        problem = made.plan.works[""].parts[0].problem
+        for turns in (0.5 * rate[order] / 60.0, rate[order] / 60.0):
+            at = problem.at_speed(2.0 * np.pi * turns).structure
+            lowest = np.sqrt(sorted(abs(linalg.eigvals(at.K, at.M)))[0]) / (2.0 * np.pi)
+            assert lowest == pytest.approx(np.sqrt(at_rest**2 - turns**2), rel=2e-3)

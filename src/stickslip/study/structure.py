@@ -162,10 +162,11 @@ def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> M
         if not sector and rigid_motions(model.K, model.dofs, model.nodes).shape[1]:
             done = "none is added to a model that contacts alone hold"
         elif not turning:
-            taken = (2.0 * np.pi * speed / 60.0) ** 2 * softening(model.M, model.dofs, axis)
+            follows = softening(model.M, model.dofs, axis)
+            taken = (2.0 * np.pi * speed / 60.0) ** 2 * follows
             lowered, warned = (OF_SECTOR, ()) if sector else _lowered(model, taken, speed)
             done += lowered
-            model = replace(model, K=model.K - taken, notes=(*model.notes, *warned))
+            model = replace(model, K=model.K - taken, softening=follows, notes=(*model.notes, *warned))
         note = f"K contains no spin softening of {speed:g} rev/min: {done}. Its stress stiffening is that of the file"
     return replace(model, notes=(*model.notes, note))
 

@@ -129,7 +129,7 @@ class Model:
     M, K: (n, n), symmetric; C: (n, n) or None; dofs: n names NODE.DIRECTION; nodes: coordinates of nodes, m, where known;
     sets: nodes by the name of a set; cells: corner nodes of elements by kind, where known; format, file: what it was read from;
     notes: what the reader left out or took for granted; solids: elements with their materials, where stress can be recovered;
-    turned: whether rows along axes that nodes have of their own were turned.
+    turned: whether rows along axes that nodes have of their own were turned; softening: what Ω² times was taken from K, kg.
     """
 
     M: Sparse
@@ -144,6 +144,7 @@ class Model:
     cells: Cells = field(default_factory=dict)
     solids: Solids | None = None
     turned: bool = False
+    softening: Sparse | None = None
 
     def __repr__(self) -> str:
         return f"Model {self.file!r}: {freedoms(self.dofs)}, {counted(len(self.nodes), 'node')} with coordinates"

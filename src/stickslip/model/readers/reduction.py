@@ -61,7 +61,8 @@ def whole(model: Model, damping: Damping | None = None, stress: StressRows | Non
     surfaces = () if mesh is None else (MeshSurface(*mesh[:2], selection(mesh.numbers, model.size), model.dofs),)
     stresses = () if stress is None else (stress.recovery(stress.rows.toarray(), model.dofs),)
     made = Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets)
-    return replace(made, surfaces=surfaces, stresses=stresses)
+    follows = None if model.softening is None else model.softening.toarray()
+    return replace(made, surfaces=surfaces, stresses=stresses, softening=follows)
 
 
 def unreduced(
@@ -109,10 +110,11 @@ def reduced(
     number = min(MODES, inside) if modes is None else int(modes)
     surface, located = model.surface, model.located[1]
     drawn = b"" if surface is None else surface.numbers.tobytes()
-    reduction = sorted(kept.values()), list(kept.values()), number, drawn, located.tobytes(), stress and stress.bytes
+    softened = model.softening is not None
+    reduction = sorted(kept.values()), list(kept.values()), number, drawn, located.tobytes(), stress and stress.bytes, softened
     key = repr((stickslip.__version__, model.fingerprint, *reduction))
     file = cache_folder() / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
-    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress", "count", "loads"))
+    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress", "count", "loads", "softening"))
     if matrices is None:
         matrices = _reduce(model, kept, number, progress, stress)
         to_cache(file, matrices)
@@ -125,9 +127,9 @@ def reduced(
     stresses = () if stress is None else (stress.recovery(matrices["stress"], dofs),)
     made = Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=located)
     loads = CentrifugalLoads(matrices["loads"], made.size) if matrices["loads"].size else None
-    return replace(made, surfaces=surfaces, stresses=stresses, centrifugal=loads), _count_note(
-        ModeCount.of(matrices["count"]), number
-    )
+    follows = matrices["softening"] if softened else None
+    made = replace(made, surfaces=surfaces, stresses=stresses, centrifugal=loads, softening=follows)
+    return made, _count_note(ModeCount.of(matrices["count"]), number)
 
 
 def _count_note(count: ModeCount, asked: int) -> str:
@@ -170,6 +172,7 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, 
     stresses = np.zeros((0, T.shape[1])) if stress is None else np.asarray(stress.rows @ T)
     rest = {"recovery": recovery_rows(T, numbers), "stress": stresses, "count": reduction.count.numbers}
     lacking = np.zeros((0, 9)) if stress is None else np.asarray(stress.rows @ reduction.beyond)
+    rest["softening"] = np.zeros((0, 0)) if model.softening is None else np.asarray(T.T @ (model.softening @ T))
     rest["loads"] = np.zeros(0) if loads is None else loads.projected(T, lacking).table
     return {"M": reduction.structure.M, "K": K, "C": C} | rest
 

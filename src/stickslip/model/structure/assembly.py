@@ -90,7 +90,9 @@ def _dense(parts: Sequence[Structure], dofs: tuple[str, ...], springs: Sequence[
     if any(body.C is not None for body in parts) or any(spring.damping for spring in springs):
         blocks = [np.zeros_like(body.M) if body.C is None else body.C for body in parts]
         C = np.asarray(linalg.block_diag(*blocks) + _springs(bare, springs, [spring.damping for spring in springs]))
-    return Structure(M, K, dofs, C=C)
+    softened = [np.zeros_like(body.M) if body.softening is None else body.softening for body in parts]
+    follows = linalg.block_diag(*softened) if any(body.softening is not None for body in parts) else None
+    return Structure(M, K, dofs, C=C, softening=follows)
 
 
 def _springs(bare: Structure, springs: Sequence[Spring], values: Sequence[float]) -> Array:

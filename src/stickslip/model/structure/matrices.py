@@ -110,7 +110,8 @@ class Structure:
     mesh_triangles: of the outer surface, (triangles, 3), places among mesh_points, of a sector whose elements are known.
     surfaces: outer surfaces of meshed bodies with their motion, for deformed shapes only.
     stresses: at named places of models, from the motion q.
-    centrifugal: loads of rotation of a model that was read, whose nodes inside may no longer be there.
+    centrifugal: loads of rotation of a model that was read, whose nodes inside may no longer be there; softening: the matrix that
+    times Ω² was taken from K, (n, n) [kg].
     outlines: sections of rigid bodies by the node at their mass centre, corners (k, 3) [m], for drawings only.
     shapes: where M, C, K are (m, m), of m coordinates y fewer than degrees of freedom, the motion q = shapes y, (n, m);
     `Problem.truncated` makes such structures.
@@ -130,6 +131,7 @@ class Structure:
     stresses: tuple[StressRecovery, ...] = field(default=(), kw_only=True)
     shapes: Array | None = field(default=None, kw_only=True)
     centrifugal: CentrifugalLoads | None = field(default=None, kw_only=True)
+    softening: Array | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dofs", checks.several("dofs", self.dofs))

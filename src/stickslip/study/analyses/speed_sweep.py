@@ -13,6 +13,7 @@ from stickslip.analyses.speed.campbell import at_reference_speed
 from stickslip.analyses.speed.speed_sweep import SpeedSweepSettings, SpeedSweepWork, samples_for
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
+from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.readers.read import read_content
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.study.analyses.forced_response import sweep_of
@@ -34,7 +35,7 @@ class SpeedSweepTable(Table):
     stiffness_at_rest: (
         Annotated[Annotated[str, Tag("<single>")] | Annotated[list[list[Number]], Tag("<list>")], by_form()] | None
     ) = None
-    """K at speed 0, in the order of `dofs`, or a file .npz or .mat; default: constant"""
+    """K at speed 0, in the order of `dofs`, or a file .npz or .mat; default: K without spin softening that [rotation] adds"""
 
 
 def checked(table: SpeedSweepTable) -> None:
@@ -67,21 +68,25 @@ def plan(asked: Asked) -> Works:
 
 
 def _stiffness_at_rest(table: SpeedSweepTable, problem: Problem, asked: Asked) -> Array | None:
-    """K at rest in SI, (n, n)."""
-    given = table.stiffness_at_rest
+    """K at rest in SI, (n, n); None where it is the same at all speeds."""
+    given, structure = table.stiffness_at_rest, problem.structure
     if asked.disks:
         return _disk_at_rest(asked.disks)
+    if isinstance(structure, CyclicStructure) and any(isinstance(force, CentrifugalLoad) for force in problem.forces):
+        remedy = "Write speed and at_speeds in [structure.sector] in place of it, and the pull of dampers in [[body]]."
+        raise fault("[rotation]", "must stay away from a speed sweep of a sector, whose K goes with the speed", "given", remedy)
     if given is None:
-        return None
+        follows = structure.softening
+        return None if follows is None else structure.K + (2.0 * pi * table.reference_speed / 60.0) ** 2 * follows
     if isinstance(problem, TunedDisk):
         raise fault("[speed_sweep]: stiffness_at_rest", "must go with matrices", "a ready disk", "Use ss.speed_sweep in Python.")
     if asked.rig[0]:
         raise fault("[speed_sweep]: stiffness_at_rest", "must go with matrices", f"rig {asked.rig[0]!r}, which brings its own")
     K = _read(asked.folder / given) if isinstance(given, str) else np.array(given, dtype=float)
-    size = problem.structure.size
+    size = structure.size
     if K.shape != (size, size):
         raise fault("[speed_sweep]: stiffness_at_rest", f"must have the shape of K, {(size, size)}", K.shape)
-    rotations = [dof for dof in problem.structure.dofs if dof.rpartition(".")[2].startswith("r")]
+    rotations = [dof for dof in structure.dofs if dof.rpartition(".")[2].startswith("r")]
     if rotations and asked.units.system.length != "m":
         raise InputError(
             "[speed_sweep]: stiffness_at_rest must be of displacements alone where lengths are not in m, but the structure has "
