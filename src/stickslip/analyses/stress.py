@@ -127,7 +127,7 @@ def _without_contacts(
     """The largest von Mises stress of the first harmonic without contacts per unit force level, the largest principal stress
     there, and the frequency [Hz]."""
     largest, principal, where = np.full((3, len(recovery.places)), np.nan)
-    if "linear_frequency" not in dataset or points.balance.periods > 1 or not points.problem.C.any():
+    if "linear_frequency" not in dataset or points.balance.periods > 1 or not points.problem.damped:
         return largest, principal, where  # without damping the resonance has no height
     low, high = dataset["linear_frequency"].values[[0, -1]]
     alone = WithoutContacts.of(points.balance)

@@ -306,12 +306,15 @@ def lowest_order(table: ExcitationTable) -> int:
     return gcd(*_factors(table)) if table.engine_order is None else table.engine_order
 
 
-def rotation(table: RotationTable, others: Mapping[str, Any], units: Units) -> tuple[float, RotationAxis]:
-    """Speed in rev/min, which a speed sweep begins from, and axis in SI."""
+def rotation(table: RotationTable, others: Mapping[str, Any], units: Units) -> tuple[float, RotationAxis, bool]:
+    """Speed in rev/min, which a speed sweep begins from, axis in SI, and whether Coriolis forces act."""
     reference = getattr(others.get("speed_sweep"), "reference_speed", table.speed)
     if reference != table.speed:
         raise fault("speed", f"must be the reference_speed of [speed_sweep], {reference:g} rev/min", table.speed)
-    return table.speed, RotationAxis.of((table.axis.point, table.axis.direction)).scaled(units.system.metres)
+    if table.coriolis and "speed_sweep" in others:
+        raise fault("coriolis", "must stay away from a speed sweep, in which Coriolis forces are neglected", "true")
+    axis = RotationAxis.of((table.axis.point, table.axis.direction)).scaled(units.system.metres)
+    return table.speed, axis, table.coriolis
 
 
 def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:

@@ -447,7 +447,7 @@ def from_model(
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
     parts = found.attempt("[structure]", together, structures, bodies, damping, rotation) if whole else None
     if parts and rotation:
-        messages[1].append(rotation_note(rotation[0], parts.loads, units.system))
+        messages[1].append(rotation_note(rotation, parts.loads, units.system))
     only = tables.structures[0] if len(tables.structures) == 1 else None
     known = tuple(only.dofs) if only is not None and only.dofs and not tables.bodies else ()  # where the study gives them all
     names = Names(known or (_names_of(parts.structure) if parts else ()), units)

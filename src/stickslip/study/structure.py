@@ -31,7 +31,7 @@ from stickslip.model.readers.stress_places import (
 )
 from stickslip.model.structure.aerodynamics import Aerodynamics
 from stickslip.model.structure.assembly import assemble
-from stickslip.model.structure.centrifugal import RotationAxis, softening
+from stickslip.model.structure.centrifugal import RotationAxis, coriolis, softening
 from stickslip.model.structure.complete_modes import lowest_modes
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure, HeldDiameters, with_bodies
 from stickslip.model.structure.matrices import Damping, Structure
@@ -70,8 +70,8 @@ SOFTENED = 0.1
 """Share of a natural frequency that spin softening alone may take. Of a blade, stress stiffening adds at least 1.19 times as much
 stiffness (M. J. Schilhansl, J. Appl. Mech. 25, 1958, 28-30), so that the error of a K without it is larger than what is taken."""
 
-Rotation = tuple[float, RotationAxis]
-"""Speed in rev/min, and axis."""
+Rotation = tuple[float, RotationAxis, bool]
+"""Speed in rev/min, axis, and whether Coriolis forces act."""
 OF_A_COPY = ("name", "keep", "modes", "shift", "stress", "speed", "axis")
 """What structures of one and the same model may differ in."""
 ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift", "sector", "stress", "speed", "axis")
@@ -122,7 +122,7 @@ def structure(
         raise fault(" and ".join(given), "must be left out beside [rotation], which holds for all models", "given")
     if key not in models:
         model = _model(table, folder, own)
-        models[key] = model if rotation is None else _softened(model, *rotation, table.sector is not None)
+        models[key] = model if rotation is None else _rotating(model, rotation, table.sector is not None)
     model = models[key]
     keep = {} if table.keep is None else table.keep
     stress = None if table.stress is None else stress_rows_of(model, _stress_places(table.stress), own.system.metres)
@@ -130,7 +130,7 @@ def structure(
         return _disk(table, table.sector, model, surfaces, folder, own, progress, stress, whole)
     besides = [name for name in surfaces if name in model.sets and name not in keep]
     rows = [row for name in meshed if name in model.sets for node in model.sets[name] for row in model.directions.get(node, ())]
-    sparse = len(rows) >= MANY_KEPT and model.size > WHOLE_SIZE and model.C is None
+    sparse = len(rows) >= MANY_KEPT and model.size > WHOLE_SIZE and model.C is None and model.coriolis is None
     reduced = sparse or table.keep is not None or (table.modes is not None and besides)
     places = places_of(model, keep, own.system.metres, besides) if reduced else None
     notes = (*map(str, places or ()), *(stress.notes if stress else ()), *model.notes, *implausible(model))
@@ -146,6 +146,17 @@ def _sets(model: Model, surfaces: Sequence[str], places: Sequence[KeptPlace]) ->
     """All sets of nodes of a model, and whether those of contacts and forces cover an area by its mesh."""
     nodes = {**model.sets, **{place.name: place.nodes for place in places}}
     return {name: model.covers(members) if name in surfaces else None for name, members in nodes.items()}
+
+
+def _rotating(model: Model, rotation: Rotation, sector: bool) -> Model:
+    """The model with the spin softening in K, and its Coriolis forces where they act."""
+    speed, axis, with_coriolis = rotation
+    softened = _softened(model, speed, axis, sector)
+    if not with_coriolis:
+        return softened
+    if sector:
+        raise fault("coriolis of [rotation]", "must go with models of whole bodies", "true beside a sector")
+    return replace(softened, coriolis=2.0 * np.pi * speed / 60.0 * coriolis(model.M, model.dofs, axis))
 
 
 def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> Model:
@@ -382,15 +393,17 @@ def body_note(name: str, body: RigidBody, system: UnitSystem) -> str:
     return f"{name}: {kilogram * body.mass:.4g} {unit}, mass centre {place(body.centre)} {length}{section}"
 
 
-def rotation_note(speed: float, loads: Iterable[CentrifugalLoad], system: UnitSystem) -> str:
+def rotation_note(rotation: Rotation, loads: Iterable[CentrifugalLoad], system: UnitSystem) -> str:
     """The centrifugal load of each part, in the units of the study, and what is left out."""
+    speed, _, with_coriolis = rotation
+    left_out = "The spin softening of bodies is" if with_coriolis else "Coriolis forces, and the spin softening of bodies, are"
     newton, unit = in_system("N", system)
     listed = []
     for load in loads:
         size = float(np.linalg.norm(load.resultant))
         along = ", ".join(f"{part:.3g}" for part in np.round(np.array(load.resultant) / (size or 1.0), 6) + 0.0)
         listed.append(f"{load.name} {newton * size:.6g} {unit} along ({along})")
-    return f"Rotation at {speed:g} rev/min: {'; '.join(listed)}. Coriolis forces, and the spin softening of bodies, are left out"
+    return f"Rotation at {speed:g} rev/min: {'; '.join(listed)}. {left_out} left out"
 
 
 def together(
@@ -398,15 +411,18 @@ def together(
 ) -> Parts:
     """One structure of all, with a damping rule for the whole, and its loads of rotation; a model alone stays as it is."""
     structures = {name: each.structure for name, each in built.items()}
+    free = {name: body.structure() for name, body in bodies.items()}
     loads: list[CentrifugalLoad] = []
     if rotation is not None:
-        turning = structures | {name: body.structure() for name, body in bodies.items()}
-        turned = {name: in_rotation(each, *rotation, part=name) for name, each in turning.items()}
-        structures, loads = {name: turned[name][0] for name in structures}, [load for _, load in turned.values()]
+        speed, axis, with_coriolis = rotation
+        for parts, of_bodies in ((structures, False), (free, True)):
+            for name, part in parts.items():
+                acts = with_coriolis and of_bodies  # models have theirs since before their reduction
+                parts[name], load = in_rotation(part, speed, axis, part=name, with_coriolis=acts)
+                loads.append(load)
     sets = {f"{name}/{own}" if name else own: cover for name, each in built.items() for own, cover in each.sets.items()}
     disk = structures.get("")
     if isinstance(disk, CyclicStructure):
-        free = {name: body.structure() for name, body in bodies.items()}
 
         def whole_disk(sector: CyclicStructure) -> CyclicStructure:
             return (with_bodies(sector, free) if free else sector).with_damping(damping)
@@ -416,7 +432,7 @@ def together(
     if not bodies and list(structures) == [""]:
         return Parts(structures[""], {}, sets=sets, loads=tuple(loads))
     bare = {name: part if part.damping is None else part.with_damping(None) for name, part in structures.items()}
-    whole = assemble(bare | {name: body.structure() for name, body in bodies.items()})
+    whole = assemble(bare | free)
     return Parts(whole if damping is None else whole.with_damping(damping), bodies, sets=sets, loads=tuple(loads))
 
 

@@ -115,6 +115,8 @@ class RotationTable(Table):
     speed: Annotated[Positive, Field(description="rotor speed in rev/min")]
     axis: Annotated[AxisTable, Words("table")] = Field(default_factory=AxisTable)
     """in the coordinates of the study, its point in the unit of length of the study; default: z through the origin"""
+    coriolis: bool = False
+    """whether Coriolis forces act; the rotation is right-handed about `direction`"""
 
 
 class AtSpeedTable(Table):

@@ -6,7 +6,7 @@ import numpy as np
 
 from stickslip.model.loads import Force
 from stickslip.model.structure.assembly import prefixed
-from stickslip.model.structure.centrifugal import AxisLike, CentrifugalLoads, RotationAxis
+from stickslip.model.structure.centrifugal import AxisLike, CentrifugalLoads, RotationAxis, coriolis
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Point, Structure
 from stickslip.support.checks import fault, not_negative
@@ -20,15 +20,16 @@ class CentrifugalLoad(Force):
 
 
 def in_rotation(
-    structure: Structure, speed: float, axis: AxisLike | RotationAxis = "z", *, part: str = ""
+    structure: Structure, speed: float, axis: AxisLike | RotationAxis = "z", *, part: str = "", with_coriolis: bool = False
 ) -> tuple[Structure, CentrifugalLoad]:
     """The structure, and the load Ω² M r⊥ of its steady rotation; r⊥ (n,): vectors from the axis to the nodes, m.
 
     speed: in rev/min, not negative, since the load is the same either way round; axis: "x", "y" or "z" through the origin, or
     (point [m], direction); part: name of the structure in an assembly, whose problem takes the load. A rigid body gets m Ω² r⊥
     at its mass centre and the moment −Ω × (J Ω). To the mean stress at places of a reduced model is added what its modes lack
-    of it. The stiffness stays as it is: spin softening and stress stiffening are those of K. A sector of a disk rotates about
-    the axis of the disk alone. Raises `InputError` for another one, and where coordinates of nodes are not known.
+    of it. The stiffness stays as it is: spin softening and stress stiffening are those of K. with_coriolis: whether the Coriolis
+    forces 2 ∫ρ Ω × u̇ dV act, too, on a structure with all its rows, Ω right-handed about `axis`. A sector of a disk rotates
+    about the axis of the disk alone. Raises `InputError` for another one, and where coordinates of nodes are not known.
     """
     square = (2.0 * np.pi * not_negative("speed", speed) / 60.0) ** 2
     about = axis if isinstance(axis, RotationAxis) else RotationAxis.of(axis)
@@ -48,6 +49,10 @@ def in_rotation(
         for each in structure.stresses
     ]
     turning = replace(structure, stresses=tuple(stresses)) if stresses else structure
+    if with_coriolis:
+        if isinstance(structure, CyclicStructure):
+            raise fault("A structure with Coriolis forces", "must not be a sector", "one of a disk")
+        turning = replace(turning, coriolis=np.sqrt(square) * coriolis(structure.M, structure.dofs, about).toarray())
     return turning, CentrifugalLoad(along, static=square * size, name=name, resultant=(x, y, z))
 
 

@@ -218,14 +218,20 @@ class Problem:
 
     @cached_property
     def C(self) -> Array:
-        """The viscous damping matrix of damping rule and dashpots, (n, n)."""
+        """The matrix of all forces that go with the velocity, of damping rule, dashpots and rotation, (n, n)."""
         rows = self.structure.rows([dashpot.direction for dashpot in self.dashpots])
         sizes = np.array([dashpot.c for dashpot in self.dashpots])
-        return np.asarray(self.structural_damping + rows.T @ (sizes[:, None] * rows))
+        coriolis = 0.0 if self.structure.coriolis is None else self.structure.coriolis
+        return np.asarray(self.structural_damping + coriolis + rows.T @ (sizes[:, None] * rows))
+
+    @property
+    def damped(self) -> bool:
+        """Whether a force that goes with the velocity takes or gives energy."""
+        return bool(np.any(self.C + self.C.conj().T))
 
     @cached_property
     def structural_damping(self) -> Array:
-        """The damping matrix of the structure without dashpots, (n, n)."""
+        """The damping matrix of the structure without dashpots and Coriolis forces, (n, n)."""
         structure = self.structure
         if structure.C is not None:
             return structure.C
@@ -264,7 +270,8 @@ class Problem:
         """Sixteen hexadecimal digits that identify matrices, contacts, loads and outputs bit by bit."""
         structure, digest = self.structure, sha256()
         damping = np.zeros(0) if structure.C is None else structure.C
-        for array in (structure.M, structure.K, damping, self.B, self.output_rows, *contact_table(self.contacts)):
+        coriolis = np.zeros(0) if structure.coriolis is None else structure.coriolis
+        for array in (structure.M, structure.K, damping, coriolis, self.B, self.output_rows, *contact_table(self.contacts)):
             digest.update(np.ascontiguousarray(array).tobytes())
         rest = (structure.damping, self.forces, [contact.balanced for contact in self.contacts], self.mean_springs, self.dashpots)
         digest.update(repr(rest).encode())

@@ -21,7 +21,7 @@ from scipy import linalg
 
 from stickslip.model.loads import excited_harmonics
 from stickslip.model.structure.assembly import Spring
-from stickslip.model.structure.modes import Modes, definite_modes, natural_modes, unresisted
+from stickslip.model.structure.modes import Modes, definite_modes, gyroscopic_modes, natural_modes, unresisted
 from stickslip.support.checks import Array
 
 if TYPE_CHECKING:
@@ -163,6 +163,11 @@ class HarmonicSystems:
         """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent)."""
         if self.stiffens:
             return self.synchronous(stuck)
+        coriolis = self.problem.structure.coriolis
+        if coriolis is not None:
+            structure = self.problem.structure
+            modes = self.stuck_modes if stuck else natural_modes(structure.M, structure.K)
+            return gyroscopic_modes(modes, coriolis).frequencies
         return self.stuck_modes.frequencies if stuck else self._free
 
     @cached_property

@@ -95,7 +95,8 @@ def truncated(problem: Problem, modes_to: float) -> Problem:
     speed = problem.speed
     if speed is not None and speed.stiffness is not None:
         speed = replace(speed, stiffness=shapes.T @ speed.stiffness @ shapes)
-    few = replace(structure, M=M, C=uncoupled_beyond(first, C), K=K, damping=None, shapes=shapes)
+    coriolis = None if structure.coriolis is None else shapes.T @ structure.coriolis @ shapes
+    few = replace(structure, M=M, C=uncoupled_beyond(first, C), K=K, damping=None, shapes=shapes, coriolis=coriolis)
     return replace(problem, structure=few, speed=speed, modes_to=modes_to)
 
 

@@ -129,7 +129,8 @@ class Model:
     M, K: (n, n), symmetric; C: (n, n) or None; dofs: n names NODE.DIRECTION; nodes: coordinates of nodes, m, where known;
     sets: nodes by the name of a set; cells: corner nodes of elements by kind, where known; format, file: what it was read from;
     notes: what the reader left out or took for granted; solids: elements with their materials, where stress can be recovered;
-    turned: whether rows along axes that nodes have of their own were turned; softening: what Ω² times was taken from K, kg.
+    turned: whether rows along axes that nodes have of their own were turned; softening: what Ω² times was taken from K, kg;
+    coriolis: what Coriolis forces add to C, N s/m.
     """
 
     M: Sparse
@@ -145,6 +146,7 @@ class Model:
     solids: Solids | None = None
     turned: bool = False
     softening: Sparse | None = None
+    coriolis: Sparse | None = None
 
     def __repr__(self) -> str:
         return f"Model {self.file!r}: {freedoms(self.dofs)}, {counted(len(self.nodes), 'node')} with coordinates"

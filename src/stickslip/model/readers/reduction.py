@@ -61,8 +61,13 @@ def whole(model: Model, damping: Damping | None = None, stress: StressRows | Non
     surfaces = () if mesh is None else (MeshSurface(*mesh[:2], selection(mesh.numbers, model.size), model.dofs),)
     stresses = () if stress is None else (stress.recovery(stress.rows.toarray(), model.dofs),)
     made = Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets)
-    follows = None if model.softening is None else model.softening.toarray()
-    return replace(made, surfaces=surfaces, stresses=stresses, softening=follows)
+    rotating: dict[str, Any] = {name: part.toarray() for name, part in _rotating(model).items()}
+    return replace(made, surfaces=surfaces, stresses=stresses, **rotating)
+
+
+def _rotating(model: Model) -> dict[str, Any]:
+    """What the rotation adds to a model, by name, as far as there is any."""
+    return {name: part for name in ("softening", "coriolis") if (part := getattr(model, name)) is not None}
 
 
 def unreduced(
@@ -110,11 +115,12 @@ def reduced(
     number = min(MODES, inside) if modes is None else int(modes)
     surface, located = model.surface, model.located[1]
     drawn = b"" if surface is None else surface.numbers.tobytes()
-    softened = model.softening is not None
-    reduction = sorted(kept.values()), list(kept.values()), number, drawn, located.tobytes(), stress and stress.bytes, softened
+    rotating = _rotating(model)
+    turning = [part.data.tobytes() for part in rotating.values()]
+    reduction = sorted(kept.values()), list(kept.values()), number, drawn, located.tobytes(), stress and stress.bytes, turning
     key = repr((stickslip.__version__, model.fingerprint, *reduction))
     file = cache_folder() / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
-    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress", "count", "loads", "softening"))
+    matrices = from_cache(file, ("M", "K", "C", "recovery", "stress", "count", "loads", *rotating))
     if matrices is None:
         matrices = _reduce(model, kept, number, progress, stress)
         to_cache(file, matrices)
@@ -127,8 +133,8 @@ def reduced(
     stresses = () if stress is None else (stress.recovery(matrices["stress"], dofs),)
     made = Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=located)
     loads = CentrifugalLoads(matrices["loads"], made.size) if matrices["loads"].size else None
-    follows = matrices["softening"] if softened else None
-    made = replace(made, surfaces=surfaces, stresses=stresses, centrifugal=loads, softening=follows)
+    follows: dict[str, Any] = {name: matrices[name] for name in rotating}
+    made = replace(made, surfaces=surfaces, stresses=stresses, centrifugal=loads, **follows)
     return made, _count_note(ModeCount.of(matrices["count"]), number)
 
 
@@ -172,7 +178,7 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress, 
     stresses = np.zeros((0, T.shape[1])) if stress is None else np.asarray(stress.rows @ T)
     rest = {"recovery": recovery_rows(T, numbers), "stress": stresses, "count": reduction.count.numbers}
     lacking = np.zeros((0, 9)) if stress is None else np.asarray(stress.rows @ reduction.beyond)
-    rest["softening"] = np.zeros((0, 0)) if model.softening is None else np.asarray(T.T @ (model.softening @ T))
+    rest |= {name: np.asarray(T.T @ (part @ T)) for name, part in _rotating(model).items()}
     rest["loads"] = np.zeros(0) if loads is None else loads.projected(T, lacking).table
     return {"M": reduction.structure.M, "K": K, "C": C} | rest
 

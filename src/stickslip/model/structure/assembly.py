@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from scipy import linalg, sparse
@@ -90,9 +91,12 @@ def _dense(parts: Sequence[Structure], dofs: tuple[str, ...], springs: Sequence[
     if any(body.C is not None for body in parts) or any(spring.damping for spring in springs):
         blocks = [np.zeros_like(body.M) if body.C is None else body.C for body in parts]
         C = np.asarray(linalg.block_diag(*blocks) + _springs(bare, springs, [spring.damping for spring in springs]))
-    softened = [np.zeros_like(body.M) if body.softening is None else body.softening for body in parts]
-    follows = linalg.block_diag(*softened) if any(body.softening is not None for body in parts) else None
-    return Structure(M, K, dofs, C=C, softening=follows)
+    rotating: dict[str, Any] = {}
+    for name in ("softening", "coriolis"):
+        if any(getattr(body, name) is not None for body in parts):
+            blocks = [np.zeros_like(body.M) if getattr(body, name) is None else getattr(body, name) for body in parts]
+            rotating[name] = np.asarray(linalg.block_diag(*blocks))
+    return Structure(M, K, dofs, C=C, **rotating)
 
 
 def _springs(bare: Structure, springs: Sequence[Spring], values: Sequence[float]) -> Array:

@@ -5,12 +5,12 @@ p a point of it: it is linear in the six entries of D and in D p.
 
 Centrifugal stress stiffening and spin softening of a rotating body.
 
-Linear about the state of steady rotation about z at Ω: K(Ω) = K + Ω² S. Gyroscopic (Coriolis) terms are left out.
+Linear about the state of steady rotation at Ω: K(Ω) = K + Ω² S, and Coriolis forces, skew, that go with the velocity.
 
 The axis about which a bladed disk rotates: rotations by whole sectors, and the axes as users write them.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import cos, pi, sin
 from typing import Any
@@ -73,10 +73,8 @@ class RotationAxis:
     def turn(self, sectors: int, steps: int = 1) -> Array:
         """R (3, 3), the rotation by `steps` of `sectors` equal sectors: R = d dᵀ + cos φ (1 − d dᵀ) + sin φ [d]ₓ."""
         angle = 2.0 * pi * steps / sectors
-        x, y, z = self.direction
         along = np.outer(self.direction, self.direction)
-        across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        return np.asarray(along + cos(angle) * (np.eye(3) - along) + sin(angle) * across)
+        return np.asarray(along + cos(angle) * (np.eye(3) - along) + sin(angle) * cross(np.array(self.direction)))
 
     def turned(self, points: Array, sectors: int, steps: int = 1) -> Array:
         """Points (n, 3) [m] rotated by `steps` sectors about the axis."""
@@ -173,20 +171,24 @@ def _add_bodies(rows: Array, mass: sparse.csr_array, named: Sequence[tuple[str, 
     −Ω × (J Ω) has the components ε_ijk (D J)_jk, since ΩΩᵀ = Ω² 1 − D and J is symmetric. c is the place of the mass centre from
     the node: a velocity v of the node and ω have the energy m v·(ω × c), so that M of rotations and translations is m [c]×.
     """
-    of_nodes: dict[str, dict[str, int]] = {}
-    for row, (node, _, direction) in enumerate(named):
-        of_nodes.setdefault(node, {})[direction] = row
-    for own in of_nodes.values():
-        if len(own) < len(DIRECTIONS):
-            continue
-        at = [own[direction] for direction in DIRECTIONS]
-        block = mass[at][:, at].toarray()
-        if mass[at].count_nonzero() > np.count_nonzero(block):
-            continue
+    for at, block in _bodies(mass, named):
         turned = UNITS @ block[3:, 3:]
         offset = np.array([block[5, 1], block[3, 2], block[4, 0]])
         rows[:6, at[:3]] += UNITS @ offset
         rows[:6, at[3:]] += np.stack([turned[:, i - 2, i - 1] - turned[:, i - 1, i - 2] for i in range(3)], axis=1)
+
+
+def _bodies(mass: sparse.csr_array, named: Sequence[tuple[str, str, str]]) -> Iterator[tuple[list[int], Array]]:
+    """The rows x, y, z, rx, ry, rz of nodes whose M joins no other one, and M among these (6, 6)."""
+    of_nodes: dict[str, dict[str, int]] = {}
+    for row, (node, _, direction) in enumerate(named):
+        of_nodes.setdefault(node, {})[direction] = row
+    for own in of_nodes.values():
+        if set(DIRECTIONS) <= own.keys():
+            at = [own[direction] for direction in DIRECTIONS]
+            block = mass[at][:, at].toarray()
+            if mass[at].count_nonzero() == np.count_nonzero(block):
+                yield at, block
 
 
 def softening(M: Any, dofs: Sequence[str], axis: RotationAxis) -> sparse.csc_array:
@@ -196,6 +198,40 @@ def softening(M: Any, dofs: Sequence[str], axis: RotationAxis) -> sparse.csc_arr
     rows = sparse.csc_array((np.ones(len(dofs)), (np.arange(len(dofs)), columns)), shape=(len(dofs), 3 * len(nodes)))
     P = rows @ sparse.kron(sparse.eye_array(len(nodes)), axis.across) @ rows.T
     return sparse.csc_array(0.5 * (P @ M + M @ P))
+
+
+def coriolis(M: Any, dofs: Sequence[str], axis: RotationAxis) -> sparse.csc_array:
+    """2 M [d]ₓ [kg], which times Ω is the matrix of Coriolis forces 2 ∫ρ Ω × u̇ dV, skew; rows along x, y, z, or of rigid bodies.
+
+    Of a rigid body with the velocity v of its node and ω, S = m [c]ₓ the place of its mass centre and P = ∫ r rᵀ dm = ½ tr J − J:
+    force 2 Ω × (m v − S ω), moment 2 S (Ω × v) + 2 (P Ω) × ω.
+    """
+    mass, named = sparse.csr_array(M), [dof.rpartition(".") for dof in dofs]
+    number = {node: k for k, node in enumerate(dict.fromkeys(node for node, _, _ in named))}
+    d = np.array(axis.direction)
+    moving = np.array([direction in ("x", "y", "z") for _, _, direction in named], dtype=float)
+    at = [3 * number[node] + max("xyz".find(direction[-1:]), 0) for node, _, direction in named]
+    rows = sparse.csr_array((moving, (np.arange(len(at)), at)), shape=(len(at), 3 * len(number)))
+    E = rows @ sparse.kron(sparse.eye_array(len(number)), cross(d)) @ rows.T
+    turning = sparse.diags_array(1.0 - moving)
+    found = sparse.lil_array(E @ mass + mass @ E + E @ mass @ turning + turning @ mass @ E)
+    bodies = list(_bodies(mass, named))
+    for own, block in bodies:
+        J = block[3:, 3:]
+        for row, moments in zip(own[3:], 2.0 * cross((0.5 * np.trace(J) * np.eye(3) - J) @ d), strict=True):
+            found[row, own[3:]] = moments
+    known = {row for own, _ in bodies for row in own}
+    other = next((dofs[row] for row in range(len(dofs)) if not moving[row] and row not in known), None)
+    if other is not None:
+        rule = "must have rows along x, y and z, and rotations of rigid bodies, alone"
+        raise fault("A structure with Coriolis forces", rule, other)
+    return sparse.csc_array(0.5 * (found - found.T))
+
+
+def cross(a: Array) -> Array:
+    """[a]ₓ (3, 3): [a]ₓ b = a × b."""
+    x, y, z = a
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 ACROSS = np.diag([1.0, 1.0, 0.0])

@@ -111,7 +111,7 @@ class Structure:
     surfaces: outer surfaces of meshed bodies with their motion, for deformed shapes only.
     stresses: at named places of models, from the motion q.
     centrifugal: loads of rotation of a model that was read, whose nodes inside may no longer be there; softening: the matrix that
-    times Ω² was taken from K, (n, n) [kg].
+    times Ω² was taken from K, (n, n) [kg]; coriolis: what Coriolis forces add to C or the damping rule, skew, (n, n) [N s/m].
     outlines: sections of rigid bodies by the node at their mass centre, corners (k, 3) [m], for drawings only.
     shapes: where M, C, K are (m, m), of m coordinates y fewer than degrees of freedom, the motion q = shapes y, (n, m);
     `Problem.truncated` makes such structures.
@@ -132,6 +132,7 @@ class Structure:
     shapes: Array | None = field(default=None, kw_only=True)
     centrifugal: CentrifugalLoads | None = field(default=None, kw_only=True)
     softening: Array | None = field(default=None, kw_only=True)
+    coriolis: Array | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dofs", checks.several("dofs", self.dofs))

@@ -157,6 +157,19 @@ def modes_as_solved(M: Array, K: Array) -> Modes:
     return Modes(squares, follow @ amplitudes)
 
 
+def gyroscopic_modes(modes: Modes, skew: Array) -> Modes:
+    """The modes of M q̈ + G q̇ + K q = 0 for a skew G (n, n) from those without it: complex shapes of as much energy as a mode of
+    that frequency and φᵀMφ = 1 has. G takes no energy, and frequencies stay real.
+
+    With q = φ η the state (ω₀ η, η̇) goes with a skew matrix, i ω v = [[0, ω₀], [−ω₀, −φᵀGφ]] v, v of length one.
+    """
+    own = np.diag(np.sqrt(np.maximum(modes.squares, 0.0)))
+    matrix = np.block([[np.zeros_like(own), own], [-own, -(modes.shapes.T @ skew @ modes.shapes)]])
+    omega, states = linalg.eigh(-1j * matrix)
+    size = own.shape[0]
+    return Modes(np.asarray(omega[size:] ** 2, dtype=float), modes.shapes @ (-1j * np.sqrt(2.0) * states[size:, size:]))
+
+
 def definite_modes(M: Array, K: Array) -> Modes:
     """The modes with a positive square of a positive definite K and any symmetric or Hermitian M, (n, n), φᵀMφ = 1.
 

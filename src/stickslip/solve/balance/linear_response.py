@@ -198,7 +198,7 @@ def linear_peak(
     natural = natural[natural > 1e-4 * natural[-1]]
     inside = natural[(natural >= band[0]) & (natural <= band[1])]
     natural = inside if inside.size else natural
-    if not balance.problem.C.any():
+    if not balance.problem.damped:
         sizes = [amplitude(1.001 * f) for f in natural]
         return LinearPeak(float(natural[int(np.argmax(sizes))]), np.nan)
     best = float(natural[int(np.argmax([amplitude(f) for f in natural]))])

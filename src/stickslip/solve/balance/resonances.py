@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stickslip.model.contact.protocol import HELD, SLIPPING
 from stickslip.model.problem import Problem
 from stickslip.model.problem.systems import BARELY, LinearSystem
-from stickslip.model.structure.modes import definite_modes, natural_modes
+from stickslip.model.structure.modes import definite_modes, gyroscopic_modes, natural_modes
 from stickslip.solve.balance.fourier import Harmonics, highest, orders
 from stickslip.support.checks import Array, Index
 
@@ -150,6 +150,8 @@ def _limit(
         modes = definite_modes(system.M, np.asarray(system.K - (1.0 - BARELY) * released))
     else:
         modes = natural_modes(system.M, np.asarray(system.K - released))
+        skew = 0.5 * (system.C - system.C.conj().T)
+        modes = gyroscopic_modes(modes, skew) if turn.size == 1 and np.any(skew) else modes
     omega = np.sqrt(np.maximum(modes.squares, 0.0))
     losses = np.sum(modes.shapes.conj() * (system.C @ modes.shapes), axis=0).real
     ratios = np.divide(losses, 2.0 * omega, out=np.zeros_like(omega), where=omega > 0.0)

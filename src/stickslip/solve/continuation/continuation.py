@@ -180,7 +180,7 @@ class _Tracer:
         self.end = end
         self.direction = 1.0 if end > self.start else -1.0
         self.steps = Steps(balance, parameter, abs(end - self.start) / 10.0, control)
-        self.undamped = parameter == "omega" and not balance.problem.C.any()
+        self.undamped = parameter == "omega" and not balance.problem.damped
 
     def points(self, first: Correction) -> Iterator[CurvePoint]:
         current = self.steps.starting_point(first, self.direction)

@@ -225,7 +225,7 @@ def with_peaks(balance: HarmonicBalance, curve: Curve, progress: Callable[[float
     unproven = [each for some in (*found, *largest) for each in some.unproven if curve.holds(each.omega)]
     if unproven:
         message += f" {_may_be_higher(balance, unproven)}"
-        message += "" if balance.problem.C.any() or UNDAMPED in message else f" {UNDAMPED}"
+        message += "" if balance.problem.damped or UNDAMPED in message else f" {UNDAMPED}"
     highest = tuple(next(iter(each.points), None) for each in largest)
     peaks, beyond = tuple(each.points for each in found), tuple(each.points for each in outside)
     steps = tuple(inner.steps + outer.steps for inner, outer in zip(found, outside, strict=True))
@@ -301,7 +301,7 @@ def _lost_message(balance: HarmonicBalance, swept: Sweep, ends: tuple[float, flo
         where = f"The sweep stopped at {balance.hertz(farthest):.6g} Hz. For the rest, {rest}"
     else:
         where = f"To compute it, {rest}"
-    causes = "" if problem.C.any() else UNDAMPED, held_by_friction(problem, balance.harmonics)
+    causes = "" if problem.damped else UNDAMPED, held_by_friction(problem, balance.harmonics)
     return " ".join(filter(None, (swept.lost, where, *problem.warnings, *causes)))
 
 
