@@ -54,7 +54,7 @@ def test_a_whirling_mass_has_two_frequencies():
     np.testing.assert_allclose(2.0 * np.pi * problem.frequencies(stuck=True), [20.0 - SPEED, 20.0 + SPEED], rtol=1e-12)
     response = ss.forced_response(problem, ss.radians_per_second(6.0, 37.0), 1.0, harmonics=1, samples=16)
     for output in ("1.x", "1.y"):
-        peaks = response.peaks().query("output == @output")
+        peaks = response.peaks().query(f"output == '{output}'")
         np.testing.assert_allclose(np.sort(2.0 * np.pi * peaks["frequency"]), [20.0 - SPEED, 20.0 + SPEED], rtol=1e-3)
     structure, dataset = problem.structure, response.dataset
     point = response.peak_point()
@@ -72,6 +72,8 @@ def test_with_friction_harmonic_balance_and_time_agree():
     rubbing = ss.Contact("rub", ss.Macroslip(400.0, 0.3, normal_load=2.0), (ss.between("1.x", "ground"),))
     response = ss.forced_response(whirling((rubbing,)), ss.radians_per_second(10.0, 36.0), 1.0, harmonics=9, samples=512)
     assert response.verify_in_time(0, response.peak_point(), steps_per_period=1000).agrees(3e-3)
+    with pytest.raises(ss.InputError, match="Nonlinear modes must be of a problem without Coriolis forces"):
+        ss.nonlinear_modes(response.problem, 1)
     assert float(np.nanmax(np.abs(response.dataset.energy_residual))) < 1e-6
 
 
@@ -103,7 +105,7 @@ def test_a_ring_has_two_travelling_waves():
 
 
 def test_gyroscopic_modes_solve_their_equation():
-    """−ω² M + i ω G + K, unsymmetric and with a free motion; shapes have the energy of a mode of unit mass, φᴴ(K + ω² M)φ = 2 ω²."""
+    """(−ω² M + i ω G + K) φ = 0, also with a free motion; φ has the energy of a mode of unit mass, φᴴ(K + ω² M)φ = 2 ω²."""
     rng = np.random.default_rng(2)
     M, half, wide = np.diag(rng.uniform(0.5, 2.0, 4)), rng.normal(size=(4, 3)), rng.normal(size=(4, 4))
     K, G = half @ half.T, wide - wide.T

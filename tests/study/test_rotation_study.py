@@ -244,3 +244,44 @@ def test_spin_softening_goes_with_the_speed_in_a_speed_sweep(folder, alone):
             found = np.sqrt(np.sort(abs(linalg.eigvals(at.K, at.M)))) / (2.0 * np.pi)
             assert found[0] == pytest.approx(np.sqrt(at_rest**2 - turns**2), rel=2e-3)
             assert found[1 if alone else 2] == pytest.approx(at_rest, rel=2e-3)  # along the axis
+
+
+@pytest.mark.parametrize("reduced", [True, False])
+def test_a_blade_that_turns_about_itself_whirls_at_two_frequencies(folder, reduced):
+    """f₀ − n and f₀ + n at n turns a second, of a square bar whose K has its spin softening; refused over speeds."""
+    arrays = dict(np.load(folder / "bar.npz"))
+    free = np.array([dof.rpartition(".")[0] not in bar(3)[0].sets["FOOT"] for dof in arrays["dofs"]])
+    M, K = (arrays[name][np.ix_(free, free)] for name in "MK")
+    np.savez(folder / "bar.npz", **arrays | {"dofs": arrays["dofs"][free], "M": M, "K": K})
+    text = STUDY[: STUDY.index("[[contact]]")] + STUDY[STUDY.index("[[force]]") :]
+    text = text if reduced else re.sub(r"keep = .*\nmodes = .*\n", "", text)
+    at_rest = float(np.sqrt(linalg.eigvalsh(K, M)[0])) / (2.0 * np.pi)
+    turning = f"speed = {6.0 * at_rest}\ncoriolis = true\naxis = {{ point = [0.0, 0.0, 0.0], direction = [0.0, 1.0, 0.0] }}"
+    text = text.replace("speed = 3000.0", turning)
+    if not reduced:
+        text = text.replace("tip.x", "1.x" if "1.x" in arrays["dofs"][free] else str(arrays["dofs"][free][0]))
+    made = job(text, folder, "bar")
+    frequencies = made.sweep.problem.frequencies(stuck=True)[:2]
+    np.testing.assert_allclose(frequencies, [0.9 * at_rest, 1.1 * at_rest], rtol=2e-3)
+    assert "The spin softening of bodies is left out" in " ".join(made.remarks)
+    sweep = "[speed_sweep]\nspeed = [2000.0, 4000.0]\nengine_orders = [1]\nreference_speed = 3000.0\n"
+    over_speeds = text.replace('"forced_response"', '"speed_sweep"').replace("at = [50.0]\n", "") + sweep
+    with pytest.raises(ss.InputError, match="coriolis must stay away from a speed sweep"):
+        job(re.sub("speed = [0-9.]+\ncoriolis", "speed = 3000.0\ncoriolis", over_speeds), folder, "bar")
+
+
+def test_coriolis_forces_act_on_blades_and_dampers(blades):  # noqa: F811
+    """2 Ω m along y of each body that moves along x, Ω along z, by both reduced blades and the damper of 20 g."""
+    made = job(BLADES.replace(PULL, "") + ROTATION.replace("speed", "coriolis = true\nspeed", 1), blades, "blades")
+    problem = made.sweep.problem
+    assert problem.structure.coriolis is not None
+    dofs = problem.structure.dofs
+    along = {d: np.array([float(dof == f"damper/centre.{d}") for dof in dofs]) for d in "xy"}
+    G = problem.structure.coriolis
+    assert along["y"] @ G @ along["x"] == pytest.approx(2.0 * OMEGA * 0.02, rel=1e-9)
+    np.testing.assert_allclose(G, -G.T, atol=1e-12 * np.abs(G).max())
+    left = [k for k, dof in enumerate(dofs) if dof.startswith("left/")]
+    assert np.abs(G[np.ix_(left, left)]).max() > 0.0
+    blade = read_model(blades / "platform_blade.inp", units="mm-t-s")
+    with pytest.raises(ss.InputError, match="must be left out beside a sector, whose Coriolis forces are neglected"):
+        structure._rotating(blade, (3000.0, RotationAxis(), True), True)

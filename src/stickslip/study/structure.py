@@ -155,7 +155,7 @@ def _rotating(model: Model, rotation: Rotation, sector: bool) -> Model:
     if not with_coriolis:
         return softened
     if sector:
-        raise fault("coriolis of [rotation]", "must go with models of whole bodies", "true beside a sector")
+        raise fault("coriolis of [rotation]", "must be left out beside a sector, whose Coriolis forces are neglected", "true")
     return replace(softened, coriolis=2.0 * np.pi * speed / 60.0 * coriolis(model.M, model.dofs, axis))
 
 

@@ -51,7 +51,7 @@ def in_rotation(
     turning = replace(structure, stresses=tuple(stresses)) if stresses else structure
     if with_coriolis:
         if isinstance(structure, CyclicStructure):
-            raise fault("A structure with Coriolis forces", "must not be a sector", "one of a disk")
+            raise fault("with_coriolis", "must be False for a sector, whose Coriolis forces are neglected", True)
         turning = replace(turning, coriolis=np.sqrt(square) * coriolis(structure.M, structure.dofs, about).toarray())
     return turning, CentrifugalLoad(along, static=square * size, name=name, resultant=(x, y, z))
 
