@@ -26,7 +26,7 @@ from .model.structure.matrices import (
 from .model.readers.stress_places import StrainGauge as StrainGauge
 from .model.structure.stress import FatigueLimit as FatigueLimit
 from .model.structure.matrices import Structure as Structure
-from .model.structure.rigid_body import PlanarBody as PlanarBody, RigidBody as RigidBody, box_inertia as box_inertia
+from .model.structure.rigid_body import RigidBody as RigidBody, box_inertia as box_inertia
 
 # Loads, outputs and the problem
 from .model.loads import BaseMotion as BaseMotion, Force as Force, Output as Output
@@ -41,7 +41,7 @@ from .model.contact.dahl import Dahl as Dahl
 from .model.contact.law import LoadDependentFriction as LoadDependentFriction
 from .model.contact.friction_disc import FrictionDisc as FrictionDisc
 from .model.contact.cubic import Gap as Gap
-from .model.contact.iwan import Iwan as Iwan, mindlin_sphere as mindlin_sphere
+from .model.contact.iwan import Iwan as Iwan
 from .model.contact.lugre import LuGre as LuGre
 from .model.contact.macroslip import Macroslip as Macroslip
 from .model.contact.microslip import MicroslipArray as MicroslipArray
@@ -121,8 +121,6 @@ from .model.disks.tuned import TunedDisk as TunedDisk
 from .analyses.damper_alone.cycle import DamperCycle as DamperCycle, damper_cycle as damper_cycle
 from .analyses.damper_alone.cycle import damper_evolution as damper_evolution, steady_cycles as steady_cycles
 from .analyses.damper_alone.cycle_dataset import force_plane as force_plane
-from .analyses.damper_alone.cycle_dataset import harmonic_cycle as harmonic_cycle
-from .analyses.damper_alone.cycle_dataset import blade_with_routine as blade_with_routine
 
 # Measurements and identification
 from .laboratory.identification.contact_law.fit import LoopErrors as LoopErrors

@@ -116,7 +116,7 @@ def inside(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
 def outline(shape) -> np.ndarray:
     """A fine polygon round each section, drawn here anew, with the area's centroid wherever it falls."""
     angle = np.linspace(0.0, 2.0 * np.pi, 101)[:-1]
-    if isinstance(shape, Cylinder):
+    if type(shape) is Cylinder:
         return shape.radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     if isinstance(shape, HalfCylinder):
         half = np.linspace(0.0, np.pi, 101)

@@ -61,24 +61,6 @@ class Chain:
         )
         return folder / "chain.mat"
 
-    def _octave_text(self, folder):
-        """As `save -text` of Octave writes a matrix, a sparse one and a cell array of names."""
-
-        def rows(matrix):
-            return "\n".join(" " + " ".join(f"{value:.17g}" for value in row) for row in matrix)
-
-        K = sparse.coo_array(self.K)
-        entries = "\n".join(f"{i + 1} {j + 1} {value:.17g}" for i, j, value in zip(*K.coords, K.data.tolist(), strict=True))
-        cells = "".join(f"# name: <cell-element>\n# type: string\n# elements: 1\n# length: 3\n{name}\n\n\n" for name in self.dofs)
-        (folder / "chain.mat").write_text(
-            "# Created by Octave 8.4.0, Mon Jan 01 00:00:00 2024 UTC <someone@somewhere>\n"
-            f"# name: M\n# type: matrix\n# rows: 6\n# columns: 6\n{rows(self.M)}\n\n\n"
-            f"# name: K\n# type: sparse matrix\n# nnz: {K.nnz}\n# rows: 6\n# columns: 6\n{entries}\n\n\n"
-            f"# name: C\n# type: matrix\n# rows: 6\n# columns: 6\n{rows(self.C)}\n\n\n"
-            f"# name: dofs\n# type: cell\n# rows: 6\n# columns: 1\n{cells}\n"
-        )
-        return folder / "chain.mat"
-
     def _mat73(self, folder):
         """As MATLAB writes it: columns first, a user block, cell arrays as references, sparse as data, ir, jc."""
         h5py = pytest.importorskip("h5py")

@@ -22,7 +22,7 @@ from stickslip.support.checks import InputError
 SECONDS = 20
 HUGE = (b"999999999999", b"-1", b"0", b"1e308", b"nan", b"99999999", b"", b"1000000", b"*", b"\xff\xff\xff\x7f", b"\x00" * 8)
 CHANGES = ("flip", "cut", "drop", "double", "huge", "word")
-APART = ("mat", "mat_compressed", "mat4", "mat73", "octave_text", "mapping")
+APART = ("mat", "mat_compressed", "mat4", "mat73", "mapping")
 """Kinds that are read in a process of their own, half a second each."""
 DATA = Path(__file__).parents[1] / "data" / "calculix"
 

@@ -9,7 +9,6 @@ import pytest
 import stickslip as ss
 from stickslip.laboratory.measurement.number_table import text_table
 from stickslip.laboratory.measurement.records import read_record
-from stickslip.model.readers import octave_text
 from stickslip.model.readers.ansys_deck import read_archive
 from stickslip.model.readers.input_deck import read_deck
 from stickslip.model.readers.nastran_deck import read_grid
@@ -168,47 +167,3 @@ def test_a_matrix_in_utf_16_is_refused_as_such(tmp_path):
         (tmp_path / f"a_{name}.mtx").write_text("1,1,1,1,1.0\n", encoding="utf-16")
     with pytest.raises(InputError, match="UTF-16"):
         ss.read_model(tmp_path / "a_K.mtx")
-
-
-OCTAVE = "# Created by Octave 8.4.0\n# name: K\n# type: {kind}\n{body}\n\n"
-
-
-def octave(tmp_path, kind, body):
-    (tmp_path / "a.txt").write_text(OCTAVE.format(kind=kind, body=body))
-    return octave_text.arrays(tmp_path / "a.txt")
-
-
-@pytest.mark.parametrize(
-    ("kind", "body", "value"),
-    [
-        ("scalar", "2.5", [[2.5]]),
-        ("float scalar", "2.5", [[2.5]]),
-        ("matrix", "# rows: 2\n# columns: 2\n 1 2\n 3 4", [[1, 2], [3, 4]]),
-        ("float matrix", "# rows: 1\n# columns: 2\n 1 2", [[1, 2]]),
-        ("diagonal matrix", "# rows: 2\n# columns: 2\n1\n2\n", [[1, 0], [0, 2]]),
-        ("sparse matrix", "# nnz: 2\n# rows: 2\n# columns: 2\n1 1 5\n2 1 6", [[5, 0], [6, 0]]),
-    ],
-)
-def test_values_of_octave(kind, body, value, tmp_path):
-    found = octave(tmp_path, kind, body)["K"]
-    np.testing.assert_array_equal(found if isinstance(found, np.ndarray) else found.toarray(), value)
-
-
-@pytest.mark.parametrize(
-    ("kind", "body"),
-    [
-        ("scalar", "2_5"),
-        ("matrix", "# rows: 2\n# columns: 2\n 1 2\n 3 4\n 5 6"),
-        ("matrix", "# rows: 2\n# columns: 2\n 1 2\n 3 1_0"),
-        ("diagonal matrix", "# rows: 2\n# columns: 2\n1\n2\n3\n"),
-        ("diagonal matrix", "# rows: 2\n# columns: 2\n1\n\n"),
-        ("sparse matrix", "# nnz: 1\n# rows: 2\n# columns: 2\n3 1 5"),
-        ("sparse matrix", "# nnz: 2\n# rows: 2\n# columns: 2\n1 1 5\n1 1 6"),
-        ("sparse matrix", "# nnz: 1\n# rows: 2\n# columns: 2\n1 1 5\n2 1 6"),
-        ("scalar", "1\n\n# name: K\n# type: scalar\n2"),
-    ],
-)
-def test_values_of_octave_that_disagree_with_their_head(kind, body, tmp_path):
-    """More or fewer lines than stated, entries outside or twice, a name twice."""
-    with pytest.raises(InputError):
-        octave(tmp_path, kind, body)

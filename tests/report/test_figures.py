@@ -10,7 +10,10 @@ from matplotlib.image import imread
 from report.synthetic import KINDS, poor
 
 from stickslip.results.schema import Result
-from stickslip.show.plots.forced_response import FIGURES, hysteresis_loops, response_curves, save_figures
+from stickslip.show.plots.contacts import hysteresis_loops
+from stickslip.show.plots.forced_response import FIGURES, figures_of
+from stickslip.show.plots.paper import write_figures
+from stickslip.show.plots.response_curves import response_curves
 from stickslip.support.checks import InputError
 from stickslip.support.renderers import FIGURES as REGISTERED
 
@@ -25,8 +28,8 @@ def test_figures_are_drawn_and_not_blank(name, dataset_with_failures, tmp_path):
 
 
 @pytest.mark.nightly
-def test_save_figures_writes_png_and_svg_alike_each_time(dataset, tmp_path):
-    first, second = (save_figures(dataset, tmp_path / folder, formats=("svg",)) for folder in "ab")
+def test_figures_are_written_alike_each_time(dataset, tmp_path):
+    first, second = (write_figures(figures_of(dataset), dataset, tmp_path / folder, ("svg",)) for folder in "ab")
     assert [path.stem for path in first] == list(FIGURES)
     assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
     assert not list(tmp_path.glob("*/.*"))
@@ -79,7 +82,7 @@ def test_a_result_draws_its_figures_by_name(dataset):
     ],
 )
 def test_poor_datasets_are_drawn(kind, tmp_path):
-    assert all(path.stat().st_size > 1000 for path in save_figures(poor(kind), tmp_path, formats=("png",)))
+    assert all(path.stat().st_size > 1000 for path in write_figures(figures_of(poor(kind)), poor(kind), tmp_path, ("png",)))
 
 
 def test_plots_load_matplotlib_late():

@@ -13,7 +13,7 @@ from stickslip.model.contact.point import Contact, Motion, difference, node
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
 from stickslip.model.structure.matrices import Structure
-from stickslip.model.structure.rigid_body import PlanarBody
+from stickslip.model.structure.rigid_body import RigidBody
 from stickslip.support.units import N_per_um
 
 PLATFORMS = ("left.x", "left.y", "right.x", "right.y")
@@ -64,8 +64,9 @@ def test_published_example():
 @pytest.mark.parametrize("angle", ANGLES)
 def test_a_cylinder_that_rolls_keeps_the_horizontal_stiffness_only(angle: float):
     c, s, radius = np.cos(np.radians(angle)), np.sin(np.radians(angle)), 5e-3
-    body = PlanarBody(1.0, 1.0, node="D")
-    feet = (body.at((-radius * s, radius * c)), body.at((radius * s, radius * c)))
+    body = RigidBody(1.0, np.eye(3), node="D")
+    places = (body.at((side * radius * s, radius * c, 0.0)) for side in (-1.0, 1.0))
+    feet = tuple(lambda axis, place=place: place((*axis, 0.0)) for place in places)
     springs = np.diag([closed_forms(angle)[0], 0.0])
     expected = np.block([[springs, -springs], [-springs, springs]])
     np.testing.assert_allclose(condensed(problem(angle, feet, ("D.x", "D.y", "D.rz"))), expected, atol=1e-10 * KN)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from stickslip.model.structure.rigid_body import PLANE, SPACE, PlanarBody, RigidBody, box_inertia
+from stickslip.model.structure.rigid_body import SPACE, RigidBody, box_inertia
 from stickslip.support.checks import InputError
 
 SEEDS = range(4)
@@ -24,16 +24,6 @@ def test_point_moves_as_a_small_rotation_says(seed: int):
     arm = point - body.centre
     exact = small * values[:3] + Rotation.from_rotvec(small * values[3:]).apply(arm) - arm
     np.testing.assert_allclose(displaced(body.at(point), body, small * values), exact, atol=1e-10)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_planar_body_is_the_plane_section_of_the_body_in_space(seed: int):
-    rng = np.random.default_rng(seed)
-    centre, point, direction = rng.standard_normal((3, 2))
-    flat = PlanarBody(2.0, 3.0, centre).at(point)(direction)
-    space = RigidBody(2.0, np.diag([2.0, 2.0, 3.0]), [*centre, 0.0]).at([*point, 0.0])([*direction, 0.0])
-    assert {dof: space.get(dof, 0.0) for dof in flat} == pytest.approx(flat)
-    assert not set(space) - {f"centre.{axis}" for axis in PLANE}
 
 
 def test_kinetic_energy_of_a_box_is_that_of_its_points():

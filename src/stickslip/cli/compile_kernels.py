@@ -104,7 +104,6 @@ def small_cases() -> dict[str, Callable[[], Any]]:
         "branch points": lambda: transposed_system(mass),
         "sensitivity": lambda: ss.sensitivity(mass, 0.17, {}, harmonics=3, samples=64),
         "controlled response": lambda: ss.controlled_response(mass, band, 0.5, harmonics=3, samples=64),
-        "harmonic cycle": lambda: ss.harmonic_cycle(damper, motion, 50.0, 3, 64),
         "bounds": lambda: ss.response_bounds(mass, [0.17], 1.0, points=2, cloud=4, starts=1, harmonics=3, samples=64),
     }
 

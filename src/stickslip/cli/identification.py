@@ -205,9 +205,7 @@ def identify_response(
     ] = None,
     free_gain: Annotated[bool | None, typer.Option("--free-gain", help="Also identify a constant factor of each curve.")] = None,
     free_phase: Annotated[bool | None, typer.Option("--free-phase", help="Also identify a constant phase of each curve.")] = None,
-    start_states: Annotated[
-        str | None, typer.Option(help="Start states of the contacts: virgin (default), free or bounds.")
-    ] = None,
+    start_states: Annotated[str | None, typer.Option(help="Start states of the contacts: virgin (default) or free.")] = None,
     joints: Annotated[
         str | None,
         typer.Option(metavar="A,A,B", help="Joint of each curve, by a name: the curves of a joint are left out together."),

@@ -10,9 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analyses.damper_alone.harmonic_cycle import harmonic_cycle
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle, damper_evolution, steady_cycles
-from stickslip.analyses.damper_alone.cycle_dataset import forces_on_platforms, harmonic_cycle
+from stickslip.analyses.damper_alone.cycle_dataset import forces_on_platforms
 from stickslip.model.contact.iwan import Iwan, Parabolic
 from stickslip.model.contact.macroslip import Macroslip
 from stickslip.model.dampers import SHAPES, ThreePoint

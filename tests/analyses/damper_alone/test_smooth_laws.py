@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from analyses.damper_alone.harmonic_cycle import harmonic_cycle
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
-from stickslip.analyses.damper_alone.cycle_dataset import harmonic_cycle
 from stickslip.model.contact.dahl import Dahl
 from stickslip.model.contact.lugre import LuGre
 from stickslip.model.contact.tanh_coulomb import TanhCoulomb

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle, damper_evolution, steady_cycles
-from stickslip.analyses.damper_alone.cycle_dataset import harmonic_cycle
 from stickslip.model.dampers import Cylinder, ThreePoint, Wedge
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, measured, out_of_phase
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
@@ -24,8 +23,6 @@ WRONG = [
     (lambda: damper_evolution(None, MOTION, [0.3]), "rig must be a BetweenPlatforms, but is None."),
     (lambda: steady_cycles(RIG, MOTION, starts=None), "starts must be a whole number, but is None."),
     (lambda: steady_cycles(RIG, MOTION, seed="a"), "seed must be a whole number, but is 'a'."),
-    (lambda: harmonic_cycle(RIG, MOTION, 5.0, harmonics=1.5), "harmonics must be a whole number, but is 1.5."),
-    (lambda: harmonic_cycle(RIG, MOTION, 5.0, samples=None), "samples must be a whole number, but is None."),
     (lambda: measured([1, 2, 3], [1, 2]), "x and y of a measured cycle must have equal length"),
     (lambda: measured("a", "b"), "x must hold numbers, but is 'a'."),
     (lambda: measured(np.ones(99), np.ones(99), harmonics=-1), "harmonics must be at least 1, but is -1."),

@@ -252,74 +252,6 @@ MEANINGS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class BladeDamperForces:
-    """Forces on a damper (n,) [N], T along its platform (up), N pressing: at the cylinder (separator) and at the flat (blade);
-    the same with the error of each, (n,) standard deviations from the errors of the cells."""
-
-    cylinder_tangential: Array
-    cylinder_normal: Array
-    flat_tangential: Array
-    flat_normal: Array
-    errors: dict[str, Array]
-
-    def ratio(self, side: str) -> Array:
-        """T/N at "cylinder" or "flat", NaN where nothing presses."""
-        tangential, normal = getattr(self, f"{side}_tangential"), getattr(self, f"{side}_normal")
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(normal > 0.0, tangential / normal, np.nan)
-
-
-def blade_damper_forces(
-    outward: ArrayLike,
-    upward: ArrayLike,
-    pull: float,
-    platform_angle: float = 45.0,
-    inertia: tuple[ArrayLike, ArrayLike] | None = None,
-    cell_gain: float = 0.01,
-    zero: float = 0.8,
-    draws: int = 200,
-    seed: int = 0,
-) -> BladeDamperForces:
-    """From the cells' readings (n,) [N]: force of the damper on the separator, outwards (away from the blade) and up.
-
-    The separator pushes the damper by −(outward, upward); the blade by what balances that, the pull up, and m(ẍ, ÿ) where
-    `inertia` gives it (n,) each. Errors: gain of each cell and zero after load removal, by sampling.
-    """
-    x, y = np.asarray(outward, dtype=float), np.asarray(upward, dtype=float)
-    if x.shape != y.shape or x.ndim != 1 or not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
-        raise fault("Readings of the two cells", "must be finite, of one length", (x.shape, y.shape))
-    if np.mean(y) < 0.0 or np.mean(x) < 0.0:
-        raise fault("The mean readings", "must press the cells", (float(x.mean()), float(y.mean())), "Reversed sign or no zero?")
-    positive("pull", pull)
-    if y.mean() > 2.0 * pull or x.mean() > 10.0 * pull:
-        raise fault("The mean readings", "must be of the size of the pull", (float(x.mean()), float(y.mean())), "Right unit?")
-    angle = np.radians(finite("platform_angle", platform_angle))
-    moving = (0.0, 0.0) if inertia is None else (np.asarray(inertia[0], float), np.asarray(inertia[1], float))
-    best = _split(x, y, pull, float(angle), moving)
-    generator = np.random.default_rng(seed)
-    drawn = []
-    for _ in range(draws):
-        gain, shift = cell_gain * generator.normal(size=2), zero * generator.normal(size=2)
-        drawn.append(_split((1 + gain[0]) * x + shift[0], (1 + gain[1]) * y + shift[1], pull, float(angle), moving))
-    spread = {name: np.std([one[i] for one in drawn], axis=0) for i, name in enumerate(MEANINGS)}
-    return BladeDamperForces(best[0], best[1], best[2], best[3], spread)
-
-
-def _split(x: Array, y: Array, pull: float, angle: float, moving: tuple[Array | float, Array | float]) -> tuple[Array, ...]:
-    """T and N at the cylinder and at the flat, for the damper at the side whose outward is +x; the roof rises to the ridge on
-    either side: outer platform normal (sin, cos) presses down and inwards."""
-    c, s = np.cos(angle), np.sin(angle)
-    force_x, force_y = -x, -y
-    blade_x, blade_y = moving[0] - force_x, moving[1] - force_y - pull
-    return (
-        np.asarray(-c * force_x + s * force_y),
-        np.asarray(-s * force_x - c * force_y),
-        np.asarray(c * blade_x + s * blade_y),
-        np.asarray(s * blade_x - c * blade_y),
-    )
-
-
 def blade_rig_forces(
     record: Record,
     pull: ArrayLike,
@@ -328,32 +260,53 @@ def blade_rig_forces(
     frequency: float | None = None,
     harmonics: int = HARMONICS,
     samples: int = 400,
-    **errors: Any,
+    cell_gain: float = 0.01,
+    zero: float = 0.8,
+    draws: int = 200,
+    seed: int = 0,
 ) -> xr.Dataset:
     """Contact forces of both dampers over the mean cycle of a record of their four cells, (damper, sample), each with its
-    standard deviation NAME_error, and T/N at cylinder and flat.
+    standard deviation NAME_error, and T/N at cylinder and flat, NaN where nothing presses.
 
     record: with left_outward, left_upward, right_outward, right_upward (`read_record`), outwards away from the blade, zeros
     removed; pull: on each damper [N], a number or (left, right); frequency [Hz]: found in the largest signal unless given;
-    errors: cell_gain, zero, draws, seed as of `blade_damper_forces`. Cycles with gaps are left out and drift is stated, as
-    warnings in the attributes.
+    errors, by sampling: cell_gain of each cell, and zero after load removal [N]. Cycles with gaps are left out and drift is
+    stated, as warnings in the attributes.
     """
     record.needs(*BLADE_CELLS)
     cycles, pulls = whole_cycles(record, frequency, harmonics), vector("pull", pull, 2)
-    found = []
-    for side, force in zip(("left", "right"), pulls, strict=True):
-        outward, upward = (cycles.cycle(f"{side}_{cell}", samples) for cell in ("outward", "upward"))
-        found.append(blade_damper_forces(outward, upward, float(force), platform_angle, **errors))
-    variables: dict[str, tuple[tuple[str, str], Any, dict[str, str]]] = {}
-    for name, words in MEANINGS.items():
-        values, spread = np.stack([getattr(one, name) for one in found]), np.stack([one.errors[name] for one in found])
-        variables[name] = named(("damper", "sample"), values, words, "N")
-        variables[f"{name}_error"] = named(("damper", "sample"), spread, f"standard deviation: {words}", "N")
-    for side in ("cylinder", "flat"):
-        ratio = np.stack([one.ratio(side) for one in found])
+    angle, best, spread = np.radians(finite("platform_angle", platform_angle)), [], []
+    for side, force in zip(("left", "right"), pulls.tolist(), strict=True):
+        x, y = (cycles.cycle(f"{side}_{cell}", samples) for cell in ("outward", "upward"))
+        means = float(x.mean()), float(y.mean())
+        if min(means) < 0.0:
+            raise fault("The mean readings", "must press the cells", means, "Reversed sign or no zero?")
+        if means[1] > 2.0 * positive("pull", force) or means[0] > 10.0 * force:
+            raise fault("The mean readings", "must be of the size of the pull", means, "Right unit?")
+        gain_x, gain_y, zero_x, zero_y = np.moveaxis(np.random.default_rng(seed).normal(size=(draws, 4, 1)), 1, 0)
+        drawn_x, drawn_y = (1.0 + cell_gain * gain_x) * x + zero * zero_x, (1.0 + cell_gain * gain_y) * y + zero * zero_y
+        best.append(blade_damper_forces(x, y, force, angle))
+        spread.append(blade_damper_forces(drawn_x, drawn_y, force, angle).std(axis=1))
+    values, errors = np.stack(best, axis=1), np.stack(spread, axis=1)
+    variables: dict[str, Any] = {}
+    for k, (name, words) in enumerate(MEANINGS.items()):
+        variables[name] = named(("damper", "sample"), values[k], words, "N")
+        variables[f"{name}_error"] = named(("damper", "sample"), errors[k], f"standard deviation: {words}", "N")
+    for side, tangential, normal in (("cylinder", *values[:2]), ("flat", *values[2:])):
+        ratio = np.divide(tangential, normal, out=np.full(normal.shape, np.nan), where=normal > 0.0)
         variables[f"{side}_ratio"] = named(("damper", "sample"), ratio, f"T/N at the {side}")
     attributes = {"title": record.name, "frequency": cycles.frequency, "pull": pulls.tolist(), "warnings": list(cycles.warnings)}
     return xr.Dataset(variables, {"damper": ["left", "right"]}, attributes)
+
+
+def blade_damper_forces(x: Array, y: Array, pull: float, angle: float) -> Array:
+    """The `MEANINGS`, (4, ...) [N], of a damper at the side whose outward is +x, from the force (x, y) that it puts on the
+    separator, outwards and up. The separator pushes it by −(x, y), the blade by what balances that and the pull, which is up.
+
+    The roof rises to the ridge on either side: the normal (sin, cos) of the outer platform presses down and inwards.
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * x - s * y, s * x + c * y, c * x + s * (y - pull), s * x - c * (y - pull)])
 
 
 STEPS = 2000

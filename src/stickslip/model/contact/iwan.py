@@ -309,23 +309,3 @@ class Iwan(Law):
         if self.kn is not None:
             springs = NormalElements(np.array([self.kn]), np.array([self.preload - self.kn * self.gap]))
         return Elements((group,) * tangential, springs)
-
-
-def mindlin_sphere(
-    G: float,
-    nu: float,
-    radius: float,
-    mu: float,
-    kn: float | None = None,
-    normal_load: float | None = None,
-    count: int | None = None,
-) -> Iwan:
-    """A sphere on a flat of the same material: kt = 8 G a/(2 − ν), the curve of Mindlin and Deresiewicz at constant load.
-
-    G [N/m²]; radius a of the contact circle [m]. Under a varying load `Iwan` keeps kt; the real a follows N.
-    """
-    positive("G", G)
-    if not 0.0 <= nu <= 0.5:
-        raise fault("nu", "must lie in [0, 0.5]", nu)
-    kt = 8.0 * G * positive("radius", radius) / (2.0 - nu)
-    return Iwan(kt, mu, kn, normal_load=normal_load, spectrum=Parabolic(0.0), count=count)

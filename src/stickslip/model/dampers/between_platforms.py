@@ -27,7 +27,7 @@ from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.contact.point import Contact, ContactTable, Direction, contact_table
 from stickslip.model.dampers.damper import ContactSurface, Damper
 from stickslip.support import checks
-from stickslip.support.checks import Array, Index, fault
+from stickslip.support.checks import Array, fault
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,10 +292,6 @@ class BetweenPlatforms:
         load = np.zeros(len(self.free))
         load[:2] = np.asarray(self.damper.pull)[:2]
         return load
-
-    def rows_of(self, side: str) -> Index:
-        """The contact rows at the left or the right."""
-        return np.array([2 * i + d for i, point in enumerate(self.points) if point.side == side for d in (0, 1)])
 
     def with_friction(self, mu: ArrayLike) -> Self:
         """A copy of macroslip laws with other friction coefficients, a number or one a line."""

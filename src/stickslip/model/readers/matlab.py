@@ -1,4 +1,4 @@
-"""MATLAB files: version 4 to 7 (`matlab_5`), 7.3, which is HDF5 (`matlab_73`), and text of Octave (`octave_text`).
+"""MATLAB files: version 4 to 7 (`matlab_5`) and 7.3, which is HDF5 (`matlab_73`).
 
 M, K, C dense or sparse, `dofs`, `nodes`.
 """
@@ -21,7 +21,6 @@ OCTAVE = b"# Created by Octave"
 NAMES = {
     "stickslip.model.readers.matlab_5": "MATLAB file",
     "stickslip.model.readers.matlab_73": "MATLAB 7.3 file",
-    "stickslip.model.readers.octave_text": "text file of Octave",
 }
 """What each module reads."""
 USER_BLOCKS = (0, 512, 1024, 2048)
@@ -70,4 +69,6 @@ def _version_module(path: Path) -> str:
         start = file.read(USER_BLOCKS[-1] + len(HDF5))
     if any(start[offset : offset + len(HDF5)] == HDF5 for offset in USER_BLOCKS):
         return "stickslip.model.readers.matlab_73"
-    return "stickslip.model.readers.octave_text" if start.startswith(OCTAVE) else "stickslip.model.readers.matlab_5"
+    if start.startswith(OCTAVE):
+        raise InputError("A MATLAB file must be binary, but this is a text file of Octave. Save it again: save -v7 model.mat M K")
+    return "stickslip.model.readers.matlab_5"

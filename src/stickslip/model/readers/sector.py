@@ -129,7 +129,7 @@ def read_sector_at_speeds(
     progress: Progress = quiet,
 ) -> dict[float, CyclicStructure]:
     """Read the models of one sector at several rotor speeds, {speed in rev/min: path}, and return {speed: disk}, all of them
-    in the same coordinates: K(Ω) of `ss.campbell` and `ss.synchronous` lies between them.
+    in the same coordinates: K(Ω) of `ss.campbell` and `ss.speed_sweep` lies between them.
 
     The mass matrix must be the same at all speeds, and every K must contain what its program adds at that speed: stress
     stiffening and, as in CalculiX, spin softening. All are reduced with the shapes of the mean of the slowest and the fastest K.

@@ -1,4 +1,4 @@
-"""Rigid bodies: 6 degrees of freedom in space, 3 in the plane, at the mass centre; small rotations.
+"""Rigid bodies: 6 degrees of freedom at the mass centre; small rotations.
 
 A point p of a body moves by u + θ × (p − c); along a direction d that is d·u + ((p − c) × d)·θ. `at(point)` gives this as
 coefficients of named degrees of freedom, which contacts, springs and forces take.
@@ -18,7 +18,6 @@ Motion = Callable[[Sequence[float]], Mapping[str, float]]
 """A place that can move: gives the displacement along a direction as coefficients of degrees of freedom."""
 
 SPACE = ("x", "y", "z", "rx", "ry", "rz")
-PLANE = ("x", "y", "rz")
 
 
 def box_inertia(mass: float, sides: ArrayLike) -> Array:
@@ -69,7 +68,8 @@ class RigidBody:
 
         def motion(direction: Sequence[float]) -> dict[str, float]:
             d = vector("direction", direction, 3)
-            return _coefficients(name, SPACE, np.concatenate([d, np.cross(arm, d)]))
+            values = np.concatenate([d, np.cross(arm, d)]).tolist()
+            return {f"{name}.{axis}": value for axis, value in zip(SPACE, values, strict=True) if value != 0.0}
 
         return motion
 
@@ -93,41 +93,6 @@ class RigidBody:
         return float(away[side]), np.cross(sides[side], along) / length[side]
 
 
-@dataclass(frozen=True, eq=False)
-class PlanarBody:
-    """A rigid body in the plane x, y: mass [kg], inertia about z [kg m²], mass centre (2,) [m].
-
-    Degrees of freedom: node.x, node.y [m] and node.rz [rad], counter-clockwise.
-    """
-
-    mass: float
-    inertia: float
-    centre: ArrayLike = (0.0, 0.0)
-    node: str = "centre"
-
-    def __post_init__(self) -> None:
-        positive("mass", self.mass)
-        positive("inertia", self.inertia)
-        object.__setattr__(self, "centre", vector("centre", self.centre, 2))
-
-    def structure(self) -> Structure:
-        """The free body, without stiffness: M = diag(m, m, J)."""
-        M = np.diag([self.mass, self.mass, self.inertia])
-        x, y = np.asarray(self.centre).tolist()
-        return Structure(M, np.zeros((3, 3)), tuple(f"{self.node}.{axis}" for axis in PLANE), nodes={self.node: (x, y, 0.0)})
-
-    def at(self, point: ArrayLike, body: str = "") -> Motion:
-        """The motion of the body's point (2,) [m]; `body` is its name in an assembly."""
-        arm = vector("point", point, 2) - np.asarray(self.centre)
-        name = prefixed(body, self.node)
-
-        def motion(direction: Sequence[float]) -> dict[str, float]:
-            d = vector("direction", direction, 2)
-            return _coefficients(name, PLANE, np.array([d[0], d[1], arm[0] * d[1] - arm[1] * d[0]]))
-
-        return motion
-
-
 def arm_of(directions: Sequence[Mapping[str, float]], node: str) -> Array:
     """The arm p − c (3,) [m] of the point of the body at `node` that moves by these directions: the inverse of `at`.
 
@@ -137,7 +102,3 @@ def arm_of(directions: Sequence[Mapping[str, float]], node: str) -> Array:
     turning = np.array([[d.get(f"{node}.{axis}", 0.0) for axis in SPACE[3:]] for d in directions])
     cross = np.concatenate([[[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]] for x, y, z in along])
     return np.asarray(np.linalg.lstsq(cross, turning.ravel(), rcond=None)[0])
-
-
-def _coefficients(node: str, axes: Sequence[str], values: Array) -> dict[str, float]:
-    return {f"{node}.{axis}": float(value) for axis, value in zip(axes, values, strict=True) if value != 0.0}

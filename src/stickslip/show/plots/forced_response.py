@@ -1,10 +1,9 @@
-"""All figures of a forced response, and `save_figures`, which writes them as PNG and SVG."""
+"""All figures of a forced response."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from stickslip.analyses.nodal_diameters import has_disk
@@ -14,22 +13,11 @@ from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, hysteresis_loops, loss_factor
 from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
-from stickslip.show.plots.paper import Figures, write_figures
+from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.response_curves import haigh_diagram, peaks_over_force, response_curves, stress_curves
 from stickslip.show.plots.time_response import bound_cycles, contact_forces, force_ratios, loops
 from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles
 from stickslip.support.late import Figure, xr
-
-__all__ = [
-    "FIGURES",
-    "contact_states",
-    "dissipation",
-    "hysteresis_loops",
-    "loss_factor",
-    "peaks_over_force",
-    "response_curves",
-    "save_figures",
-]
 
 FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {
     "response": response_curves,
@@ -66,8 +54,3 @@ def figures_of(dataset: xr.Dataset) -> Figures:
     figures |= {"haigh": haigh_diagram} if has_fatigue(dataset) else {}
     figures |= {"samples": response_cloud} if "start_variable" in dataset.variables else {}
     return figures | ({"percentiles": response_percentiles} if has_percentiles(dataset) else {})
-
-
-def save_figures(dataset: xr.Dataset, directory: str | Path, formats: tuple[str, ...] = ("png", "svg")) -> list[Path]:
-    """Write every figure in every format; returns the paths."""
-    return write_figures(figures_of(dataset), dataset, directory, formats)

@@ -113,8 +113,7 @@ def _axis(dataset: xr.Dataset, name: str) -> Axis:
 
 @FIGURES.of("ResponseIdentification")
 def measured_and_computed(dataset: xr.Dataset) -> Chart:
-    """Response per force of every test over frequency, measured (dots) and computed (lines), or the area between its bounds; the
-    phase where it is known."""
+    """Response per force of every test over frequency, measured (dots) and computed (lines); the phase where it is known."""
     count, names = dataset.sizes["test"], [str(name) for name in dataset["test"].values]
     quantity = str(dataset["quantity"].values[0])
     units = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s2 N)"}[quantity]
@@ -126,9 +125,6 @@ def measured_and_computed(dataset: xr.Dataset) -> Chart:
         test, shown = dataset.isel(test=t), name in listed
         style, dots = level(t, count), level(t, count, dash="none", marker="circle", size=2.5)
         f = test["frequency"].values
-        if "lower" in dataset:
-            low, high = (test[key].values / unit.metres for key in ("lower", "upper"))
-            top.append(band(f, low, high, level(t, count, opacity=0.25), "between the bounds" if count == 1 else ""))
         for key, look, own in (("measured", dots, False), ("computed", style, shown)):
             top.append(Line(f, test[key].values / unit.metres, look, name, listed=own))
             if np.isfinite(test["measured_phase"].values).any():
@@ -138,10 +134,7 @@ def measured_and_computed(dataset: xr.Dataset) -> Chart:
     )
     panels = [Panel(HERTZ, size, top, height=3.2)]
     panels += [Panel(HERTZ, Axis("phase", "°"), bottom, height=1.9)] if bottom else []
-    title = "Measured responses (dots), those between the bounds nearest to them (lines), bounds (areas)"
-    if "lower" not in dataset:
-        title = "Measured (dots) and computed (lines) responses"
-    return Chart(title, panels, shared_x=True)
+    return Chart("Measured (dots) and computed (lines) responses", panels, shared_x=True)
 
 
 @FIGURES.of("ResponseIdentification", "misfits")

@@ -92,11 +92,7 @@ class ResponseIdentificationTable(Table):
     free_gain: Annotated[bool, Field(description="a constant factor of each measured curve is found too")] = False
     free_phase: Annotated[bool, Field(description="a constant phase of each measured curve is found too")] = False
     start_states: Annotated[
-        Literal["virgin", "free", "bounds"],
-        Field(
-            description="of the contacts: as the problem says; of each test its own; or any, and parameters whose bounds enclose "
-            "the measured amplitudes"
-        ),
+        Literal["virgin", "free"], Field(description="of the contacts: as the problem says, or of each test its own")
     ] = "virgin"
     rule: RuleOrRules = "traction_ratio"
     """quantity that a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0"""

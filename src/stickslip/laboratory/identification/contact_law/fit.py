@@ -287,6 +287,7 @@ LONGEST = 0.05
 class LoopFit(LeastSquares):
     """A law along measured loops. Variables: ln kt, ln mu, shape; and the lag of the force over the longest where it is `late`.
 
+    over: loads (k,) [N], at each of which the coefficient has a value of its own: ln mu (k,); None: it is one.
     about: variables about which the bounds lie.
     """
 
@@ -294,21 +295,28 @@ class LoopFit(LeastSquares):
     law: str
     about: Array
     late: bool = False
+    over: Array | None = None
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        count, lag = LAWS[self.law][1], [1.0] * self.late
-        low = [self.about[0] - 4.0, self.about[1] - 3.0, *[0.0] * count, *(-1.0 * one for one in lag)]
-        return np.array(low), np.array([self.about[0] + 5.0, self.about[1] + 3.0, *[0.999] * count, *lag])
+        count, lag, mu = LAWS[self.law][1], np.ones(int(self.late)), self.about[self.coefficients]
+        low = self.about[:1] - 4.0, mu - 3.0, np.zeros(count), -lag
+        return np.concatenate(low), np.concatenate([self.about[:1] + 5.0, mu + 3.0, np.full(count, 0.999), lag])
+
+    @property
+    def coefficients(self) -> slice:
+        """The variables ln mu."""
+        return slice(1, 2 if self.over is None else 1 + self.over.size)
 
     def residuals(self, x: Array) -> Array:
         """Measured less computed force of all loops, one after the other, without the unknown zero of each."""
-        theta = x[: 2 + LAWS[self.law][1]]
-        forces = [np.asarray(loop.force) for loop in self.loops]
-        if self.late:
-            forces = [advanced(force, LONGEST * x[-1]) for force in forces]
-        left = [force - force_of(loop, self.law, theta) for force, loop in zip(forces, self.loops, strict=True)]
-        return np.concatenate([one - one.mean() for one in left])
+        mu, left = x[self.coefficients], []
+        theta = np.concatenate([x[:1], mu.max(keepdims=True), x[1 + mu.size :][: LAWS[self.law][1]]])
+        for loop in self.loops:
+            force = advanced(np.asarray(loop.force), LONGEST * x[-1]) if self.late else np.asarray(loop.force)
+            own = loop if self.over is None else under_friction(loop, self.over, np.exp(mu - mu.max()))
+            left.append(force - force.mean() - force_of(own, self.law, theta))
+        return np.concatenate(left)
 
 
 def first_guess(loops: Sequence[ContactLoop], law: str, factor: float = 1.0) -> Array:
@@ -378,37 +386,6 @@ class FrictionOverLoad(NamedTuple):
     exponent_error: float
 
 
-@dataclass(frozen=True, eq=False)
-class FrictionFit(LeastSquares):
-    """A law along loops with a coefficient at each of the loads `over` (k,) [N]. Variables: ln kt, ln μ (k,), shape.
-
-    about: variables about which the bounds lie.
-    """
-
-    loops: Sequence[ContactLoop]
-    law: str
-    over: Array
-    about: Array
-
-    @property
-    def bounds(self) -> tuple[Array, Array]:
-        shape, wide = LAWS[self.law][1], np.full(self.over.size, 3.0)
-        first = self.about[: 1 + self.over.size]
-        low, high = first - np.append(4.0, wide), first + np.append(5.0, wide)
-        return np.append(low, [0.0] * shape), np.append(high, [0.999] * shape)
-
-    def residuals(self, x: Array) -> Array:
-        """Measured less computed force of all loops, one after the other, without the unknown zero of each."""
-        values, reference = np.exp(x[1 : 1 + self.over.size]), float(np.max(x[1 : 1 + self.over.size]))
-        theta = np.concatenate([x[:1], [reference], x[1 + self.over.size :]])
-        left = []
-        for loop in self.loops:
-            scaled = under_friction(loop, self.over, values / np.exp(reference))
-            force = np.asarray(loop.force)
-            left.append(force - force.mean() - force_of(scaled, self.law, theta))
-        return np.concatenate(left)
-
-
 def under_friction(loop: ContactLoop, over: Array, values: Array) -> ContactLoop:
     """The loop with μ(N) N of coefficients at some loads as its load: then one coefficient of 1 stands for all."""
     load = np.asarray(loop.normal)
@@ -425,8 +402,8 @@ def friction_over_load(loops: Sequence[ContactLoop], law: str, over: Array, erro
     loads, ratios = np.array([(loops[k].load, loops[k].friction / loops[k].load) for k in order]).T
     guess = first_guess(loops, law)
     start = np.concatenate([guess[:1], np.log(np.interp(over, loads, ratios)), guess[2:]])
-    found = FrictionFit(loops, law, over, start).solved(start)
-    mu = slice(1, 1 + over.size)
+    fit = LoopFit(loops, law, start, over=over)
+    found, mu = fit.solved(start), fit.coefficients
     seen = np.linalg.norm(found.jacobian[:, mu], axis=0)
     if seen.min() < BLIND * seen.max():
         blind = float(over[int(np.argmin(seen))])

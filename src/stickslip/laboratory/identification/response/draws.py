@@ -40,12 +40,9 @@ FEWEST_POINTS, SIGNIFICANCE = 6, 0.05
 
 
 def kept_for_draws(fit: ResponseFit, x: Array, known: FitStatistics, solution: Mapping[str, Any]) -> dict[str, Any]:
-    """Variables of the dataset of an identification: the fit with the covariance of its variables, or the ends between which
-    those lie that have none."""
+    """Variables of the dataset of an identification: the fit with the covariance of its variables."""
     low, high = (np.array(ends, dtype=float) for ends in fit.bounds)
     unknown, error, shared = ~np.isfinite(known.error), np.array(known.error, dtype=float), fit.shared
-    if "ends" in solution:
-        unknown[:], (low[shared], high[shared]) = True, np.asarray(solution["ends"])
     least = np.asarray(solution.get("least", np.full(len(shared), np.nan)))
     held = np.isfinite(least)
     low[np.array(shared)[held]], unknown[np.array(shared)[held]] = least[held], True

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.laboratory.identification.least_squares import FreeParameter, LeastSquares, Solution
-from stickslip.laboratory.identification.response.model import ComputedResponse, EnclosedTest, FittedTest
+from stickslip.laboratory.identification.response.model import ComputedResponse, FittedTest
 from stickslip.support.checks import Array
 
 MISSED = -2.0
@@ -58,7 +58,7 @@ class ResponseFit(LeastSquares):
 
     stops = MappingProxyType({"x_scale": "jac", "ftol": 1e-10, "xtol": 1e-9, "gtol": 1e-10})
 
-    tests: Sequence[FittedTest | EnclosedTest]
+    tests: Sequence[FittedTest]
     free: Mapping[str, FreeParameter]
     start_deviation: float = 0.5
     _last: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
@@ -128,8 +128,7 @@ class ResponseFit(LeastSquares):
         """Their derivatives by the variables, exact. A search wants them where it has arrived: from here all then starts."""
         slopes = self._at(x)[1]
         for model, computed in zip(self.tests, self.computed, strict=True):
-            if isinstance(model, FittedTest):
-                model.keep(computed)
+            model.keep(computed)
         return slopes
 
     def _at(self, x: Array) -> tuple[Array, Array]:
@@ -215,7 +214,7 @@ class ResponseFit(LeastSquares):
         """
         cost, rng, others = self.cost(x), np.random.default_rng(seed), x.copy()
         self.jacobian(x)
-        started = {t: model for t, model in enumerate(self.tests) if isinstance(model, FittedTest) and "start" in self.places[t]}
+        started = {t: model for t, model in enumerate(self.tests) if "start" in self.places[t]}
         before, parts = {t: model.known for t, model in started.items()}, self.parted(self.residuals(x))
         for t, model in started.items():
             if np.mean(parts[t] ** 2) < EXPLAINED**2:
@@ -259,22 +258,6 @@ class ResponseFit(LeastSquares):
                 model.known[k] = None
         self._last = {}
 
-    def searched(self, x: Array) -> list[Array]:
-        """Bounds (2, n) of the response per force of each test, searched anew; residuals then start from them."""
-        self._last = {}
-        tests = enumerate(self.tests)
-        return [model.searched(self.values(x, t)) for t, model in tests if isinstance(model, EnclosedTest)]
-
-    def widened(self, x: Array) -> bool:
-        """Search for wider bounds at the points that lie outside by a standard error; whether there are any."""
-        found, apart = False, self.parted(np.abs(self.residuals(x)) > 1.0)
-        for t, (model, own) in enumerate(zip(self.tests, apart, strict=True)):
-            if isinstance(model, EnclosedTest) and np.any(own):
-                model.searched(self.values(x, t), own[0])
-                found = True
-        self._last = {}
-        return found
-
     @property
     def rows(self) -> list[int]:
         """How many residuals a point of each test has: two of real and imaginary parts where phases are known."""
@@ -308,7 +291,7 @@ def enough(found: Sequence[Solution]) -> bool:
     return bool(before) and abs(last.cost - least) <= AGREE * least
 
 
-def _compared(model: FittedTest | EnclosedTest, shown: Any, slopes: Any) -> tuple[Array, Array]:
+def _compared(model: FittedTest, shown: Any, slopes: Any) -> tuple[Array, Array]:
     """Residuals and derivatives, complex where the phase is measured, else of sizes.
 
     Where errors are relative to each point, of the logarithm: a peak in the wrong place then counts no more than a missing one.

@@ -1,8 +1,7 @@
-"""Intervals of parameters from frequency responses, three ways.
+"""Intervals of parameters from frequency responses, two ways.
 
-By the covariance, widened where residuals go together along a curve, and to how far tests disagree; by the profile of the sum of
-squares, all values at which the others can still make up for it, where the residuals vanish over a whole region; and as lower
-bounds of friction where no contact slips, or where the responses do not show that one does.
+By the covariance, widened where residuals go together along a curve, and to how far tests disagree; and as lower bounds of
+friction where no contact slips, or where the responses do not show that one does, by the profile of the sum of squares.
 """
 
 from collections.abc import Sequence
@@ -13,10 +12,7 @@ import numpy as np
 from scipy import special
 
 from stickslip.laboratory.identification.response.fit import ResponseFit
-from stickslip.laboratory.identification.response.model import EnclosedTest, FittedTest
 from stickslip.laboratory.measurement.measured_response import by_joint
-from stickslip.results.schema import stacked
-from stickslip.runs.work import Arrays
 from stickslip.support.checks import Array, Index
 
 TINY = 1e-10
@@ -43,9 +39,6 @@ FIRST, GROWTH = 0.02, 2.0
 NARROWINGS = 5
 """Steps between the last value inside and the first one outside."""
 
-WIDER = 0.99
-"""Sum of squares over that before a search for wider bounds below which the others are adapted once more."""
-
 ADAPTED = 8
 """Evaluations in which the other parameters are adapted to one value, at most."""
 
@@ -57,9 +50,6 @@ RAISED = (0.5, 0.999)
 
 LEAST_NOISE = 1e-6
 """Variance of the residuals, relative to the stated errors, below which it is that of the solutions."""
-
-ROUNDS, GAINED = 3, 0.99
-"""Fits in a row, each after a search for wider bounds, and the sum of squares over the last from which on there is no other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,36 +172,16 @@ def _without_own(residuals: Array, J: Array, own: Index, shared: int) -> tuple[A
     return both[:, 0], both[:, 1:]
 
 
-@dataclass(frozen=True, eq=False)
-class ProfileIntervals:
-    """Ends (2, parameters) of the variables that all tests share, low and high; middle: the mean of the variables (n,) that were
-    found at the ends, inside the region wherever that is convex."""
-
-    ends: Array
-    middle: Array
-
-
-def profile_intervals(fit: ResponseFit, x: Array) -> ProfileIntervals:
-    """The intervals of the shared parameters around the least sum of squares at x."""
-    cost = fit.cost(x)
-    outside = int(np.count_nonzero(fit.residuals(x)))
-    limit = cost + LIMIT * max(1.0, cost / max(outside - x.size, 1))
-    found = {(side, k): profile_end(fit, x, k, side, limit) for k in fit.shared for side in (-1.0, 1.0)}
-    ends = np.array([[found[side, k][0] for k in fit.shared] for side in (-1.0, 1.0)])
-    return ProfileIntervals(ends, np.mean([there for _, there in found.values()], axis=0))
-
-
 def profile_end(fit: ResponseFit, x: Array, k: int, side: float, limit: float) -> tuple[float, Array]:
     """Where the profile of variable k crosses the limit, or its bound, and the last variables found inside."""
 
     def adapted(value: float) -> tuple[Array, float]:
-        """The others adapted to a value; beyond the limit only if it stays so after a search for wider bounds."""
+        """The others adapted to a value, where it needs that."""
         there = np.where(np.arange(x.size) == k, value, inside)
-        cost, found = fit.cost(there), None
-        while cost > limit and (found is None or (fit.widened(there) and fit.cost(there) < WIDER * cost)):
-            found = fit.solved(there, [k], ADAPTED, ftol=1e-3)
-            there, cost = found.x, found.cost
-        return there, cost
+        if (cost := fit.cost(there)) <= limit:
+            return there, cost
+        found = fit.solved(there, [k], ADAPTED, ftol=1e-3)
+        return found.x, found.cost
 
     bound = float(fit.bounds[0 if side < 0.0 else 1][k])
     inside, root, step = x, np.sqrt(fit.cost(x)), FIRST
@@ -269,7 +239,7 @@ def _never_slipping(fit: ResponseFit, x: Array, noise: float, evaluations: int) 
     raised = [k for k in fit.shared if sizes[0, k] > 0.0 and sizes[1, k] <= TINY * sizes[0, k]]
     if not np.any(rows) or np.all(rows) or not raised:
         return x, []
-    models = [replace(model, known=list(model.known)) for model in fit.tests if isinstance(model, FittedTest)]
+    models = [replace(model, known=list(model.known)) for model in fit.tests]
     trial = replace(fit, tests=models, _last={})
 
     def slips(there: Array) -> bool:
@@ -284,24 +254,3 @@ def _never_slipping(fit: ResponseFit, x: Array, noise: float, evaluations: int) 
             found = trial.solved(there, raised, evaluations)
             return (found.x, raised) if found.cost < cost + LIMIT * max(LEAST_NOISE, noise) and not slips(found.x) else (x, [])
     return x, []
-
-
-def enclosed(fit: ResponseFit, x: Array, evaluations: int) -> tuple[Array, Arrays]:
-    """The variables of a fit against bounds, in the middle of all that do as well, and what its result holds.
-
-    bounds (tests, 2, points): of the response per force; ends (2, parameters): of the intervals, variables; starts (tests, 2,
-    points, start variables): where the bounds are.
-    """
-    cost = fit.cost(x)
-    for _ in range(ROUNDS):
-        fit.searched(x)
-        if fit.cost(x) > GAINED * cost:
-            break
-        found = fit.solved(x, evaluations=evaluations)
-        x, cost = found.x, found.cost
-    intervals = profile_intervals(fit, x)
-    middle = fit.solved(intervals.middle, evaluations=evaluations).x
-    x = middle if fit.cost(middle) <= fit.cost(x) else x
-    bounds = stacked(fit.searched(x))
-    starts = stacked([model.starts for model in fit.tests if isinstance(model, EnclosedTest)])
-    return x, {"bounds": bounds, "ends": intervals.ends, "starts": starts}

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stickslip.laboratory.identification.response.fit import GAIN, ResponseFit
 from stickslip.laboratory.identification.response.intervals import statistics
-from stickslip.laboratory.identification.response.model import EnclosedTest, FittedTest
+from stickslip.laboratory.identification.response.model import FittedTest
 from stickslip.laboratory.measurement.measured_response import THOUSAND, MeasuredResponse
 from stickslip.support.checks import Array, counted, first_of, rounded
 
@@ -143,9 +143,8 @@ def _with_gains(plain: ResponseFit, start: Array) -> Array:
     return found
 
 
-def _amplitudes(one: FittedTest | EnclosedTest, swap: bool = False) -> FittedTest:
+def _amplitudes(model: FittedTest, swap: bool = False) -> FittedTest:
     """The amplitudes of a test with a free gain, before their first evaluation; swap: its force and response exchanged."""
-    model = one.model if isinstance(one, EnclosedTest) else one
     test = replace(model.test, phase=None, free_phase=False, free_gain=True, of_largest=False)
     test = replace(test, amplitude=test.force, force=test.amplitude) if swap else test
     return FittedTest.of(test, model.problem_of, model.harmonics, model.samples)

@@ -152,7 +152,7 @@ class DrawnProblems(Execution):
         attrs = self.data.attrs
         known = {"identified": str(attrs["start_states"]), "virgin": "virgin", "any": "any"}[self.start_states]
         rule = tuple(np.atleast_1d(attrs["rule"]).tolist())
-        return "any" if known == "bounds" else known, rule, str(attrs["share"]), float(attrs["start_deviation"])
+        return known, rule, str(attrs["share"]), float(attrs["start_deviation"])
 
     @property
     def about_all(self) -> str:
@@ -392,8 +392,8 @@ def predict_response(work: ResponsePredictionWork) -> ResponsePrediction:
     covariance of the fit, inside their bounds; those that it does not determine, anywhere between theirs. Each draw is a further
     test: what every test has by itself (gain, parameters of each test) is drawn with Student's distribution from the tests, about
     their mean or, where chance does not explain it, about a line over their levels. So is what they scatter beyond that, a factor
-    on the response and one on the frequency. Contacts start as identified: virgin, with the prior distribution of free start
-    states, or where bounds were fitted in any state; start_states="any" draws any for each. The errors of harmonics and samples,
+    on the response and one on the frequency. Contacts start as identified: virgin, or with the prior distribution of free
+    start states; start_states="any" draws any state for each. The errors of harmonics and samples,
     as a curve with three times the harmonics shows them, are part of each draw.
 
     Medians and percentiles 2.5 and 97.5 of the draws are given, at p (n + 1) of n ordered ones. What is the same for all tests

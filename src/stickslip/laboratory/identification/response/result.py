@@ -17,7 +17,6 @@ from stickslip.laboratory.identification.response.draws import free_as_text, kep
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
 from stickslip.laboratory.identification.response.intervals import FEWEST_TESTS, TOGETHER, FitStatistics, above_noise
 from stickslip.laboratory.identification.response.mistakes import moved, notes_on_mistakes, notes_on_outliers
-from stickslip.laboratory.identification.response.model import EnclosedTest
 from stickslip.laboratory.identification.response.prediction import predict_response
 from stickslip.laboratory.identification.response.prediction_result import ResponsePrediction
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units
@@ -52,9 +51,6 @@ LISTED = 4
 UNEXPLAINED = 2.0
 """A misfit this many times the median one, and the stated error, is named."""
 
-OUTSIDE = 2.0
-"""Distance from the bounds, in standard errors, from which on a point counts as outside."""
-
 SUSPICION = (
     "This is a suspicion: a model with a wrong mass or stiffness looks the same. The values and intervals that follow mean "
     "nothing before the cause is found."
@@ -73,8 +69,6 @@ def notes(
     about = [(test.name, note) for test in tests for note in (*test.notes, *([] if mistakes else flat_top(test)))]
     suspected = [*mistakes, SUSPICION] if mistakes else []
     found = [*suspected, *assumed_units(tests), *(() if mistakes else mixed_units(tests)), *joined(about), *remarks]
-    if "bounds" in solution:
-        found += notes_on_bounds(dataset, solved[0])
     if mistakes:
         return (*found, *_repeated(solved[0]))
     return (*found, *notes_of_fit(*solved, dataset))
@@ -97,7 +91,7 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
             continue
         free = fit.free[name]  # a value near zero between bounds on both sides of it may be well known
         known_within = 2.0 * UNCERTAIN * abs(value) if free.logarithmic else UNCERTAIN * (free.high - free.low)
-        if (statistics.blind[k] and "lower" not in dataset) or not np.isfinite(high) or high - low > known_within:
+        if statistics.blind[k] or not np.isfinite(high) or high - low > known_within:
             found.append(f"{name} is not found: its 95 % interval is {low:.3g} to {high:.3g}.")
     found += _at_bounds(fit, x)
     for i in range(len(names)):
@@ -110,7 +104,7 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
     apart = dataset["misfit"].values
     stated = np.array([model.test.error for model in fit.tests])
     for t in np.flatnonzero((apart > UNEXPLAINED * np.median(apart)) & (apart > UNEXPLAINED * stated)):
-        how = "by any start state" if {"start_variables", "lower"} & {*dataset} else "by these parameters"
+        how = "by any start state" if "start_variables" in dataset else "by these parameters"
         sizes = f"misfit {rounded(100.0 * apart[t], 2)} % against {rounded(100.0 * float(np.median(apart)), 2)} % in the median"
         found.append(f"{dataset['test'].values[t]} is not explained {how}: {sizes}.")
     found += _about_outliers(fit, dataset)
@@ -144,8 +138,6 @@ def _about_outliers(fit: ResponseFit, dataset: xr.Dataset) -> list[str]:
     tests, errors, deviations = [model.test for model in fit.tests], dataset["outlier"], dataset["outlier_deviation"]
     found = notes_on_outliers(tests, list(errors.values), list(deviations.values))
     known = dataset.isel(parameter=np.isnan(dataset["least"].values))
-    if isinstance(fit.tests[0], EnclosedTest):  # the value is one of many
-        return found
     names, ends = [str(name) for name in known["parameter"].values], (known["low"].values, known["high"].values)
     return [*found, moved(names, known["value"].values, ends, known["value_without_outliers"].values)]
 
@@ -173,7 +165,7 @@ def _about_misfit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset
     if any(model.test.phase is not None for model in fit.tests):
         suspects += " and the phase (of the displacement, not of the acceleration, which is 180° from it)"
     words = f"The model does not explain the tests: {sizes}. Check {suspects}"
-    if "lower" in dataset or min(one.size for one in series) < FEWEST_POINTS:
+    if min(one.size for one in series) < FEWEST_POINTS:
         return [f"{words}; the intervals mean little."] if large else []
     if statistics.one_in < TOGETHER:
         noise = "From point to point the residuals are independent, as noise is: the intervals hold that."
@@ -199,32 +191,6 @@ def _repeated(fit: ResponseFit) -> list[str]:
     firsts = [content.index(one) for one in content]
     words = "hold the same points, which count twice: the intervals are too narrow."
     return [f"{tests[first].name} and {tests[t].name} {words}" for t, first in enumerate(firsts) if first < t]
-
-
-def notes_on_bounds(dataset: xr.Dataset, fit: ResponseFit) -> list[str]:
-    """How the intervals are to be read, what the bounds leave open, and tests that no start state explains."""
-    measured, lower, upper = (dataset[name].values for name in ("measured", "lower", "upper"))
-    inside = int(np.sum((measured >= lower) & (measured <= upper)))
-    count = int(np.sum(np.isfinite(measured)))
-    found = [
-        f"{inside} of {count} points lie inside their bounds and say nothing more: each value in an interval explains the tests "
-        "as well, with the others adapted, and the values above are one of them."
-    ]
-    for k, name in enumerate(str(one) for one in dataset["parameter"].values):
-        free = fit.free[name]
-        ends = zip(("low", "high"), (free.low, free.high), ("below", "above"), strict=True)
-        open_ends = [(side, bound) for key, bound, side in ends if np.isclose(float(dataset[key][k]), bound, rtol=1e-6)]
-        for side, bound in open_ends:
-            found.append(f"{name} is not determined {side}: start states explain the tests up to its bound, {bound:.4g}.")
-    for t, model in enumerate(fit.tests):
-        own = dataset.isel(test=t)
-        size = own["measured"].values[: model.test.deviation.size]
-        apart = np.maximum(own["lower"].values[: size.size] - size, size - own["upper"].values[: size.size])
-        beyond = int(np.sum(apart > OUTSIDE * model.test.deviation))
-        if beyond:
-            words = f"{beyond} of {size.size} points lie outside of the bounds by more than two standard errors"
-            found.append(f"{model.test.name}: {words}. No start state explains them.")
-    return found
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -269,12 +235,11 @@ def dataset_of_fit(
     fit: ResponseFit, x: Array, statistics: FitStatistics, held_out: Array, solution: Mapping[str, Any]
 ) -> xr.Dataset:
     """The labelled result; solution: what the fit gave beside x, outliers and the variables without them, lower bounds of
-    friction, and of a fit against bounds these and the ends of the profiles, which have no correlation."""
+    friction."""
     tests = [model.test for model in fit.tests]
     names = [fit.variables[k].name for k in fit.shared]
-    reach, enclosed = statistics.quantile * statistics.error, "bounds" in solution
-    ends = [np.clip(x + side * reach, *fit.bounds)[fit.shared] for side in (-1.0, 1.0)]
-    low, high = np.asarray(solution["ends"]) if enclosed else ends
+    reach = statistics.quantile * statistics.error
+    low, high = [np.clip(x + side * reach, *fit.bounds)[fit.shared] for side in (-1.0, 1.0)]
     correlation = statistics.correlation[np.ix_(fit.shared, fit.shared)]
     shown = [fit.shown(x, t) for t in range(len(tests))]
     nowhere = [np.full(np.size(test.frequency), np.nan) for test in tests]
@@ -293,9 +258,7 @@ def dataset_of_fit(
         "low": of_parameters(low, "lower end of the 95 % interval, not below the bound"),
         "high": of_parameters(high, "upper end of the 95 % interval, not above the bound"),
         "least": of_parameters(solution.get("least", np.full(len(names), np.nan)), "lower bound of friction that never slips"),
-        "correlation": named(
-            ("parameter", "parameter_2"), correlation * (np.nan if enclosed else 1.0), "correlation of the errors"
-        ),
+        "correlation": named(("parameter", "parameter_2"), correlation, "correlation of the errors"),
         "own_value": named(("test", "own"), own, "what each test has by itself", "as given"),
         "frequency": of_points([test.frequency for test in tests], "Hz", "frequency"),
         "force": of_points([test.force for test in tests], "1", "measured force level"),
@@ -321,9 +284,6 @@ def dataset_of_fit(
     starts = [fit.starts(x, t) for t in range(len(tests))]
     if any(one.size for one in starts):
         data["start_variables"] = named(("test", "variable"), stacked(starts), "start state of each test")
-    if enclosed:
-        for end, bounds in zip(("lower", "upper"), np.moveaxis(np.asarray(solution["bounds"]), 1, 0), strict=True):
-            data[end] = named(("test", "point"), bounds, f"{end} bound of the response per force over all start states", "SI")
     coords = {
         "parameter": named("parameter", names, "parameter"),
         "parameter_2": named("parameter_2", names, "parameter"),

@@ -13,9 +13,9 @@ import numpy as np
 from stickslip.analyses.settings import OneOf, Rule, Sampled, Seed, Setting, Share, Whole, fineness_of, made, maker, takes
 from stickslip.laboratory.identification.least_squares import FreeParameter
 from stickslip.laboratory.identification.response.fit import GAIN, PHASE, ResponseFit
-from stickslip.laboratory.identification.response.intervals import enclosed, friction_bounds, statistics
+from stickslip.laboratory.identification.response.intervals import friction_bounds, statistics
 from stickslip.laboratory.identification.response.mistakes import POOR, amplitudes_alone, fitted_without
-from stickslip.laboratory.identification.response.model import EnclosedTest, FittedTest
+from stickslip.laboratory.identification.response.model import FittedTest
 from stickslip.laboratory.identification.response.result import ResponseIdentification, dataset_of_fit, notes
 from stickslip.laboratory.measurement.measured_response import MeasuredResponse, by_joint
 from stickslip.model.problem import Problem
@@ -29,7 +29,7 @@ from stickslip.solve.starts.states import StartSpace, refuse_forgetful, rules_of
 from stickslip.support.checks import Array, InputError, fault, numbers, of_kind, positive, several, truth, unique
 from stickslip.support.machine import one_blas_thread
 
-Starts = Literal["virgin", "free", "bounds"]
+Starts = Literal["virgin", "free"]
 StartStates = Annotated[Starts, Setting(OneOf(get_args(Starts)))]
 OfValues = Annotated[Callable[..., Problem], Setting(maker)]
 Three = tuple[float, float, float]
@@ -139,9 +139,6 @@ class ResponseIdentificationWork(Sampled):
     def fit(self) -> ResponseFit:
         """The least squares, before its first evaluation."""
         fine = fineness_of(self.harmonics, self.samples)
-        if self.start_states == "bounds":
-            about = (self.problem_of, fine, (self.rule, self.share, self.seed))
-            return ResponseFit([EnclosedTest.of(test, *about) for test in self.tests], self.free)
         models = [FittedTest.of(test, self.problem_of, *fine) for test in self.tests]
         if self.start_states == "free":
             models = [replace(model, space=self._space(model)) for model in models]
@@ -151,10 +148,7 @@ class ResponseIdentificationWork(Sampled):
         """The least squares that begin again at a solution: a point with several ones takes that which was fitted."""
         fit = self.fit()
         for t, model in enumerate(fit.tests):
-            if isinstance(model, EnclosedTest) and "starts" in solution:
-                model.starts = np.asarray(solution["starts"])[t]
-            if isinstance(model, FittedTest) and "solutions" in solution:
-                model.solutions = np.asarray(solution["solutions"])[t]
+            model.solutions = np.asarray(solution["solutions"])[t]
         return fit
 
     def _space(self, model: FittedTest) -> StartSpace:
@@ -174,14 +168,9 @@ class ResponseIdentificationWork(Sampled):
             most = self.tries + self.evaluations
             fit.evaluated = lambda count: report(min(count / most, 0.95))
             x = fit.best(self.tries, self.seed, self.evaluations)
-            found: dict[str, Any] = {}
-            if self.start_states == "bounds":
-                x, bounds = enclosed(fit, x, self.evaluations)
-                found |= bounds
-            else:
-                x, found["least"] = friction_bounds(fit, x, self.evaluations)
-                fit.jacobian(x)
-                found["solutions"] = stacked([model.solutions for model in fit.tests if isinstance(model, FittedTest)])
+            x, least = friction_bounds(fit, x, self.evaluations)
+            fit.jacobian(x)
+            found: dict[str, Any] = {"least": least, "solutions": stacked([model.solutions for model in fit.tests])}
             outliers = fitted_without(fit, x, self.evaluations)
             found |= {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
             if max(fit.misfit(x, t) for t in range(len(fit.tests))) > POOR:
@@ -289,10 +278,7 @@ def identify_response(work: ResponseIdentificationWork) -> ResponseIdentificatio
 
     start_states: "virgin", those of the problem; or "free": each test has start variables of its own (`rule`, `share` as for
     `response_samples`), with a normal prior of mean 0 and start_deviation: tests that are equal by name differ in how their
-    contacts were put together; or "bounds": each measured amplitude is compared with the bounds of the response over all start
-    states. A point inside them costs nothing, one outside its distance to the nearer bound, h; phases are not used. Intervals
-    are then those of the profile: all values at which, with the others adapted, the sum of squares is at most 3.84 above the
-    least one; the values are a point inside. tries: further starts between the bounds, of which the best is taken.
+    contacts were put together. tries: further starts between the bounds, of which the best is taken.
     leave_one_out: fit again without each test, or without each joint where tests name theirs, and compare what was left out with
     what the others predict; its own variables are fitted to it.
 
