@@ -396,14 +396,14 @@ def body_note(name: str, body: RigidBody, system: UnitSystem) -> str:
 def rotation_note(rotation: Rotation, loads: Iterable[CentrifugalLoad], system: UnitSystem) -> str:
     """The centrifugal load of each part, in the units of the study, and what is left out."""
     speed, _, with_coriolis = rotation
-    left_out = "The spin softening of bodies is" if with_coriolis else "Coriolis forces, and the spin softening of bodies, are"
+    missing = "The spin softening of bodies is" if with_coriolis else "Coriolis forces, and the spin softening of bodies, are"
     newton, unit = in_system("N", system)
     listed = []
     for load in loads:
         size = float(np.linalg.norm(load.resultant))
         along = ", ".join(f"{part:.3g}" for part in np.round(np.array(load.resultant) / (size or 1.0), 6) + 0.0)
         listed.append(f"{load.name} {newton * size:.6g} {unit} along ({along})")
-    return f"Rotation at {speed:g} rev/min: {'; '.join(listed)}. {left_out} left out"
+    return f"Rotation at {speed:g} rev/min: {'; '.join(listed)}. {missing} left out"
 
 
 def together(

@@ -140,12 +140,12 @@ def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
     within = (
         peaks if view.is_listed(dataset) else {case: peak for case, peak in peaks.items() if _within(dataset, case, peak, output)}
     )
-    left_out = {
+    excluded = {
         "incomplete": len(every) - len(peaks),
         "highest at an end of the band, beyond which a peak may lie": len(peaks) - len(within),
     }
     noticed = [
-        f"{count} of {len(every)} curves {'is' if count == 1 else 'are'} {words}." for words, count in left_out.items() if count
+        f"{count} of {len(every)} curves {'is' if count == 1 else 'are'} {words}." for words, count in excluded.items() if count
     ]
     if len(within) == 1:
         noticed.append(_level_sentence(dataset, next(iter(within)), output))
