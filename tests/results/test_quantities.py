@@ -89,6 +89,18 @@ def test_tables(response, tmp_path):
         ss.quantity_table(response.dataset, "speed")
 
 
+def test_a_table_of_points_has_their_errors_by_harmonics():
+    """Of the quantity of the result, whatever it is called."""
+    data = ss.forced_response(ss.rigs.three_mass_wedge(), ss.hertz(215.0, 230.0), 40.0, harmonics=1).dataset
+    errors = data["point_truncation_error"].values
+    assert np.nanmax(errors) > 1e-4
+    for name in (None, "displacement", "receptance"):
+        table = ss.quantity_table(data, name)
+        at = 0, table["point"], [data["output"].values.tolist().index(each) for each in table["output"]]
+        np.testing.assert_array_equal(table["point_truncation_error"], errors[at])
+    assert "point_truncation_error" not in ss.quantity_table(data, "velocity")
+
+
 @pytest.fixture(scope="module")
 def swept():
     return ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), force=[0.5], harmonics=1)

@@ -152,12 +152,15 @@ def quantity_table(dataset: xr.Dataset, name: str | None = None, per_force: bool
     """Every converged point of every curve as a row; amplitudes are of the first harmonic, units stand in the column names.
 
     name: the quantity; that of the result's peaks unless given. Samples have a column `start` with their start states
-    apart.
+    apart. point_truncation_error: how far the curve with more harmonics passes from a point, of the result's own quantity.
     """
     converted = as_quantity(dataset, name or view.measure_in(dataset).name, per_force)
     units = converted["amplitude"].attrs["units"]
     first = converted["response"].isel(harmonic=view.periods_of(dataset))
     phase = np.degrees(np.arctan2(first.isel(part=1).values, first.isel(part=0).values))
+    measure = view.measure_in(dataset)
+    own = quantity_named(name or measure.name, per_force)[0] == measure.quantity
+    errors = dataset["point_truncation_error"].values if own and "point_truncation_error" in dataset else None
     rows = []
     for case, level in enumerate(dataset["force_level"].values):
         for k in np.flatnonzero(dataset["outcome"].values[case] == 1):
@@ -175,6 +178,7 @@ def quantity_table(dataset: xr.Dataset, name: str | None = None, per_force: bool
                         f"rms [{units}]": float(converted["rms"].values[case, k, output]),
                         "loss_factor": float(dataset["loss_factor"].values[case, k]),
                         "residual": float(dataset["residual"].values[case, k]),
+                        **({} if errors is None else {"point_truncation_error": float(errors[case, k, output])}),
                     }
                 )
     return pd.DataFrame(rows)
