@@ -12,7 +12,7 @@ def data_set(number, *lines):
     return (MARK + f"{number:6d}\n" + "".join(line + "\n" for line in lines) + MARK).encode()
 
 
-def header():
+def header(program="ANALYSER"):
     """Data set 151."""
     return data_set(
         151,
@@ -21,7 +21,7 @@ def header():
         "DB",
         "01-Jan-26 12:00:00         0         0         0",
         "01-Jan-26 12:00:00",
-        "ANALYSER",
+        program,
         "02-Jan-26 13:00:00",
     )
 
