@@ -6,7 +6,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip.analyses.reached import reached
+from stickslip.analyses.reached import MotionsOfLevel, Place, reached
 from stickslip.cli.app import app
 from stickslip.results.quantities import words_of_flags
 from stickslip.show.report.responses import sentences, tables
@@ -183,3 +183,25 @@ def test_what_a_curve_that_breaks_off_reaches_is_not_known():
     (line,) = (line for line in sentences(found.with_reached(steps_per_period=200).dataset) if "known to be reached" in line)
     assert "the largest motion, no peak, at" in line
     assert line.endswith("is not known to be reached: the curve ends before a peak.")
+
+
+def test_a_curve_that_breaks_off_is_followed_to_its_end_without_time_integration(hardening, monkeypatch):
+    """A sweep up passes the peak before that end; of a sweep down nothing is known."""
+    dataset = hardening.dataset.isel(case=[1]).copy(deep=True)
+    peak = int(hardening.peak_point(1))
+    dataset["outcome"].values[0, peak + 5 :] = 0
+    dataset["case_outcome"].values[0] = 2
+    asked = []
+    monkeypatch.setattr(MotionsOfLevel, "settled", lambda self, question, *_: asked.append(question))
+    motions = MotionsOfLevel(dataset, hardening.problem, [0], 200, 100)
+    place = Place(0, peak)
+    end = float(dataset["frequency"].values[0, peak + 4])
+    passed, known = motions.swept("sweep_up")
+    folds = float(dataset["frequency"].values[0, peak + 4]) < float(dataset["frequency"].values[0, peak])
+    assert motions.passes(passed, place)
+    assert asked == (["sweep_up"] if folds else [])
+    passed, known = motions.swept("sweep_down")
+    assert not passed
+    assert known == pytest.approx(2.2 / (2.0 * np.pi))
+    assert motions.unknown["sweep_down"] == f"the curve broke off at {end:.5g} Hz"
+    assert asked.count("sweep_down") == 0

@@ -138,11 +138,22 @@ class MotionsOfLevel:
             self.unknown[question] = "no swept curve"
             return passed, begin
         f = self.frequency[sweep]
-        place = Place(sweep, 0) if abs(f[0] - begin) <= TOLERANCE * begin else self.settled(question, begin)
+        broken = int(self.dataset["case_outcome"].values[sweep]) != Outcome.CONVERGED
+        lost = f"the curve broke off at {f[-1]:.5g} Hz"
+        if abs(f[0] - begin) <= TOLERANCE * begin:
+            place: Place | None = Place(sweep, 0)
+        elif broken:
+            self.unknown[question] = lost
+            return passed, begin
+        else:
+            place = self.settled(question, begin)
         reached = begin
         while place is not None and place not in passed:
             place = self._followed(place, sign, passed)
             f, k = self.frequency[place.case], place.point
+            if broken and place == Place(sweep, f.size - 1):
+                self.unknown[question] = lost
+                return passed, float(f[k])
             step = max(abs(f[k] - f[max(k - 1, 0)]), abs(f[k] - f[min(k + 1, f.size - 1)]), TOLERANCE * f[k])
             reached = float(f[k] + sign * step)
             if sign * reached >= sign * end:
