@@ -211,6 +211,10 @@ ten times as stiff. Softer ones let the wedge move so far that a curve takes up 
 """
 
 
+LASTING = 10.0 * SOFT
+"""Stiffness of a mean spring, relative likewise, up to which it may act on the vibration too."""
+
+
 def loose_motions(problem: Problem) -> Array:
     """Motions that structure, mean springs and normal directions of contacts leave free, (motions, n), orthonormal.
 
@@ -239,3 +243,29 @@ def soft_springs(problem: Problem) -> tuple[Spring, ...]:
     motions = motions @ np.linalg.inv(moved[held])  # each moves one of these alone, by one
     stiffness = np.einsum("ij,ij->j", motions, problem.stuck_stiffness @ motions)
     return tuple(Spring({dofs[row]: 1.0}, SOFT * float(own)) for row, own in zip(held, stiffness, strict=True))
+
+
+def lasting_stiffness(problem: Problem) -> Array | None:
+    """The mean springs as springs of all harmonics, (n, n): K_m = B diag(k) Bᵀ, B = K'V (VᵀK'V)⁻¹. V (n, springs) are the motions
+    that neither K nor closed contacts resist, to the share `LOOSE`, each of which moves one spring alone, by one. None where the
+    springs hold anything else, or are more than `LASTING` of what sticks along V, so that the vibration would feel them.
+
+    Along V they are as stiff as given, and what else moves does not feel them. As springs at one degree of freedom each, those of
+    a blade root moved its second frequency from 394 to 433 Hz; so they change it by 2e-8.
+    """
+    structure, k = problem.structure, np.array([spring.stiffness for spring in problem.mean_springs])
+    if not k.size:
+        return np.zeros_like(problem.stuck_stiffness)
+    springs = structure.rows([spring.direction for spring in problem.mean_springs])
+    normals = structure.rows([contact.normal for contact in problem.contacts if contact.normal is not None])
+    closed = structure.K + float(np.max(problem.contact_stiffness)) * (normals.T @ normals)
+    shares, motions = linalg.eigh(closed, problem.stuck_stiffness)
+    moved = springs @ motions[:, shares <= LOOSE]
+    if moved.shape[1] != k.size or np.linalg.matrix_rank(moved) < k.size:
+        return None
+    V = motions[:, shares <= LOOSE] @ np.linalg.inv(moved)
+    forces = problem.stuck_stiffness @ V
+    if np.any(k > LASTING * np.einsum("ij,ij->j", V, forces)):
+        return None
+    B = np.linalg.solve(V.T @ forces, forces.T)
+    return np.asarray(B.T @ (k[:, None] * B))
