@@ -260,10 +260,11 @@ def lasting_stiffness(problem: Problem) -> Array | None:
     normals = structure.rows([contact.normal for contact in problem.contacts if contact.normal is not None])
     closed = structure.K + float(np.max(problem.contact_stiffness)) * (normals.T @ normals)
     shares, motions = linalg.eigh(closed, problem.stuck_stiffness)
-    moved = springs @ motions[:, shares <= LOOSE]
-    if moved.shape[1] != k.size or np.linalg.matrix_rank(moved) < k.size:
+    V, moved = motions[:, shares <= LOOSE], springs @ motions
+    seen = (moved / np.linalg.norm(moved, axis=1, keepdims=True))[:, shares <= LOOSE]
+    if V.shape[1] != k.size or np.linalg.matrix_rank(seen, tol=PRESSING) < k.size:
         return None
-    V = motions[:, shares <= LOOSE] @ np.linalg.inv(moved)
+    V = V @ np.linalg.inv(springs @ V)
     forces = problem.stuck_stiffness @ V
     if np.any(k > LASTING * np.einsum("ij,ij->j", V, forces)):
         return None
