@@ -211,10 +211,6 @@ ten times as stiff. Softer ones let the wedge move so far that a curve takes up 
 """
 
 
-LASTING = 10.0 * SOFT
-"""Stiffness of a mean spring, relative likewise, up to which it may act on the vibration too."""
-
-
 def loose_motions(problem: Problem) -> Array:
     """Motions that structure, mean springs and normal directions of contacts leave free, (motions, n), orthonormal.
 
@@ -248,25 +244,21 @@ def soft_springs(problem: Problem) -> tuple[Spring, ...]:
 def lasting_stiffness(problem: Problem) -> Array | None:
     """The mean springs as springs of all harmonics, (n, n): K_m = B diag(k) Bᵀ, B = K'V (VᵀK'V)⁻¹. V (n, springs) are the motions
     that neither K nor closed contacts resist, to the share `LOOSE`, each of which moves one spring alone, by one. None where the
-    springs hold anything else, or are more than `LASTING` of what sticks along V, so that the vibration would feel them.
+    springs hold anything else, or are more than ten times `SOFT`, so that the vibration would feel them.
 
-    Along V they are as stiff as given, and what else moves does not feel them. As springs at one degree of freedom each, those of
-    a blade root moved its second frequency from 394 to 433 Hz; so they change it by 2e-8.
+    Along V they are as stiff as given, and what else moves does not feel them.
     """
-    structure, k = problem.structure, np.array([spring.stiffness for spring in problem.mean_springs])
+    structure, stuck, k = problem.structure, problem.stuck_stiffness, np.array([each.stiffness for each in problem.mean_springs])
     if not k.size:
-        return np.zeros_like(problem.stuck_stiffness)
-    springs = structure.rows([spring.direction for spring in problem.mean_springs])
+        return np.zeros_like(stuck)
     normals = structure.rows([contact.normal for contact in problem.contacts if contact.normal is not None])
-    closed = structure.K + float(np.max(problem.contact_stiffness)) * (normals.T @ normals)
-    shares, motions = linalg.eigh(closed, problem.stuck_stiffness)
-    V, moved = motions[:, shares <= LOOSE], springs @ motions
-    seen = (moved / np.linalg.norm(moved, axis=1, keepdims=True))[:, shares <= LOOSE]
-    if V.shape[1] != k.size or np.linalg.matrix_rank(seen, tol=PRESSING) < k.size:
+    shares, motions = linalg.eigh(structure.K + np.max(problem.contact_stiffness) * (normals.T @ normals), stuck)
+    V, moved = motions[:, shares <= LOOSE], structure.rows([each.direction for each in problem.mean_springs]) @ motions
+    loose = moved[:, shares <= LOOSE]
+    sizes = np.linalg.norm(moved, axis=1, keepdims=True)
+    if V.shape[1] != k.size or np.linalg.matrix_rank(loose / sizes, tol=PRESSING) < k.size:
         return None
-    V = V @ np.linalg.inv(springs @ V)
-    forces = problem.stuck_stiffness @ V
-    if np.any(k > LASTING * np.einsum("ij,ij->j", V, forces)):
-        return None
+    V = V @ np.linalg.inv(loose)
+    forces = stuck @ V
     B = np.linalg.solve(V.T @ forces, forces.T)
-    return np.asarray(B.T @ (k[:, None] * B))
+    return None if np.any(k > 10.0 * SOFT * np.diag(V.T @ forces)) else np.asarray(B.T @ (k[:, None] * B))

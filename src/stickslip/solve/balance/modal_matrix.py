@@ -115,7 +115,6 @@ def _add_rows(
     for k in range(kept.size):
         first, last = firsts[k], firsts[k] + starts[k + 1] - starts[k]
         a, b = own[kept[k]], other[kept[k]] if beside >= 0 else 0.0
-        # Rows of their own, as LLVM else suspects that they overlap, and takes one number at a time.
         x, y, part = shape[row, first:last], shape[max(beside, 0), first:last], line[starts[k] : starts[k + 1]]
         for j in range(part.size):
             part[j] += a * x[j] + b * y[j]

@@ -116,10 +116,9 @@ def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition
         off = near.evaluation.point.forces - near.padded.point.forces
         moved = padded.point.moved(off, "omega", near.evaluation.point.omega - near.padded.point.omega)
         attempts.insert(0, (moved, 0))
-    if finer.rows * finer.columns >= FEWEST_UNKNOWNS and padded.error > TOLERANCE:
-        found = _by_few_matrices(finer, padded, attempts[0][0], condition)
-        if found is not None:
-            return Beside(padded, condition, found, (found.w - padded.w)[None], True)
+    many = finer.rows * finer.columns >= FEWEST_UNKNOWNS and padded.error > TOLERANCE
+    if many and (quick := _by_few_matrices(finer, padded, attempts[0][0], condition)):
+        return Beside(padded, condition, quick, (quick.w - padded.w)[None], True)
     for start, patience in attempts:
         solution = correct(finer, start, condition, 30, 10, patience)
         if solution.converged:
@@ -146,23 +145,20 @@ def _by_few_matrices(finer: HarmonicBalance, padded: Evaluation, start: Point, c
     Where each step d is θ times as long as the one before, θ/(1 − θ) |d| is left, at most `ACCURATE` of the way in the end.
     Source: P. Deuflhard, Newton Methods for Nonlinear Problems (2004), section 2.1.2.
     """
-    found, factors, first, before = finer.evaluate(start), None, np.inf, np.inf
+    found, factors, before, longest = finer.evaluate(start), None, np.inf, np.inf
     while True:
-        fresh = factors is None
-        factors = factors or finer.factorise(found, condition)
-        if factors.orientation == 0.0:
-            return None
+        fresh, factors = factors is None, factors or finer.factorise(found, condition)
         step, amount = finer.newton_step(found, condition, factors)
         following = finer.evaluate(found.point.moved(step, condition.parameter, amount))
         length, way = (float(np.linalg.norm(following.w - each.w)) for each in (found, padded))
-        if not length < 0.5 * (first if fresh else before):
-            if fresh:
-                return None
+        if length < 0.5 * (longest if fresh else before):
+            if not fresh and length**2 <= ACCURATE * (before - length) * way:
+                return following
+            found, before, longest = following, length, length if fresh else longest
+        elif fresh:
+            return None
+        else:
             factors = None
-            continue
-        if not fresh and length**2 <= ACCURATE * (before - length) * way:
-            return following
-        first, found, before = length if fresh else first, following, length
 
 
 def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition) -> Truncation:

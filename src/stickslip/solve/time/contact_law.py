@@ -234,12 +234,8 @@ def _slope(slopes: Slopes, table: ContactTable, G: Array, r: int, s: int) -> flo
     return float(value)
 
 
-class StepCompliance(NamedTuple):
-    """G of a step: whole (rows, rows), or (0, 0) and its factors shape R and driven P, (rows, modes)."""
-
-    whole: Array
-    shape: Array
-    driven: Array
+Compliance = tuple[Array, Array, Array]
+"""G of a step (rows, rows), or (0, 0) and its factors R and P, (rows, modes)."""
 
 
 @inner
@@ -250,14 +246,22 @@ def _active_rows(slopes: Slopes) -> Index:
 
 
 @inner
-def _change(residual: Array, found: Slopes, given: ContactTable, compliance: StepCompliance, change: Array) -> bool:
+def _change(residual: Array, found: Slopes, given: ContactTable, compliance: Compliance, change: Array) -> bool:
     """Newton's change of λ (rows,); False where the system of the rows that slip or open is singular."""
     slopes, table = view(found), view(given)
     change[:] = -residual
-    active = _active_rows(slopes)
-    if compliance.whole.size < residual.size:
-        return _change_on_modes(residual, slopes, table, compliance, active, change)
-    G, size = compliance.whole, active.size
+    active, (G, shape, driven) = _active_rows(slopes), compliance
+    size = active.size
+    if G.size < residual.size:
+        moved = np.empty((size, shape.shape[1]))
+        for i in range(size):
+            for j in range(shape.shape[1]):
+                moved[i, j] = _slope(slopes, table, shape, active[i], j)
+        right = driven.T @ residual
+        if not solve_in_place(np.eye(right.size) + driven[active].T @ moved, right):
+            return False
+        change[active] += moved @ right
+        return True
     change[active] = 0.0
     matrix, right = np.empty((size, size)), np.empty(size)
     for i in range(size):
@@ -272,27 +276,6 @@ def _change(residual: Array, found: Slopes, given: ContactTable, compliance: Ste
     if not solve_in_place(matrix, right):
         return False
     change[active] = right
-    return True
-
-
-@inner
-def _change_on_modes(
-    residual: Array, slopes: Slopes, table: ContactTable, compliance: StepCompliance, active: Index, change: Array
-) -> bool:
-    """The same on the modes; change: −R(λ) before."""
-    shape, modes = compliance.shape, compliance.shape.shape[1]
-    moved, driven = np.empty((active.size, modes)), compliance.driven[active]
-    for i in range(active.size):
-        r = active[i]
-        for j in range(modes):
-            moved[i, j] = _slope(slopes, table, shape, r, j)
-    matrix = driven.T @ moved
-    for j in range(modes):
-        matrix[j, j] += 1.0
-    right = compliance.driven.T @ residual
-    if not solve_in_place(matrix, right):
-        return False
-    change[active] += moved @ right
     return True
 
 
@@ -324,7 +307,7 @@ def solve_in_place(matrix: Array, right: Array) -> bool:
 @inner
 def _residual(
     table: ContactTable,
-    compliance: StepCompliance,
+    compliance: Compliance,
     free: Array,
     before: Earlier,
     trial: ContactState,
@@ -332,10 +315,8 @@ def _residual(
     residual: Array,
 ) -> float:
     """Fill w, intercepts, limits and R = λ − λ̂(w) of a trial λ; returns ‖R‖."""
-    if compliance.whole.size < free.size:
-        trial.w[:] = free - compliance.shape @ (compliance.driven.T @ trial.forces)
-    else:
-        trial.w[:] = free - compliance.whole @ trial.forces
+    G, shape, driven = compliance
+    trial.w[:] = free - (shape @ (driven.T @ trial.forces) if G.size < free.size else G @ trial.forces)
     contact_law(table, trial.w, before, trial.intercept, trial.limit, slopes)
     residual[:] = trial.forces - slopes.target
     return float(np.sqrt(np.sum(residual * residual)))
@@ -345,7 +326,7 @@ def _residual(
 def solve_contacts(
     table: ContactTable,
     stiffness: Array,
-    compliance: StepCompliance,
+    compliance: Compliance,
     free: Array,
     guess: Array,
     before: Earlier,

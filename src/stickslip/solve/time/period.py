@@ -24,7 +24,7 @@ from stickslip.model.contact.point import ContactTable, contact_table
 from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import refuse_speed
 from stickslip.model.problem.systems import lasting_stiffness
-from stickslip.solve.time.contact_law import ContactState, Earlier, Slopes, StepCompliance, contact_law, no_slopes, solve_contacts
+from stickslip.solve.time.contact_law import ContactState, Earlier, Slopes, contact_law, no_slopes, solve_contacts
 from stickslip.support.checks import Array, InputError, fault, finite
 from stickslip.support.kernels import boxed, inlined, inner, kernel, uncompiled
 
@@ -268,6 +268,7 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
     mass_weight, force_weight, beta, gamma = matrices.coefficients
     history.friction_work[:] = 0.0
     given, viscous, iterations = 0.0, 0.0, 0
+    compliance = (matrices.compliance, matrices.shape, matrices.driven)
     rate, slopes = gamma / (beta * step), no_slopes(contacts.w.size)
     resistance = _times(matrices.damping, state.velocity)
     pushed = matrices.receiver @ contacts.forces
@@ -288,8 +289,7 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
         for attempt in range(2):
             if attempt:
                 guess[:] = state.forces_before
-            motion = StepCompliance(matrices.compliance, matrices.shape, matrices.driven)
-            used = solve_contacts(table, matrices.stiffness, motion, free, guess, before, contacts, slopes)
+            used = solve_contacts(table, matrices.stiffness, compliance, free, guess, before, contacts, slopes)
             if used >= 0:
                 break
         if used < 0:
