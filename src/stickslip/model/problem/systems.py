@@ -245,8 +245,6 @@ def lasting_stiffness(problem: Problem) -> Array | None:
     """The mean springs as springs of all harmonics, (n, n): K_m = B diag(k) Bᵀ, B = K'V (VᵀK'V)⁻¹. V (n, springs) are the motions
     that neither K nor closed contacts resist, to the share `LOOSE`, each of which moves one spring alone, by one. None where the
     springs hold anything else, or are more than ten times `SOFT`, so that the vibration would feel them.
-
-    Along V they are as stiff as given, and what else moves does not feel them.
     """
     structure, stuck, k = problem.structure, problem.stuck_stiffness, np.array([each.stiffness for each in problem.mean_springs])
     if not k.size:

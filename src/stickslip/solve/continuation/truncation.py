@@ -12,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.model.contact.protocol import SLIPPING
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import cycle_work
 from stickslip.solve.balance.modal_matrix import FEWEST_UNKNOWNS
 from stickslip.solve.continuation.finer_peak import pad, resolved
-from stickslip.solve.continuation.newton import TOLERANCE, correct
+from stickslip.solve.continuation.newton import correct
 from stickslip.support.checks import Array
 
 MARGIN = 16
@@ -116,7 +117,7 @@ def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition
         off = near.evaluation.point.forces - near.padded.point.forces
         moved = padded.point.moved(off, "omega", near.evaluation.point.omega - near.padded.point.omega)
         attempts.insert(0, (moved, 0))
-    many = finer.rows * finer.columns >= FEWEST_UNKNOWNS and padded.error > TOLERANCE
+    many = np.count_nonzero(padded.unknown == SLIPPING) * finer.columns >= FEWEST_UNKNOWNS
     if many and (quick := _by_few_matrices(finer, padded, attempts[0][0], condition)):
         return Beside(padded, condition, quick, (quick.w - padded.w)[None], True)
     for start, patience in attempts:

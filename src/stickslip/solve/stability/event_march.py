@@ -66,8 +66,7 @@ class Coordinates:
 
 def coordinates(problem: Problem, highest: float, most: int, fastest: float = np.inf) -> Coordinates | None:
     """Modes of the stuck structure up to `highest` [rad/s] and the static shapes of the contact rows, with their mass and
-    damping. None where they are more than `most`, or one is faster than `fastest` [rad/s], as of rows without mass, or where mean
-    springs are stiff.
+    damping. None where they are more than `most`, or one is faster than `fastest` [rad/s], as of rows without mass.
 
     The static shapes move with the contacts in whatever state they are; modes of the stuck structure alone lose the motion in
     slip where the stuck contact is stiff.
