@@ -8,7 +8,7 @@ from problem.loose_wedge import KT, wedge_between
 
 import stickslip as ss
 from stickslip.analyses.truncation import coordinates_note, held_mean_warning
-from stickslip.model.problem.systems import SOFT, loose_motions, soft_springs
+from stickslip.model.problem.systems import SOFT, lasting_stiffness, loose_motions, soft_springs
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.solve.curves.curve import solve_curve
@@ -63,3 +63,39 @@ def test_peaks_are_checked_not_to_depend_on_the_spring(monkeypatch):
     assert "left.x depends on the springs that hold mean positions" in held_mean_warning(
         balance, 1, curve, DISPLACEMENT_AMPLITUDE
     )
+
+
+def test_soft_mean_springs_last_along_what_they_hold_alone():
+    """Along the loose motion as stiff as given; what moves otherwise, as stuck contacts have it, feels nothing."""
+    problem = wedge_between()
+    (spring,) = soft_springs(problem)
+    held = replace(problem, mean_springs=(spring,))
+    K, loose = lasting_stiffness(held), loose_motions(problem)[0]
+    moved = float(problem.structure.rows([spring.direction])[0] @ loose)
+    assert loose @ K @ loose == pytest.approx(spring.stiffness * moved**2)
+    other = np.linspace(1.0, 2.0, loose.size)
+    other -= loose * (loose @ problem.stuck_stiffness @ other) / (loose @ problem.stuck_stiffness @ loose)
+    np.testing.assert_allclose(K @ other, 0.0, atol=1e-9 * np.abs(K).max())
+    assert lasting_stiffness(problem).shape == K.shape
+    assert not lasting_stiffness(problem).any()
+
+
+def test_mean_springs_that_the_vibration_would_feel_do_not_last():
+    """Stiff ones, and those that hold what the structure holds too, in place of the loose motion or beside it."""
+    problem = wedge_between()
+    (spring,) = soft_springs(problem)
+    for times, allowed in ((9.0, True), (11.0, False)):
+        held = replace(problem, mean_springs=(replace(spring, stiffness=times * spring.stiffness),))
+        assert (lasting_stiffness(held) is not None) == allowed
+    other = replace(spring, direction={problem.structure.dofs[0]: 1.0})
+    for springs in ((other,), (spring, other)):
+        assert lasting_stiffness(replace(problem, mean_springs=springs)) is None
+
+
+def test_a_wedge_on_a_soft_mean_spring_moves_in_time_as_in_the_harmonic_balance():
+    problem = wedge_between()
+    held = replace(problem, mean_springs=soft_springs(problem))
+    response = ss.forced_response(held, [4.2], 1.0, harmonics=5, samples=512)
+    check = response.verify_in_time(0, 0, steps_per_period=500, tolerance=1e-4)
+    assert check.periodic
+    assert check.agrees(5e-3)

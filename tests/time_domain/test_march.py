@@ -93,6 +93,31 @@ def test_contacts_of_a_step_are_solved_in_newtons_few_iterations(problem, most):
     assert np.mean([work.iterations for work in works]) < most * 24
 
 
+@pytest.mark.parametrize("law", ["sliders", "disc"])
+def test_more_contact_rows_than_modes_are_solved_on_the_modes(law):
+    """The same motion by as many iterations as with the compliance of all rows; a disc couples its two directions."""
+    K = np.array([[3.0, -1.0, 0.2], [-1.0, 3.0, 0.1], [0.2, 0.1, 3.0]])
+    structure = ss.Structure(np.eye(3), K, ("1.x", "1.y", "1.z"), C=0.05 * np.eye(3))
+    disc = ss.FrictionDisc(kt=2.0, mu=0.5, kn=3.0, preload=0.5)
+    laws = [disc, disc] if law == "disc" else [ss.Macroslip(kt=2.0 + k, mu=0.4, kn=3.0, preload=0.3 + 0.2 * k) for k in range(2)]
+    tangential = (ss.between("1.x", "ground"), ss.between("1.y", "ground"))
+    contacts = tuple(ss.Contact(str(k), each, tangential, ss.between("1.z", "ground")) for k, each in enumerate(laws))
+    forces = (ss.Force("1.x", 1.0), ss.Force("1.y", 0.9 - 0.6j), ss.Force("1.z", 0.8))
+    problem, found = ss.Problem(structure, contacts, forces, ("1.x", "1.y", "1.z")), []
+    for whole in (False, True):
+        model, matrices, loads, state = begun(problem, 100, from_rest(problem))
+        assert matrices.compliance.size == 0
+        if whole:
+            matrices = matrices._replace(compliance=matrices.shape @ matrices.driven.T)
+        history = no_history(model, 100)
+        work = [march_period(model.table, matrices, loads, state, history) for _ in range(3)][-1]
+        found.append((work.iterations, history))
+    (few, one), (all_rows, other) = found
+    assert few == all_rows > 50
+    np.testing.assert_allclose(one.outputs, other.outputs, rtol=1e-9, atol=1e-12)
+    assert one.friction_work.sum() > 0.1
+
+
 def test_elimination_solves_and_names_a_singular_matrix():
     rng, solved = np.random.default_rng(6), uncompiled(solve_in_place)
     for size in (1, 2, 5):

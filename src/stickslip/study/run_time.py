@@ -100,8 +100,8 @@ def _loads(problem: Problem, when: str, system: UnitSystem | None) -> list[str]:
 POINTS = 300
 """Solutions of a curve and of its peaks as dear as those that are tried; the templates take 100 to 1900."""
 
-FEWEST, TRIED, LONGEST = 4, 15, 1.0
-"""Points that are traced to see how long one takes, at least and at most, and CPU seconds after which it is enough."""
+LOWEST, TRIED, LONGEST = 1e-3, 4, 1.0
+"""Share of the largest force level from which it is raised; points that are timed, the last after so many CPU seconds."""
 
 AUTOMATIC = 7
 """Harmonics that stand for those which an analysis other than the forced response chooses during the run."""
@@ -250,7 +250,7 @@ class _Tried(NamedTuple):
 
 
 def _tried_points(sweep: ForcedResponseSettings, band: Band) -> _Tried | None:
-    """Points on the way to the highest linear resonance, at the largest force level."""
+    """The last points at the highest linear resonance on the way to the largest force level, as far as a second leads."""
     harmonics = AUTOMATIC if sweep.harmonics == "auto" else sweep.harmonics
     orders = harmonics if isinstance(harmonics, int) else len(harmonics)
     problem = on_few_coordinates(sweep.problem, orders * band.high)
@@ -261,16 +261,18 @@ def _tried_points(sweep: ForcedResponseSettings, band: Band) -> _Tried | None:
     stuck = sweep.problem.systems.met(stuck=True)
     inside = stuck[(stuck > band.low) & (stuck < band.high)]
     middle = float(inside[0]) if inside.size else 0.5 * (band.low + band.high)
+    level = max(sweep.levels)
     with np.errstate(all="ignore"):
-        first = first_point(balance, 2.0 * np.pi * middle, max(sweep.levels))
+        first = first_point(balance, 2.0 * np.pi * middle, LOWEST * level)
     if not first.converged:
         return None
     times: list[float] = []
     unknowns: list[int] = []
     with suppress(LostCurveError):
-        for point in trace(balance, first, "omega", 2.0 * np.pi * band.low):
+        for point in trace(balance, first, "level", level):
             times.append(process_time())
             unknowns.append(point.active)
-            if len(times) >= TRIED or (len(times) >= FEWEST and times[-1] - times[0] > LONGEST):
+            if len(times) > TRIED and times[-1] - times[0] > LONGEST:
                 break
+    times, unknowns = times[-TRIED:], unknowns[-TRIED:]
     return _Tried(float(np.median(np.diff(times))), unknowns) if len(times) > 1 else None  # the first ones load the kernels

@@ -19,6 +19,7 @@ Rows of w, f and λ are (contact, direction) in the order t1, t2, n of each cont
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -203,8 +204,7 @@ class Contact:
             )
         if self.balanced and self.normal is None:
             raise fault(f"Contact {self.name!r}, balanced", "must go with a normal direction", "none")
-        for start, friction in zip(self.starts, self.elements.friction, strict=True):
-            start.values(friction.stiffness.size)
+        _ = self.start_values  # which refuses wrong ones
         if self.law.couples_directions:
             self._check_disc_start()
 
@@ -236,7 +236,7 @@ class Contact:
         """Names of `directions`: some of t1, t2, n."""
         return (*DIRECTION_NAMES[: len(self.tangential)], *(() if self.normal is None else ("n",)))
 
-    @property
+    @cached_property
     def elements(self) -> Elements:
         """The law's table of springs and sliders for these directions."""
         return self.law.elements(len(self.tangential), self.normal is not None)
@@ -245,6 +245,12 @@ class Contact:
     def starts(self) -> tuple[Start, ...]:
         """The start rule of each tangential direction."""
         return self.start if isinstance(self.start, tuple) else (self.start,) * len(self.tangential)
+
+    @cached_property
+    def start_values(self) -> tuple[Array, ...]:
+        """The value of the start rule for each friction element of each tangential direction."""
+        pairs = zip(self.starts, self.elements.friction, strict=True)
+        return tuple(start.values(group.stiffness.size) for start, group in pairs)
 
     @property
     def at_nodes(self) -> "tuple[Contact, ...]":
@@ -390,8 +396,7 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
         base = len(normal)
         if elements.normal is not None:
             normal += zip(elements.normal.stiffness, elements.normal.constant, strict=True)
-        for group, start in zip(elements.friction, contact.starts, strict=True):
-            values = start.values(group.stiffness.size)
+        for group, start, values in zip(elements.friction, contact.starts, contact.start_values, strict=True):
             for e in range(group.stiffness.size):
                 loads = (base + int(group.first[e]), base + int(group.last[e]))
                 parameters = (group.stiffness[e], group.friction[e], group.constant_limit[e])

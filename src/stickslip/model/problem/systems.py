@@ -244,3 +244,24 @@ def soft_springs(problem: Problem) -> tuple[Spring, ...]:
     motions = motions @ np.linalg.inv(moved[held])  # each moves one of these alone, by one
     stiffness = np.einsum("ij,ij->j", motions, problem.stuck_stiffness @ motions)
     return tuple(Spring({dofs[row]: 1.0}, SOFT * float(own)) for row, own in zip(held, stiffness, strict=True))
+
+
+def lasting_stiffness(problem: Problem) -> Array | None:
+    """The mean springs as springs of all harmonics, (n, n): K_m = B diag(k) Bᵀ, B = K'V (VᵀK'V)⁻¹. V (n, springs) are the motions
+    that neither K nor closed contacts resist, to the share `LOOSE`, each of which moves one spring alone, by one. None where the
+    springs hold anything else, or are more than ten times `SOFT`, so that the vibration would feel them.
+    """
+    structure, stuck, k = problem.structure, problem.stuck_stiffness, np.array([each.stiffness for each in problem.mean_springs])
+    if not k.size:
+        return np.zeros_like(stuck)
+    normals = structure.rows([contact.normal for contact in problem.contacts if contact.normal is not None])
+    shares, motions = linalg.eigh(structure.K + np.max(problem.contact_stiffness) * (normals.T @ normals), stuck)
+    V, moved = motions[:, shares <= LOOSE], structure.rows([each.direction for each in problem.mean_springs]) @ motions
+    loose = moved[:, shares <= LOOSE]
+    sizes = np.linalg.norm(moved, axis=1, keepdims=True)
+    if V.shape[1] != k.size or np.linalg.matrix_rank(loose / sizes, tol=PRESSING) < k.size:
+        return None
+    V = V @ np.linalg.inv(loose)
+    forces = stuck @ V
+    B = np.linalg.solve(V.T @ forces, forces.T)
+    return None if np.any(k > 10.0 * SOFT * np.diag(V.T @ forces)) else np.asarray(B.T @ (k[:, None] * B))

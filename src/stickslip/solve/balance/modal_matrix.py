@@ -107,14 +107,17 @@ def weights_on(modes: Modes, weighted: Array) -> Array:
 
 
 @inner
-def _add_row(shape: Array, kept: Index, starts: Index, firsts: Index, factors: Array, row: int, line: Array) -> None:
-    """line (M,) += a row of E, factors (2H+1,), times the motion of a contact row for each coordinate; shape (rows, m): motion by
-    coordinate, firsts (kept,): that of the first coordinate of each kept column."""
+def _add_rows(
+    shape: Array, kept: Index, starts: Index, firsts: Index, own: Array, row: int, other: Array, beside: int, line: Array
+) -> None:
+    """line (M,) += a row of E, (2H+1,), times the motion of contact row `row` for each coordinate, and another times that of row
+    `beside`, if that is not −1; shape (rows, m): motion by coordinate, firsts (kept,): the first coordinate of each column."""
     for k in range(kept.size):
-        factor, start, first = factors[kept[k]], starts[k], firsts[k]
-        if factor != 0.0:
-            for j in range(starts[k + 1] - start):
-                line[start + j] += factor * shape[row, first + j]
+        first, last = firsts[k], firsts[k] + starts[k + 1] - starts[k]
+        a, b = own[kept[k]], other[kept[k]] if beside >= 0 else 0.0
+        x, y, part = shape[row, first:last], shape[max(beside, 0), first:last], line[starts[k] : starts[k + 1]]
+        for j in range(part.size):
+            part[j] += a * x[j] + b * y[j]
 
 
 @inner
@@ -150,11 +153,9 @@ def modal_matrix(
                 for j in range(width):
                     taken[count, j] = received[r, first + j]
                 fill(turned[count : count + 1], 0.0)
-                _add_row(shape, kept, starts, firsts, own[r, i], r, turned[count])
-                if normal[r] >= 0:
-                    _add_row(shape, kept, starts, firsts, coupling[r, i], normal[r], turned[count])
+                _add_rows(shape, kept, starts, firsts, own[r, i], r, coupling[r, i], normal[r], turned[count])
                 if partner[r] >= 0:
-                    _add_row(shape, kept, starts, firsts, cross[r, i], partner[r], turned[count])
+                    _add_rows(shape, kept, starts, firsts, cross[r, i], partner[r], cross[r, i], -1, turned[count])
                 count += 1
             if count and width:
                 multiplications += count * width * size

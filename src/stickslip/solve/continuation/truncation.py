@@ -12,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.model.contact.protocol import SLIPPING
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.energy import cycle_work
+from stickslip.solve.balance.modal_matrix import FEWEST_UNKNOWNS
 from stickslip.solve.continuation.finer_peak import pad, resolved
 from stickslip.solve.continuation.newton import correct
 from stickslip.support.checks import Array
@@ -33,6 +35,9 @@ PATIENCE = 20
 
 DETOUR = 60
 """Damped steps of a way round at the frequency of the solution, where no other start arrives."""
+
+ACCURATE = 1e-3
+"""Share of the way to the finer curve to which it is known where one matrix leads there."""
 
 TINY = float(np.finfo(float).tiny)
 
@@ -112,6 +117,9 @@ def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition
         off = near.evaluation.point.forces - near.padded.point.forces
         moved = padded.point.moved(off, "omega", near.evaluation.point.omega - near.padded.point.omega)
         attempts.insert(0, (moved, 0))
+    many = np.count_nonzero(padded.unknown == SLIPPING) * finer.columns >= FEWEST_UNKNOWNS
+    if many and (quick := _by_few_matrices(finer, padded, attempts[0][0], condition)):
+        return Beside(padded, condition, quick, (quick.w - padded.w)[None], True)
     for start, patience in attempts:
         solution = correct(finer, start, condition, 30, 10, patience)
         if solution.converged:
@@ -129,6 +137,29 @@ def beside(finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition
         way.append(step.evaluation.w - found.w)
         found = step.evaluation
     return Beside(padded, condition, found, np.array(way), False)
+
+
+def _by_few_matrices(finer: HarmonicBalance, padded: Evaluation, start: Point, condition: PathCondition) -> Evaluation | None:
+    """Where the finer curve passes, by Newton's steps whose matrix is kept while each is at most half as long as the one before,
+    as it costs far more than the rest of a step with many contacts; None where the first ones of two matrices are not.
+
+    Where each step d is θ times as long as the one before, θ/(1 − θ) |d| is left, at most `ACCURATE` of the way in the end.
+    Source: P. Deuflhard, Newton Methods for Nonlinear Problems (2004), section 2.1.2.
+    """
+    found, factors, before, longest = finer.evaluate(start), None, np.inf, np.inf
+    while True:
+        fresh, factors = factors is None, factors or finer.factorise(found, condition)
+        step, amount = finer.newton_step(found, condition, factors)
+        following = finer.evaluate(found.point.moved(step, condition.parameter, amount))
+        length, way = (float(np.linalg.norm(following.w - each.w)) for each in (found, padded))
+        if length < 0.5 * (longest if fresh else before):
+            if not fresh and length**2 <= ACCURATE * (before - length) * way:
+                return following
+            found, before, longest = following, length, length if fresh else longest
+        elif fresh:
+            return None
+        else:
+            factors = None
 
 
 def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evaluation, across: PathCondition) -> Truncation:

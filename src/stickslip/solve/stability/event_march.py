@@ -22,6 +22,7 @@ from scipy import linalg
 from stickslip.model.contact.point import ContactTable, contact_table
 from stickslip.model.contact.protocol import OPEN, STICK
 from stickslip.model.problem import Problem
+from stickslip.model.problem.systems import lasting_stiffness
 from stickslip.support.checks import Array, Index, InputError
 
 STEP = 0.2
@@ -70,7 +71,10 @@ def coordinates(problem: Problem, highest: float, most: int, fastest: float = np
     The static shapes move with the contacts in whatever state they are; modes of the stuck structure alone lose the motion in
     slip where the stuck contact is stiff.
     """
-    M, B, stuck = problem.structure.M, problem.B, problem.stuck_stiffness + problem.mean_stiffness
+    M, B, lasting = problem.structure.M, problem.B, lasting_stiffness(problem)
+    if lasting is None:
+        return None
+    stuck = problem.stuck_stiffness + lasting
     squares, modes = linalg.eigh(M, stuck)  # 1/ω², with φᵀK'φ = 1
     wanted = squares * highest**2 >= 1.0
     if not np.all(wanted):
@@ -85,7 +89,7 @@ def coordinates(problem: Problem, highest: float, most: int, fastest: float = np
     if squares.size > most or not np.all(squares > fastest**-2):
         return None
     shapes = modes / np.sqrt(squares)
-    K = problem.structure.K + problem.mean_stiffness
+    K = problem.structure.K + lasting
     return Coordinates(shapes, shapes.T @ M, shapes.T @ problem.C @ shapes, shapes.T @ K @ shapes, B @ shapes)
 
 

@@ -23,7 +23,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import Contraction, contraction
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.stability.event_march import EventMarch, LostMotionError, Passage, State
-from stickslip.solve.stability.multipliers import SOFT, ContactPeriod, PeriodMap, Stability, stiffest_mean_spring
+from stickslip.solve.stability.multipliers import ContactPeriod, PeriodMap, Stability
 from stickslip.solve.time.march import TimeStart, from_harmonics
 from stickslip.support.checks import Array, InputError
 
@@ -293,8 +293,6 @@ class Judge:
             or problem.systems.gas
             or problem.systems.stiffens
         ):
-            return None
-        if problem.mean_springs and stiffest_mean_spring(problem) > SOFT:
             return None
         try:
             march = EventMarch(problem, self.highest, MOST_COORDINATES, of_load)

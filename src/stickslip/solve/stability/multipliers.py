@@ -10,7 +10,7 @@ from scipy import linalg
 from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.point import ContactTable
 from stickslip.model.contact.protocol import STICK
-from stickslip.model.problem import Problem
+from stickslip.model.problem.systems import lasting_stiffness
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition
 from stickslip.solve.balance.linear_part import states
 from stickslip.solve.stability.contact_path import contact_path
@@ -36,10 +36,6 @@ UNDECIDED = 1e-3
 
 NEAR = 0.05
 """Distance from the unit circle within which too few harmonics may decide a verdict."""
-
-SOFT = 1e-2
-"""Stiffness of a mean spring, relative to the structure with stuck contacts along it, up to which disturbances meet it as a
-spring like any other: a slow one does, and the vibration hardly feels so soft a spring."""
 
 MERGED = 1e-9
 """Instants closer than this share of a period are one."""
@@ -111,13 +107,14 @@ class PeriodMap:
     def _modes_at(self, omega: float) -> BlockModes:
         """The modes of the structure, of a problem with `speed` at that of a frequency."""
         problem = self.balance.problem.at_frequency(omega)
-        if not problem.systems.alike or stiffest_mean_spring(problem) > SOFT:
+        lasting = lasting_stiffness(problem)
+        if not problem.systems.alike or lasting is None:
             raise InputError(
                 "Stability can be computed only for a structure that all harmonics share, but stiff mean springs act on harmonic "
                 "0 alone, and aerodynamic forces of a disk act on harmonics above 0 alone."
             )
         system = problem.systems.at(1)
-        modes = block_modes(states(system._replace(K=system.K + problem.mean_stiffness)), self.balance.rows, self.highest)
+        modes = block_modes(states(system._replace(K=system.K + lasting)), self.balance.rows, self.highest)
         if modes is None:
             raise InputError("Stability must be asked for damping that decouples, but two modes are critically damped together.")
         return modes
@@ -178,13 +175,6 @@ class PeriodMap:
     def matrix(self, evaluation: Evaluation, steps: int) -> Array:
         """The period map with so many steps, beside the instants at which contacts change."""
         return _map(ContactPeriod(evaluation, self.balance), self._modes_of(evaluation), steps)
-
-
-def stiffest_mean_spring(problem: Problem) -> float:
-    """The largest stiffness of a mean spring relative to the stuck structure along it, k dᵀK'⁻¹d."""
-    D = problem.structure.rows([spring.direction for spring in problem.mean_springs]).T
-    compliance = np.sum(D * linalg.solve(problem.stuck_stiffness, D, assume_a="pos"), axis=0)
-    return float(max((spring.stiffness * g for spring, g in zip(problem.mean_springs, compliance, strict=True)), default=0.0))
 
 
 def _map(contacts: "ContactPeriod", modes: BlockModes, steps: int) -> Array:

@@ -6,7 +6,8 @@ A Jenkins step in the intercept y = T − kt u is a clamp, y_n = clamp(y_{n−1}
 Contact solution of one time step by Newton's method on the rows that slip or open.
 
 With w = w_free − Gλ, G the compliance of the step, the unknowns are λ = f − K_c w alone: R(λ) = λ − λ̂(w) = 0. Rows that stick
-have constant λ̂, so the dense system is as small as the number of rows that do not.
+have constant λ̂, so the dense system is as small as the number of rows that do not. Where there are more contact rows than modes,
+it is solved on the modes: with G = R Pᵀ and E = ∂λ̂/∂w, (I + E R Pᵀ) δ = −R(λ) is δ = −R(λ) + E R (I + Pᵀ E R)⁻¹ Pᵀ R(λ).
 
 Contact forces along a motion that is given, instant by instant, as a time march would find them.
 """
@@ -20,6 +21,7 @@ from stickslip.model.contact.point import ContactTable, bent, contact_data
 from stickslip.model.contact.protocol import StepMotion, no_step, take_step, traction, traction_by_state
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import inlined, inner, kernel
+from stickslip.support.kernels.views import view
 
 
 class ContactState(NamedTuple):
@@ -65,8 +67,9 @@ def no_slopes(rows: int) -> Slopes:
 
 
 @kernel
-def contact_law(table: ContactTable, w: Array, before: Earlier, intercept: Array, limit: Array, slopes: Slopes) -> None:
+def contact_law(given: ContactTable, w: Array, earlier: Earlier, intercept: Array, limit: Array, found: Slopes) -> None:
     """λ̂ and its derivatives at motion w (rows,), from the instant before; fills the new intercepts and the limits."""
+    table, before, slopes = view(given), view(earlier), view(found)
     for c in range(table.normal_row.size):
         row = table.normal_row[c]
         z = w[row] if row >= 0 else 0.0
@@ -222,13 +225,17 @@ SINGULAR = 1e-13
 
 @inner
 def _slope(slopes: Slopes, table: ContactTable, G: Array, r: int, s: int) -> float:
-    """−∂λ̂_r/∂λ_s, with w = w_free − Gλ."""
+    """−∂λ̂_r/∂λ_s, with w = w_free − Gλ; with the shapes R in place of G, ∂λ̂_r by a mode."""
     value = slopes.own[r] * G[r, s]
     if table.loading_row[r] >= 0:
         value += slopes.coupling[r] * G[table.loading_row[r], s]
     if table.partner_row[r] >= 0:
         value += slopes.cross[r] * G[table.partner_row[r], s]
     return float(value)
+
+
+Compliance = tuple[Array, Array, Array]
+"""G of a step (rows, rows), or (0, 0) and its factors R and P, (rows, modes)."""
 
 
 @inner
@@ -239,11 +246,22 @@ def _active_rows(slopes: Slopes) -> Index:
 
 
 @inner
-def _change(residual: Array, slopes: Slopes, table: ContactTable, G: Array, change: Array) -> bool:
+def _change(residual: Array, found: Slopes, given: ContactTable, compliance: Compliance, change: Array) -> bool:
     """Newton's change of λ (rows,); False where the system of the rows that slip or open is singular."""
+    slopes, table = view(found), view(given)
     change[:] = -residual
-    active = _active_rows(slopes)
+    active, (G, shape, driven) = _active_rows(slopes), compliance
     size = active.size
+    if G.size < residual.size:
+        moved = np.empty((size, shape.shape[1]))
+        for i in range(size):
+            for j in range(shape.shape[1]):
+                moved[i, j] = _slope(slopes, table, shape, active[i], j)
+        right = driven.T @ residual
+        if not solve_in_place(np.eye(right.size) + driven[active].T @ moved, right):
+            return False
+        change[active] += moved @ right
+        return True
     change[active] = 0.0
     matrix, right = np.empty((size, size)), np.empty(size)
     for i in range(size):
@@ -288,10 +306,17 @@ def solve_in_place(matrix: Array, right: Array) -> bool:
 
 @inner
 def _residual(
-    table: ContactTable, G: Array, free: Array, before: Earlier, trial: ContactState, slopes: Slopes, residual: Array
+    table: ContactTable,
+    compliance: Compliance,
+    free: Array,
+    before: Earlier,
+    trial: ContactState,
+    slopes: Slopes,
+    residual: Array,
 ) -> float:
     """Fill w, intercepts, limits and R = λ − λ̂(w) of a trial λ; returns ‖R‖."""
-    trial.w[:] = free - G @ trial.forces
+    G, shape, driven = compliance
+    trial.w[:] = free - (shape @ (driven.T @ trial.forces) if G.size < free.size else G @ trial.forces)
     contact_law(table, trial.w, before, trial.intercept, trial.limit, slopes)
     residual[:] = trial.forces - slopes.target
     return float(np.sqrt(np.sum(residual * residual)))
@@ -301,7 +326,7 @@ def _residual(
 def solve_contacts(
     table: ContactTable,
     stiffness: Array,
-    G: Array,
+    compliance: Compliance,
     free: Array,
     guess: Array,
     before: Earlier,
@@ -313,19 +338,19 @@ def solve_contacts(
     rows = free.size
     residual, change, start = np.empty(rows), np.empty(rows), np.empty(rows)
     state.forces[:] = guess
-    size = _residual(table, G, free, before, state, slopes, residual)
+    size = _residual(table, compliance, free, before, state, slopes, residual)
     patience = PATIENCE
     for iteration in range(ITERATIONS):
         scale = np.sqrt(np.sum(state.forces**2)) + np.sqrt(np.sum((stiffness * state.w) ** 2))
         if size <= TOLERANCE * scale:
             return iteration
-        if not _change(residual, slopes, table, G, change):
+        if not _change(residual, slopes, table, compliance, change):
             change[:] = -0.5 * residual
         start[:] = state.forces
         length, trial = 1.0, size
         for _ in range(10):
             state.forces[:] = start + length * change
-            trial = _residual(table, G, free, before, state, slopes, residual)
+            trial = _residual(table, compliance, free, before, state, slopes, residual)
             if trial < (1.0 - 1e-4 * length) * size:
                 break
             length *= 0.5
@@ -336,7 +361,7 @@ def solve_contacts(
             if patience < 0:
                 return -1
             state.forces[:] = start + change
-            trial = _residual(table, G, free, before, state, slopes, residual)
+            trial = _residual(table, compliance, free, before, state, slopes, residual)
         size = trial
     return -1
 

@@ -23,6 +23,7 @@ from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.point import ContactTable, contact_table
 from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import refuse_speed
+from stickslip.model.problem.systems import lasting_stiffness
 from stickslip.solve.time.contact_law import ContactState, Earlier, Slopes, contact_law, no_slopes, solve_contacts
 from stickslip.support.checks import Array, InputError, fault, finite
 from stickslip.support.kernels import boxed, inlined, inner, kernel, uncompiled
@@ -94,8 +95,8 @@ class StepMatrices(NamedTuple):
     """What a step needs. m modes, r contact rows; a diagonal matrix is stored as one column (m, 1).
 
     mass (m,); damping c and inverse S⁻¹, (m, m) or (m, 1), S = (1 − αm)/(βh²) m + (1 − αf)(γ/(βh) c + 1);
-    shape R (r, m), receiver Rᵀ (m, r), compliance G = (1 − αf) R S⁻¹ Rᵀ (r, r): w = w_free − G λ; stiffness K_c (r,);
-    outputs (outputs, m); coefficients of the method; step h [s].
+    shape R (r, m), receiver Rᵀ (m, r), driven P = (1 − αf) R S⁻ᵀ (r, m), compliance G = R Pᵀ (r, r), (0, 0) where there are more
+    rows than modes: w = w_free − G λ; stiffness K_c (r,); outputs (outputs, m); coefficients of the method; step h [s].
     """
 
     mass: Array
@@ -103,6 +104,7 @@ class StepMatrices(NamedTuple):
     inverse: Array
     shape: Array
     receiver: Array
+    driven: Array
     compliance: Array
     stiffness: Array
     outputs: Array
@@ -139,14 +141,16 @@ class TimeModel:
             inverse = linalg.inv(np.diag(inertia + free) + free * rate * self.damping)
         shape = np.ascontiguousarray(self.problem.B @ self.shapes)
         receiver = np.ascontiguousarray(shape.T)
-        passed = inverse * receiver if self.damping.shape[1] == 1 else inverse @ receiver
+        passed = free * (inverse * receiver if self.damping.shape[1] == 1 else inverse @ receiver)
+        many = shape.shape[0] > shape.shape[1]
         return StepMatrices(
             mass=self.mass,
             damping=self.damping,
             inverse=np.ascontiguousarray(inverse),
             shape=shape,
             receiver=receiver,
-            compliance=np.ascontiguousarray(free * (shape @ passed)),
+            driven=np.ascontiguousarray(passed.T),
+            compliance=np.empty((0, 0)) if many else np.ascontiguousarray(shape @ passed),
             stiffness=self.problem.contact_stiffness,
             outputs=np.ascontiguousarray(self.problem.output_rows @ self.shapes),
             coefficients=coefficients,
@@ -157,18 +161,19 @@ class TimeModel:
 def refuse_waves(problem: Problem) -> None:
     """Refuse problems whose harmonics do not move one structure."""
     refuse_speed(problem, "Time integration")
-    if not problem.systems.alike or problem.mean_springs:
+    if not problem.systems.alike or lasting_stiffness(problem) is None:
         raise InputError(
             "Time integration must see one structure for all harmonics, but a tuned disk has one for each nodal diameter, "
-            "mean springs act on harmonic 0 alone, and aerodynamics of a disk on vibration alone. Integrate the full disk, "
-            "`disk.full()`, without mean springs and aerodynamics."
+            "mean springs act on harmonic 0 alone unless they are soft and hold what friction alone restrains, and aerodynamics "
+            "of a disk on vibration alone. Integrate the full disk, `disk.full()`, without stiff mean springs and aerodynamics."
         )
 
 
 def time_model(problem: Problem) -> TimeModel:
-    """Decompose a problem once; `step_matrices` then serves every step size."""
+    """Decompose a problem once; `step_matrices` then serves every step size. Soft mean springs act at all times."""
     refuse_waves(problem)
-    stiffness = problem.stuck_stiffness
+    lasting = lasting_stiffness(problem)
+    stiffness = problem.stuck_stiffness if lasting is None else problem.stuck_stiffness + lasting
     mass, shapes = linalg.eigh(problem.structure.M, stiffness)
     mass = np.where(mass > 1e-15 * mass.max(), mass, 0.0)
     damping = shapes.T @ problem.C @ shapes
@@ -263,6 +268,7 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
     mass_weight, force_weight, beta, gamma = matrices.coefficients
     history.friction_work[:] = 0.0
     given, viscous, iterations = 0.0, 0.0, 0
+    compliance = (matrices.compliance, matrices.shape, matrices.driven)
     rate, slopes = gamma / (beta * step), no_slopes(contacts.w.size)
     resistance = _times(matrices.damping, state.velocity)
     pushed = matrices.receiver @ contacts.forces
@@ -283,7 +289,7 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
         for attempt in range(2):
             if attempt:
                 guess[:] = state.forces_before
-            used = solve_contacts(table, matrices.stiffness, matrices.compliance, free, guess, before, contacts, slopes)
+            used = solve_contacts(table, matrices.stiffness, compliance, free, guess, before, contacts, slopes)
             if used >= 0:
                 break
         if used < 0:
