@@ -163,8 +163,8 @@ def test_a_detached_curve_is_found_from_the_level_on_at_which_it_begins():
         searches.append(LevelCurves(curve, Isolated(curve), 8 * len(curve.points)))
         searches[-1].search()
     assert [len(each.isolated.found) for each in searches] == [0, 1, 1]
-    assert [len(each.fold) for each in searches] == [4, 5, 5]
-    lowest = min(searches[0].fold, key=searches[0].fold.get)
+    assert [len(each.fold) for each in searches] == [5, 5, 5]
+    lowest = min(list(searches[0].fold)[:4], key=searches[0].fold.get)
     ridge = min(needed(lowest, size) for size in sizes[sizes > 0.8])
     np.testing.assert_allclose(searches[0].fold[lowest], ridge, rtol=4e-4)
 

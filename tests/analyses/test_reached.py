@@ -205,3 +205,12 @@ def test_a_curve_that_breaks_off_is_followed_to_its_end_without_time_integration
     assert known == pytest.approx(2.2 / (2.0 * np.pi))
     assert motions.unknown["sweep_down"] == f"the curve broke off at {end:.5g} Hz"
     assert asked.count("sweep_down") == 0
+
+
+def test_an_unstable_motion_is_not_reached(hardening):
+    """Though a sweep along its curve passes it."""
+    dataset = hardening.dataset.copy(deep=True)
+    dataset["highest_stability"].values[:] = 2
+    table = reached(dataset, hardening.problem, 0, 200, 2000, None)
+    assert set(table["stability"]) == {"unstable"}
+    assert not any(table[question].fillna(False).any() for question in ("from_rest", "sweep_up", "sweep_down"))

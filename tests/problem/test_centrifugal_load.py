@@ -90,8 +90,8 @@ def test_a_flung_damper_presses_its_platforms_with_its_own_mass():
 def test_what_has_no_coordinates_is_refused():
     reduced = structure_of(bar(3)[0], places_of(bar(3)[0], {"tip": "TIP", "FOOT": "FOOT"}, 1.0), 4, None)[0]
     for structure, said in (
-        (ss.Structure(np.eye(1), np.eye(1), ("1.x",)), "nodes with coordinates alone, but is '1.x'"),
-        (replace(reduced, centrifugal=None), "but is 'mode/1.q'"),
+        (ss.Structure(np.eye(1), np.eye(1), ("1.x",)), "must have coordinates, but is 'none'"),
+        (replace(reduced, centrifugal=None), "Node 'mode/1' of a structure"),
     ):
         with pytest.raises(ss.InputError, match=said):
             ss.in_rotation(structure, SPEED)

@@ -1,10 +1,13 @@
 """Coriolis forces: rigid bodies against their particles, whirling masses, beams and rings in closed form, friction in time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import linalg
 
 import stickslip as ss
+from stickslip.model.problem.speed import SpeedDependence
 from stickslip.model.problem.truncation import truncated
 from stickslip.model.structure.assembly import assemble
 from stickslip.model.structure.centrifugal import RotationAxis, coriolis, cross
@@ -116,6 +119,18 @@ def test_gyroscopic_modes_solve_their_equation():
         assert (shape.conj() @ (K + omega**2 * M) @ shape).real == pytest.approx(2.0 * omega**2, rel=1e-6, abs=1e-6)
     same = gyroscopic_modes(Modes(*linalg.eigh(K + np.eye(4), M)), np.zeros((4, 4)))
     np.testing.assert_allclose(same.squares, linalg.eigvalsh(K + np.eye(4), M), rtol=1e-9)
+
+
+def test_over_the_speed_they_are_refused():
+    """They belong to one speed."""
+    problem = whirling()
+    for use in (
+        lambda: replace(problem, speed=SpeedDependence(2)),
+        lambda: ss.speed_sweep({50.0: problem, 100.0: problem}, (60.0, 90.0), [2]),
+        lambda: ss.campbell({50.0: problem, 100.0: problem}, (60.0, 90.0), [2]),
+    ):
+        with pytest.raises(ss.InputError, match="Coriolis forces, which"):
+            use()
 
 
 def test_they_follow_assemblies_and_few_coordinates():

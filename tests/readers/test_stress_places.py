@@ -128,7 +128,7 @@ def test_what_has_no_stress_due_to_rotation_is_refused(beam):
     rows = stress_rows_of(model, {"middle": MIDDLE}).rows
     with pytest.raises(ss.InputError, match="must have rows along x, y and z"):
         rotation_stress_of_body(replace(model, notes=(f"nodes with {OWN_AXES}",)), rows, RotationAxis(), 100.0)
-    with pytest.raises(ss.InputError, match="nodes with coordinates alone"):
+    with pytest.raises(ss.InputError, match="must have coordinates, but is 'none'"):
         rotation_stress_of_body(replace(model, nodes={}), rows, RotationAxis(), 100.0)
     with pytest.raises(ss.InputError, match="must be held by its supports"):
         rotation_stress_of_body(replace(model, K=0.0 * model.K + model.M * 0.0), rows, RotationAxis(), 100.0)

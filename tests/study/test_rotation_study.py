@@ -12,9 +12,10 @@ from study.test_surfaces_study import folder as blades  # noqa: F401
 
 import stickslip as ss
 from stickslip.model.problem.at_rest import normal_loads_at_rest
+from stickslip.model.problem.centrifugal_load import inertia_along
 from stickslip.model.readers.read import read_model
 from stickslip.model.readers.stress_places import spin_softening
-from stickslip.model.structure.centrifugal import RotationAxis, softening
+from stickslip.model.structure.centrifugal import CentrifugalLoads, RotationAxis, softening
 from stickslip.model.structure.solid import STEEL
 from stickslip.study import job, structure
 
@@ -194,7 +195,11 @@ MATRICES = 'matrices = { M = [[1.0]], K = [[1e4]] }\ndofs = ["tip.x"]\n'
             "speed = 3000.0\naxis = { direction = [0.0, 0.0, 0.0] }",
             "The direction of the axis must not be zero",
         ),
-        ('model = "bar.npz"\nnames = "bar.csv"\nkeep = { tip = "TIP" }\nmodes = 4\n', MATRICES, "with coordinates alone, but"),
+        (
+            'model = "bar.npz"\nnames = "bar.csv"\nkeep = { tip = "TIP" }\nmodes = 4\n',
+            MATRICES,
+            "must have coordinates, but is 'none'",
+        ),
         ('model = "bar.npz"\nnames = "bar.csv"\nkeep = { tip = "TIP" }\nmodes = 4\n', 'rig = "single_mass"\n', "beside a rig"),
     ],
 )
@@ -285,3 +290,29 @@ def test_coriolis_forces_act_on_blades_and_dampers(blades):  # noqa: F811
     blade = read_model(blades / "platform_blade.inp", units="mm-t-s")
     with pytest.raises(ss.InputError, match="must be left out beside a sector, whose Coriolis forces are neglected"):
         structure._rotating(blade, (3000.0, RotationAxis(), True), True)
+
+
+def test_the_base_of_a_reduced_model_moves_all_of_it(folder):
+    """Also what is not kept: the response is that of the whole model; a base that turns, or one of several models, is refused."""
+    arrays = dict(np.load(folder / "bar.npz"))
+    free = np.array([dof.rpartition(".")[0] not in bar(3)[0].sets["FOOT"] for dof in arrays["dofs"]])
+    M, K = (arrays[name][np.ix_(free, free)] for name in "MK")
+    np.savez(folder / "bar.npz", **arrays | {"dofs": arrays["dofs"][free], "M": M, "K": K})
+    force = STUDY[STUDY.index("[[force]]") : STUDY.index("[sweep]")]
+    text = STUDY.replace(force, '[base]\ndirection = "x"\nacceleration = 1000.0\n').replace("[rotation]\nspeed = 3000.0\n", "")
+    text = text[: text.index("[[contact]]")] + text[text.index("[base]") :]
+    reduced = job(text.replace("modes = 4", "modes = 20"), folder, "bar").sweep.problem
+    corner = next(dof for dof in reduced.structure.dofs if dof.endswith(".x"))
+    node = next(name for name, place in bar(3)[0].nodes.items() if place == pytest.approx(reduced.structure.nodes[corner[:-2]]))
+    whole = re.sub(r"keep = .*\nmodes = .*\n", "", text).replace("tip.x", f"{node}.x")
+    found = [
+        ss.forced_response(problem, [5.0, 40.0], 1.0, harmonics=1, samples=16).dataset["amplitude"].values.ravel()
+        for problem in (replace(reduced, outputs=(corner,)), job(whole, folder, "bar").sweep.problem)
+    ]
+    np.testing.assert_allclose(*found, rtol=1e-4)
+    with pytest.raises(ss.InputError, match="must move a reduced model as a whole along x, y and z"):
+        inertia_along(replace(reduced.structure, centrifugal=None), np.ones(reduced.structure.size))
+    loads = CentrifugalLoads(np.zeros((9, 6)), 3)
+    two = ss.Structure(np.eye(3), np.eye(3), ("1.x", "2.x", "mode/1.q"), centrifugal=loads)
+    with pytest.raises(ss.InputError, match="as a whole along x, y and z, but is 'another motion'"):
+        inertia_along(two, np.array([1.0, 2.0, 0.0]))

@@ -14,6 +14,7 @@ from stickslip.solve.time.march import (
     March,
     MarchOutcome,
     PeriodMarch,
+    Repetition,
     TimeStart,
     _correction,
     from_harmonics,
@@ -214,3 +215,24 @@ def test_a_slow_transient_at_a_fraction_of_the_frequency_is_no_motion_over_sever
     problem = ss.Problem(structure, (), (ss.Force("1.x", 1.0),), ("1.x",))
     cycle = march(problem, float(part), 1.0, from_rest(problem), March(100, tolerance=1e-2, periods=300))
     assert (cycle.repeats, cycle.outcome) == (0, MarchOutcome.NOT_PERIODIC)
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-6, 1e-7])
+def test_a_motion_over_two_periods_is_not_called_one_over_four(tolerance):
+    """States that spiral into a motion over two periods by quarters of a turn: over four they are next to each other first."""
+    k = np.arange(1000)
+    spiral = np.exp((0.5j * np.pi - 0.05) * (k // 2)) * 0.3
+    states = np.column_stack([(-1.0) ** k + spiral.real, 0.5 + spiral.imag])
+    repetition = Repetition(tolerance)
+    place = next(n for n, state in enumerate(states) if repetition.found(state))
+    assert repetition.periods == 2
+    assert abs(spiral[place]) < 10.0 * tolerance
+
+
+def test_a_weak_motion_over_four_periods_is_one():
+    """The change over two periods is small beside that over one, but stays."""
+    k = np.arange(400)
+    states = np.column_stack([(-1.0) ** k + 1e-2 * np.cos(0.5 * np.pi * k), 0.5 + 0.8**k])
+    repetition = Repetition(1e-6)
+    assert any(repetition.found(state) for state in states)
+    assert repetition.periods == 4

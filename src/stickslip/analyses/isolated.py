@@ -390,8 +390,8 @@ class LevelCurves:
 
     def _at_lowest_fold(self) -> float | None:
         """Where the fold is lowest, by the parabola through the lowest one and both neighbours; where one of them has none, the
-        middle between the lowest and its farther neighbour. None without a fold, and where the parabola stays farther above
-        the level than it goes below the lowest fold."""
+        middle between the lowest and its farther neighbour. None without a fold, and where the parabola, tried once, stays
+        farther above the level than it goes below the lowest fold."""
         low, high = self.curve.band
         known = sorted(self.fold)
         lowest = min(known, key=lambda omega: self.fold[omega], default=None)
@@ -403,7 +403,8 @@ class LevelCurves:
         folds = np.array([self.fold.get(omega, np.inf) for omega in places])
         if np.all(np.isfinite(folds)):
             omega, fold = _lowest(places, folds)
-            return omega if fold - abs(self.curve.level) < self.fold[lowest] - fold else None
+            coarse = len(known) == FREQUENCIES
+            return omega if coarse or fold - abs(self.curve.level) < self.fold[lowest] - fold else None
         return 0.5 * (lowest + max(ends, key=lambda omega: abs(omega - lowest)))
 
 

@@ -230,6 +230,8 @@ def reached(
             for question, (passed, known) in sweeps.items():
                 before = SWEEPS[question] * peak.frequency < SWEEPS[question] * known
                 row[question] = True if motions.passes(passed, place) else False if before else None
+            if row["stability"] == "unstable":  # no motion stays there, though a curve leads to it
+                row |= {question: False for question in ("from_rest", *SWEEPS) if row[question]}
             asked = [question for question in ("from_rest", *SWEEPS) if row[question] is None]
             row["unknown"] = "; ".join(f"{question}: {motions.unknown[question]}" for question in asked)
             rows.append(row)

@@ -376,7 +376,7 @@ def linear_peak(
     A contact that slips is softer than a stuck one and stiffer than none: the peak lies below its resonance with stuck contacts
     and above the one without. Of several maxima it is the next one on that side, or the nearest where that side has none.
     Friction takes energy, so the resonance is hardly lower than the peak: maxima below half of its amplitude, of modes that the
-    forces hardly excite, count only where there are no others.
+    forces hardly excite, count only where there are no others, nor natural frequencies beyond the band on that side.
     """
     hertz = dataset.linear_frequency.values
     size = measure_in(dataset).of_harmonic(dataset[f"{which}_amplitude"].values[case, :, output], 2.0 * np.pi * hertz)
@@ -388,6 +388,11 @@ def linear_peak(
     candidates = beyond if beyond.size else maxima
     high = [maxima[size[maxima] >= 0.5 * amplitude] for maxima in (candidates, maxima)]
     candidates = next((maxima for maxima in high if maxima.size), candidates)
+    name, low = f"natural_frequency_{which}", 0.0 if which == "free" else hertz.max()
+    natural = dataset[name].values if name in dataset else np.zeros(0)
+    outside = (natural > low) & ((natural < hertz.min()) | (which == "stuck"))
+    if not any(some.size for some in high) and np.any(outside):
+        return None  # its resonance is one of these
     best = int(candidates[np.argmin(np.abs(hertz[candidates] - frequency))])
     return float(hertz[best]), float(size[best])
 

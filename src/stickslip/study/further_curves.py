@@ -266,6 +266,9 @@ def reached_of(asked: Asked) -> ReachedTable | None:
     isolated = asked.tables.get("isolated")
     if isinstance(isolated, IsolatedTable) and isolated.periods > 1:
         raise fault("[isolated] periods", "must be 1 beside [reached]", isolated.periods)
+    branches = asked.tables.get("branches")
+    if isinstance(branches, BranchesTable) and branches.periods > 1:
+        raise fault("[branches] periods", "must be 1 beside [reached]", branches.periods)
     if asked.sweep.harmonics != "auto":
         table.refuse_few_steps(checked_harmonics(asked.sweep.harmonics))
     try:

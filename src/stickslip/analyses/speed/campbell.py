@@ -72,6 +72,8 @@ def _table(models: Mapping[float, Problem]) -> ProblemAt:
 
 
 def _refuse_other(one: Problem, other: Problem, speed: float) -> None:
+    if one.structure.coriolis is not None or other.structure.coriolis is not None:
+        raise InputError("models must have no Coriolis forces, which are neglected over the speed. Leave them out.")
     same = {
         "degrees of freedom": one.structure.dofs == other.structure.dofs,
         "contacts": repr(one.contacts) == repr(other.contacts),

@@ -6,10 +6,10 @@ import numpy as np
 
 from stickslip.model.loads import Force
 from stickslip.model.structure.assembly import prefixed
-from stickslip.model.structure.centrifugal import AxisLike, CentrifugalLoads, RotationAxis, coriolis
+from stickslip.model.structure.centrifugal import DIRECTIONS, AxisLike, CentrifugalLoads, RotationAxis, coriolis
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Point, Structure
-from stickslip.support.checks import fault, not_negative
+from stickslip.support.checks import Array, fault, not_negative
 
 
 @dataclass(frozen=True)
@@ -67,3 +67,21 @@ def _axis_of(disk: CyclicStructure, axis: RotationAxis) -> RotationAxis:
         own = f"point {disk.axis.point} m, direction {disk.axis.direction}"
         raise fault("The axis of rotation", "must be that of the disk", given, f"Take that of the disk: {own}.")
     return disk.axis
+
+
+def inertia_along(structure: Structure, row: Array) -> Array:
+    """M r, kg, of a motion r (n,) of a structure as a whole.
+
+    Of a reduced one TᵀM r with the r of all its rows, which T does not make of the rows that are kept where supports hold it: of
+    translations alone, whose loads the reduction carries along."""
+    inside = np.array([dof.endswith(".q") and "mode/" in dof for dof in structure.dofs])
+    if not inside.any():
+        return np.asarray(structure.M @ row)
+    named = [row[[dof.rpartition(".")[2] == axis for dof in structure.dofs]] for axis in DIRECTIONS]
+    shares = np.array([of_axis[0] if of_axis.size else 0.0 for of_axis in named])
+    whole = all(np.all(of_axis == share) for of_axis, share in zip(named, shares, strict=True)) and not shares[3:].any()
+    if structure.centrifugal is None or not whole:
+        remedy = "Take the model whole, without `keep`, where the base turns or where several models are joined."
+        given = "another motion" if structure.centrifugal is not None else "a model of which more is not known"
+        raise fault("A moving base", "must move a reduced model as a whole along x, y and z", given, remedy)
+    return np.asarray(shares[:3] @ structure.centrifugal.table[6:, : structure.size])

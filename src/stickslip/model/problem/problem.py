@@ -14,6 +14,7 @@ from scipy import linalg
 
 from stickslip.model.contact.point import Contact, Start, contact_table, stuck_stiffness
 from stickslip.model.loads import BaseMotion, Force, Output
+from stickslip.model.problem.centrifugal_load import inertia_along
 from stickslip.model.problem.speed import SpeedDependence
 from stickslip.model.problem.systems import HarmonicSystems, loose_motions
 from stickslip.model.problem.truncation import truncated
@@ -88,6 +89,8 @@ class Problem:
         if self.speed is not None:
             of_kind("speed", self.speed, SpeedDependence)
             self.speed.check(self._stiffness.shape)
+            if self.structure.coriolis is not None:
+                raise InputError("speed must stay away from Coriolis forces, which belong to one rotor speed. Leave them out.")
         # Every degree of freedom that a contact, a load or an output names must exist; resolving the rows raises otherwise.
         _ = (self.B, self.output_rows, [self.structure.row(force.coefficients) for force in self.forces], self.mean_stiffness)
         _ = self.static_powers
@@ -356,7 +359,7 @@ class Problem:
     def _row_of_load(self, force: Force) -> Array:
         """The load per unit amplitude, (n,): the direction of a force, −M r of a moving base."""
         row = self.structure.row(force.coefficients)
-        return -self.structure.M @ row if isinstance(force, BaseMotion) else row
+        return -inertia_along(self.structure, row) if isinstance(force, BaseMotion) else row
 
     def frequencies(self, stuck: bool) -> Array:
         """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent).

@@ -128,12 +128,16 @@ class CentrifugalLoads:
         mass, count = sparse.csr_array(M), len(dofs)
         named = [dof.rpartition(".") for dof in dofs]
         for dof, (node, _, direction) in zip(dofs, named, strict=True):
-            if (node not in nodes and node not in inner) or direction not in DIRECTIONS:
+            if node not in nodes and node not in inner:
+                remedy = (
+                    "Give the coordinates of all nodes, by a deck or table in `names`, and each part of an assembly by itself."
+                )
+                raise fault(f"Node {node!r} of a structure with a centrifugal load", "must have coordinates", "none", remedy)
+            if direction not in DIRECTIONS:
                 raise fault(
                     "A structure with a centrifugal load",
-                    "must have rows along x, y, z and rotations of nodes with coordinates alone",
+                    "must have rows along x, y, z and rotations of nodes alone",
                     dof,
-                    "Give the coordinates of all nodes, by a deck or table in `names`, and each part of an assembly by itself.",
                 )
         points = np.array([nodes.get(node, (0.0, 0.0, 0.0)) for node, _, _ in named]).reshape(count, 3)
         along = np.array([[float(direction == axis and node in nodes) for axis in "xyz"] for node, _, direction in named])

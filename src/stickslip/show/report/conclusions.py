@@ -72,9 +72,12 @@ def further_curves_sentence(dataset: xr.Dataset, output: int = 0) -> str:
     if not further:
         return ""
     highest, unit = max(further, key=lambda case: peaks[case].amplitude), view.peak_unit(dataset)
+    # The first harmonic says little of a motion over several periods, whose largest part may be another.
+    in_time = view.periods_of(dataset) > 1 and view.measure_in(dataset).kind != "max_abs"
 
     def height(case: int) -> str:
-        return f"{number(peaks[case].amplitude / unit.metres)} {unit.name} at {hertz(peaks[case].frequency)} Hz"
+        largest = f", up to {number(peaks[case].max_abs / unit.metres)} {unit.name} in time," if in_time else ""
+        return f"{number(peaks[case].amplitude / unit.metres)} {unit.name}{largest} at {hertz(peaks[case].frequency)} Hz"
 
     own = [case for case in peaks if levels[case] == levels[highest]]
     swept = next((case for case in own if kinds[case] == CurveKind.SWEEP), None)

@@ -203,7 +203,8 @@ class TimeCycle:
                 f"{found} and at most about {self.distance:.1e} from a periodic motion, more than `tolerance`. If this is "
                 f"close enough, pass tolerance={enough:.0e}. Lightly damped motion decays slowly."
             )
-        return f"{found}. Allow more periods: about 2/ζ for a damping ratio ζ."
+        never = f"A motion that repeats itself after more than {LONGEST}, or never, does not settle."
+        return f"{found}. Allow more periods: about 2/ζ for a damping ratio ζ. {never}"
 
 
 def march(problem: Problem, omega: float, level: float, start: TimeStart, settings: March) -> TimeCycle:
@@ -283,8 +284,12 @@ class Repetition:
         for back, changes in self._changes.items():
             changes.append(float(np.linalg.norm(states[LONGEST:] - states[LONGEST - back : -back], axis=1).max()))
         # A transient of half the frequency alternates, too, but its distance then is all of the change.
-        least = self.tolerance * self._changes[1][-1]
-        self.periods = next((back for back in range(2, LONGEST + 1) if distance(self._changes[back]) <= least), 0)
+        change = self._changes[1][-1]
+        away = {back: distance(changes) for back, changes in self._changes.items()}
+        # Twice as long a motion passes for settled first where the change over the shorter one still turns as it dies out.
+        dying = {back for back in range(2, LONGEST + 1) if self.tolerance * change < away[back] < change}
+        settled = (back for back in range(2, LONGEST + 1) if away[back] <= self.tolerance * change)
+        self.periods = next((back for back in settled if not any(back % shorter == 0 for shorter in dying - {back})), 0)
         return self.periods > 0
 
 
