@@ -219,9 +219,9 @@ def test_a_slow_transient_at_a_fraction_of_the_frequency_is_no_motion_over_sever
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-6, 1e-7])
 def test_a_motion_over_two_periods_is_not_called_one_over_four(tolerance):
-    """States that spiral into a motion over two periods by quarters of a turn: over four they are next to each other first."""
+    """States that come near a motion over two periods from both sides in turn: over four they are next to each other first."""
     k = np.arange(1000)
-    spiral = np.exp((0.5j * np.pi - 0.05) * (k // 2)) * 0.3
+    spiral = np.exp((1.0j * np.pi - 0.05) * (k // 2)) * 0.3
     states = np.column_stack([(-1.0) ** k + spiral.real, 0.5 + spiral.imag])
     repetition = Repetition(tolerance)
     place = next(n for n, state in enumerate(states) if repetition.found(state))
