@@ -121,11 +121,12 @@ def test_gyroscopic_modes_solve_their_equation():
     np.testing.assert_allclose(same.squares, linalg.eigvalsh(K + np.eye(4), M), rtol=1e-9)
 
 
-def test_over_the_speed_they_are_refused():
-    """They belong to one speed."""
+def test_over_the_speed_and_on_a_moving_base_they_are_refused():
+    """They belong to one speed, and would act on the velocity of the base, too."""
     problem = whirling()
     for use in (
         lambda: replace(problem, speed=SpeedDependence(2)),
+        lambda: replace(problem, forces=(ss.BaseMotion({"1.x": 1.0, "1.y": 0.0}, 1.0),)),
         lambda: ss.speed_sweep({50.0: problem, 100.0: problem}, (60.0, 90.0), [2]),
         lambda: ss.campbell({50.0: problem, 100.0: problem}, (60.0, 90.0), [2]),
     ):

@@ -269,6 +269,7 @@ def test_a_blade_that_turns_about_itself_whirls_at_two_frequencies(folder, reduc
     frequencies = made.sweep.problem.frequencies(stuck=True)[:2]
     np.testing.assert_allclose(frequencies, [0.9 * at_rest, 1.1 * at_rest], rtol=2e-3)
     assert "The spin softening of bodies is left out" in " ".join(made.remarks)
+    assert "centrifugal load without resultant" in " ".join(made.remarks)
     sweep = "[speed_sweep]\nspeed = [2000.0, 4000.0]\nengine_orders = [1]\nreference_speed = 3000.0\n"
     over_speeds = text.replace('"forced_response"', '"speed_sweep"').replace("at = [50.0]\n", "") + sweep
     with pytest.raises(ss.InputError, match="coriolis must stay away from a speed sweep"):

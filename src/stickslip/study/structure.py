@@ -70,6 +70,9 @@ SOFTENED = 0.1
 """Share of a natural frequency that spin softening alone may take. Of a blade, stress stiffening adds at least 1.19 times as much
 stiffness (M. J. Schilhansl, J. Appl. Mech. 25, 1958, 28-30), so that the error of a K without it is larger than what is taken."""
 
+BALANCED = 1e-9
+"""Share of its centrifugal load up to which the resultant of a body is rounding."""
+
 Rotation = tuple[float, RotationAxis, bool]
 """Speed in rev/min, axis, and whether Coriolis forces act."""
 OF_A_COPY = ("name", "keep", "modes", "shift", "stress", "speed", "axis")
@@ -402,7 +405,8 @@ def rotation_note(rotation: Rotation, loads: Iterable[CentrifugalLoad], system: 
     for load in loads:
         size = float(np.linalg.norm(load.resultant))
         along = ", ".join(f"{part:.3g}" for part in np.round(np.array(load.resultant) / (size or 1.0), 6) + 0.0)
-        listed.append(f"{load.name} {newton * size:.6g} {unit} along ({along})")
+        balanced = size <= BALANCED * load.static
+        listed.append(f"{load.name} {'without resultant' if balanced else f'{newton * size:.6g} {unit} along ({along})'}")
     return f"Rotation at {speed:g} rev/min: {'; '.join(listed)}. {missing} left out"
 
 

@@ -86,6 +86,10 @@ class Problem:
             raise fault("outputs", "must name at least one degree of freedom", "none")
         if not any(amplitude for force in self.forces for amplitude in force.amplitudes.values()):
             raise fault("forces", "must hold a harmonic force", "none", "Give a force a non-zero amplitude.")
+        if self.structure.coriolis is not None and any(isinstance(force, BaseMotion) for force in self.forces):
+            raise InputError(
+                "A moving base must stay away from Coriolis forces, which would act on its motion, too. Leave one out."
+            )
         if self.speed is not None:
             of_kind("speed", self.speed, SpeedDependence)
             self.speed.check(self._stiffness.shape)
