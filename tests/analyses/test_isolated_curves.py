@@ -122,6 +122,16 @@ def test_the_search_along_the_force_level_finds_it_too(whole, modes):
     assert again.dataset.curve_kind.values.tolist() == [0, 2]
 
 
+def test_modes_lead_to_a_curve_just_above_the_level_at_which_it_begins(modes):
+    """Between two points of the mode beside its minimum, both of which need more force."""
+    level = 1.001 * 0.037593
+    needs = modes.dataset["peak_force_level"].values[0]
+    lowest = needs[1:-1][(needs[1:-1] < needs[:-2]) & (needs[1:-1] < needs[2:])]
+    assert np.all(lowest > level)
+    swept = ss.forced_response(absorber(), BAND, level, harmonics=5, samples=64, isolated=False)
+    assert swept.with_isolated(modes).dataset.curve_kind.values.tolist() == [0, 2]
+
+
 @pytest.mark.parametrize("varies", [True, False])
 def test_nothing_is_added_where_there_is_nothing(varies):
     """Under a constant load there is one motion, and no other is sought."""
@@ -333,7 +343,7 @@ def test_a_study_finds_the_isolated_curve(tmp_path, whole):
     text = STUDY.format(M=MASS, k=1.0 + K2, k2=K2, c=OWN + C2, c2=C2, level=LEVEL)
     done, dataset = run(tmp_path / "a", text)
     assert done.exit_code == 0, done.output
-    assert "isolated curves: 1 found from 3 starts" in done.output
+    assert "isolated curves: 1 found from 4 starts" in done.output
     assert f"force {LEVEL} N, isolated" in done.output
     np.testing.assert_allclose(dataset.peak_amplitude[1, 0, 0], whole.dataset.peak_amplitude[1, 0, 0], rtol=1e-9)
     report = next((tmp_path / "a" / "out").rglob("report.html")).read_text()

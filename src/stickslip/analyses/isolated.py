@@ -170,6 +170,10 @@ def _mode_starts(curve: SolvedCurve, mode: ModeMotions) -> Iterator[Start]:
             k = int(crossed)
             share = beyond[k] / (beyond[k] - beyond[k + 1])
             yield mode.start(balance, k + float(share), float(mode.phase[k]), level)
+        # The level may also be met between the points beside its minimum, where it is no straight line.
+        for lowest in 1 + np.flatnonzero((beyond[1:-1] <= beyond[:-2]) & (beyond[1:-1] < beyond[2:])):
+            k = int(lowest)
+            yield mode.start(balance, float(k), float(mode.phase[k]), level)
         return
     inside = np.flatnonzero((mode.omega >= curve.band[0]) & (mode.omega <= curve.band[1]))
     for k in sorted({int(inside[round(k)]) for k in np.linspace(0, inside.size - 1, min(inside.size, PLACES))}):
