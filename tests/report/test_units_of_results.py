@@ -22,6 +22,7 @@ from stickslip.results.schema import attributes_of, in_system, shown_dataset, sh
 from stickslip.runs.work import CheckpointFolder
 from stickslip.show.plots.chart import Axis, Bars, Chart, Line, Panel, Rule, shown_chart
 from stickslip.show.plots.look import Style
+from stickslip.show.report.conclusions import failures_of, warnings_of
 from stickslip.show.report.markup import presentation_of
 from stickslip.show.report.page import page
 from stickslip.study.reading import job
@@ -314,3 +315,15 @@ def test_the_explorer_is_in_mm(tmp_path):
     x, y = float(dataset["frequency"][0, k]), 1e3 * float(dataset["amplitude"][0, k, 0])
     assert clicked_point(answer, None, "m.x", x, y) == k
     assert replace(answer).response.dataset.attrs["unit_system"] == "mm N t s"
+
+
+def test_warnings_and_failures_are_shown_in_the_units_of_the_study(results):
+    """On the page, at a glance, on the console and in JSON, whatever reads them."""
+    dataset = results["mm"][0].copy(deep=True)
+    dataset["case_message"] = dataset["case_message"].astype(object)
+    dataset["case_message"].values[:] = "The curve ended. The peak changes: 0.000221 m at 321 Hz."
+    assert sum("0.221 mm at 321 Hz" in sentence for sentence in warnings_of(dataset)) == 2
+    assert "0.000221 m at 321" not in page({"one": dataset})
+    dataset["case_outcome"].values[:] = 2
+    assert all("0.000221 m" not in sentence for sentence in failures_of(dataset))
+    assert any("0.221 mm" in sentence for sentence in failures_of(dataset))

@@ -13,7 +13,7 @@ from stickslip.analyses.reached import Reached
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results import view
 from stickslip.results.quantities import about_all, is_unstable, none_is_judged, peak_is_unstable, peak_unjudged, peak_verdict
-from stickslip.results.schema import CurveKind, kinds_in
+from stickslip.results.schema import CurveKind, kinds_in, shown_sentence
 from stickslip.show.report.markup import hertz, number, percent
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import counted
@@ -309,7 +309,8 @@ def failures_of(dataset: xr.Dataset) -> list[str]:
             sentences.append(f"{view.level_text(dataset, case)}: the curve did not reach the end of the band. {cause}")
         elif not view.points(dataset, case).size:
             sentences.append(f"{view.level_text(dataset, case)}: no point was computed.")
-    return sentences + (bounds_failures(detached(dataset)) if has_bounds(dataset) else [])
+    sentences += bounds_failures(detached(dataset)) if has_bounds(dataset) else []
+    return [shown_sentence(sentence, dataset) for sentence in sentences]
 
 
 def bounds_failures(bounds: xr.Dataset) -> list[str]:
@@ -374,7 +375,8 @@ def warnings_of(dataset: xr.Dataset, cases: Iterable[int] | None = None) -> list
                     f"{view.level_text(dataset, case)}: {name} is larger at an end of its curve, {hertz(end.frequency)} Hz, than "
                     "at any peak: a higher one may lie beyond."
                 )
-    return sentences + (bounds_warnings(detached(dataset)) if has_bounds(dataset) else [])
+    sentences += bounds_warnings(detached(dataset)) if has_bounds(dataset) else []
+    return [shown_sentence(sentence, dataset) for sentence in sentences]
 
 
 def _ranges(dataset: xr.Dataset, case: int, code: int) -> str:
