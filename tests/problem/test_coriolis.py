@@ -12,6 +12,7 @@ from stickslip.model.problem.truncation import truncated
 from stickslip.model.structure.assembly import assemble
 from stickslip.model.structure.centrifugal import RotationAxis, coriolis, cross
 from stickslip.model.structure.modes import Modes, gyroscopic_modes, natural_modes
+from stickslip.solve.balance.resonances import Resonances
 
 SPEED = 7.0
 """rad/s"""
@@ -71,11 +72,26 @@ def test_a_whirling_mass_has_two_frequencies():
     assert problem.fingerprint != problem.with_structure(turned).fingerprint
 
 
+def test_resonances_are_those_with_them_and_real_without():
+    """Rounding leaves a skew part in matrices of modal damping, which is none of them."""
+    turning = Resonances(whirling(), 1)
+    np.testing.assert_allclose(np.unique(turning.omega.round(6)), [20.0 - SPEED, 20.0 + SPEED], rtol=1e-6)
+    half = np.random.default_rng(0).normal(size=(12, 12))
+    dofs = tuple(f"{k}.x" for k in range(12))
+    K = half @ half.T + np.eye(12)
+    C = 0.01 * K
+    C[0, 1] *= 1.0 + 1e-14
+    structure = ss.Structure(np.eye(12), K, dofs, C=C)
+    still = Resonances(ss.Problem(structure, (), (ss.Force("1.x", 1.0),), ("1.x",)), 1)
+    assert np.isrealobj(still.limits[0].sizes)
+    assert np.isrealobj(still.limits[0].shapes)
+
+
 def test_with_friction_harmonic_balance_and_time_agree():
     rubbing = ss.Contact("rub", ss.Macroslip(400.0, 0.3, normal_load=2.0), (ss.between("1.x", "ground"),))
     response = ss.forced_response(whirling((rubbing,)), ss.radians_per_second(10.0, 36.0), 1.0, harmonics=9, samples=512)
     assert response.verify_in_time(0, response.peak_point(), steps_per_period=1000).agrees(3e-3)
-    with pytest.raises(ss.InputError, match="Nonlinear modes must be of a problem without Coriolis forces"):
+    with pytest.raises(ss.InputError, match="must be of a problem without Coriolis forces"):
         ss.nonlinear_modes(response.problem, 1)
     assert float(np.nanmax(np.abs(response.dataset.energy_residual))) < 1e-6
 

@@ -140,14 +140,11 @@ class MotionsOfLevel:
         f = self.frequency[sweep]
         broken = int(self.dataset["case_outcome"].values[sweep]) != Outcome.CONVERGED
         lost = f"the curve broke off at {f[-1]:.5g} Hz"
-        if abs(f[0] - begin) <= TOLERANCE * begin:
-            place: Place | None = Place(sweep, 0)
-        elif broken:
+        place, reached = Place(sweep, 0) if abs(f[0] - begin) <= TOLERANCE * begin else None, begin
+        if place is None and broken:
             self.unknown[question] = lost
-            return passed, begin
-        else:
+        elif place is None:
             place = self.settled(question, begin)
-        reached = begin
         while place is not None and place not in passed:
             place = self._followed(place, sign, passed)
             f, k = self.frequency[place.case], place.point

@@ -281,9 +281,7 @@ class Modes(Settings):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.problem.structure.coriolis is not None:
-            raise InputError(
-                "Nonlinear modes must be of a problem without Coriolis forces, whose modes they begin from. Leave coriolis out."
-            )
+            raise InputError("Nonlinear modes must be of a problem without Coriolis forces. Leave coriolis out.")
         output_of(self.problem, self.output)
         object.__setattr__(self, "samples", self.problem.systems.enough_samples(self.samples))
         harmonics_for(self.problem, self.harmonics)

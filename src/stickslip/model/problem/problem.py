@@ -86,15 +86,11 @@ class Problem:
             raise fault("outputs", "must name at least one degree of freedom", "none")
         if not any(amplitude for force in self.forces for amplitude in force.amplitudes.values()):
             raise fault("forces", "must hold a harmonic force", "none", "Give a force a non-zero amplitude.")
-        if self.structure.coriolis is not None and any(isinstance(force, BaseMotion) for force in self.forces):
-            raise InputError(
-                "A moving base must stay away from Coriolis forces, which would act on its motion, too. Leave one out."
-            )
+        if self.structure.coriolis is not None and (self.speed or any(isinstance(force, BaseMotion) for force in self.forces)):
+            raise InputError("Coriolis forces, which belong to one speed, must stay away from `speed` and a moving base.")
         if self.speed is not None:
             of_kind("speed", self.speed, SpeedDependence)
             self.speed.check(self._stiffness.shape)
-            if self.structure.coriolis is not None:
-                raise InputError("speed must stay away from Coriolis forces, which belong to one rotor speed. Leave them out.")
         # Every degree of freedom that a contact, a load or an output names must exist; resolving the rows raises otherwise.
         _ = (self.B, self.output_rows, [self.structure.row(force.coefficients) for force in self.forces], self.mean_stiffness)
         _ = self.static_powers

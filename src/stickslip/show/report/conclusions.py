@@ -140,9 +140,9 @@ def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
     peaks = {case: peak for case, peak in every.items() if not _incomplete(dataset, case)}
     if len(every) == 1 or not peaks:
         return " ".join(_level_sentence(dataset, case, output) for case in every)
-    within = (
-        peaks if view.is_listed(dataset) else {case: peak for case, peak in peaks.items() if _within(dataset, case, peak, output)}
-    )
+    listed = view.is_listed(dataset)
+    inside = (case for case in peaks if listed or (peaks[case].local and view.higher_end(dataset, case, output) is None))
+    within = {case: peaks[case] for case in inside}
     excluded = {
         "incomplete": len(every) - len(peaks),
         "highest at an end of the band, beyond which a peak may lie": len(peaks) - len(within),
@@ -155,11 +155,6 @@ def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
     elif within:
         noticed.append(_comparison(dataset, within, output, "the other" if noticed else "the"))
     return " ".join(noticed)
-
-
-def _within(dataset: xr.Dataset, case: int, peak: view.Peak, output: int) -> bool:
-    """Whether the largest response of a curve is a peak inside the band."""
-    return peak.local and view.higher_end(dataset, case, output) is None
 
 
 def _comparison(dataset: xr.Dataset, peaks: dict[int, view.Peak], output: int, which: str) -> str:

@@ -67,7 +67,7 @@ class Resonances:
                 for turn, system in problem.systems.waves(h):
                     for held in holds or (every, ~every):
                         known[key].append(len(self.limits))
-                        self.limits.append(_limit(system, turn, stiffness, powers, held, problem.systems.stiffens))
+                        self.limits.append(_limit(problem, system, turn, powers, held))
             for number in known[key]:
                 omega, ratios = self.limits[number].omega, self.limits[number].ratios
                 chosen = np.flatnonzero(omega > 0.0)
@@ -142,16 +142,14 @@ def _looked_at(ratios: Array) -> Array:
     return np.where(ratios > UNDAMPED, ratios, BESIDE)
 
 
-def _limit(
-    system: LinearSystem, turn: NDArray[Any], stiffness: Array, powers: Array, held: NDArray[np.bool_], stiffens: bool
-) -> _Limit:
+def _limit(problem: Problem, system: LinearSystem, turn: NDArray[Any], powers: Array, held: NDArray[np.bool_]) -> _Limit:
+    stiffness, coriolis = problem.contact_stiffness, problem.structure.coriolis
     released = system.B.conj().T @ (np.where(held, 0.0, stiffness)[:, None] * system.B)
-    if stiffens:
+    if problem.systems.stiffens:
         modes = definite_modes(system.M, np.asarray(system.K - (1.0 - BARELY) * released))
     else:
         modes = natural_modes(system.M, np.asarray(system.K - released))
-        skew = 0.5 * (system.C - system.C.conj().T)
-        modes = gyroscopic_modes(modes, skew) if turn.size == 1 and np.any(skew) else modes
+        modes = modes if coriolis is None else gyroscopic_modes(modes, coriolis)
     omega = np.sqrt(np.maximum(modes.squares, 0.0))
     losses = np.sum(modes.shapes.conj() * (system.C @ modes.shapes), axis=0).real
     ratios = np.divide(losses, 2.0 * omega, out=np.zeros_like(omega), where=omega > 0.0)
