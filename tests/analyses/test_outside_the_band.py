@@ -188,7 +188,7 @@ def test_samples_are_judged_at_the_highest_motion_inside(coupled, monkeypatch):
 
 def test_harmonics_are_chosen_at_the_highest_motions_inside():
     ends = LOW / (2.0 * np.pi), HIGH / (2.0 * np.pi)
-    omegas = [evaluation.point.omega for _, evaluation in _worst_points(softening(), ends, LEVEL, 3, 64)]
+    omegas = [evaluation.point.omega for _, evaluation in _worst_points(softening(), ends, LEVEL, 3, 64, 0.1)]
     assert omegas
     assert min(omegas) >= LOW
 

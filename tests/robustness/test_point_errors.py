@@ -36,9 +36,9 @@ def true_error(response, curve, place):
     return float(found.change(balance.first)[row] / size) if found.solved and size > 0.0 else np.nan
 
 
-def errors(case, harmonics):
+def errors(case, harmonics, samples=512):
     """The estimated and the true error at places of even arc length, (2, places)."""
-    response = ss.forced_response(case.problem, case.band, case.level, harmonics=harmonics, samples=512)
+    response = ss.forced_response(case.problem, case.band, case.level, harmonics=harmonics, samples=samples)
     curve = response._solved_curve(0, 1)
     estimated = response.dataset["point_truncation_error"].values[0, :, 0]
     arc = np.cumsum([point.length for point in curve.points])
@@ -61,3 +61,12 @@ def test_few_points_are_off_without_an_error_and_few_errors_are_false(harmonics)
     assert (off & ~told).sum() <= 0.06 * off.sum()
     assert not (off & ~told & (true > 5.0 * ALLOWED)).any()
     assert (told & ~off).sum() <= 0.15 * told.sum()
+
+
+@pytest.mark.slow
+def test_automatic_harmonics_keep_the_tolerance_along_the_curve():
+    """Chosen at the peaks alone, 16 of these points were off by more, the worst by 39 %."""
+    drawn = [("constant load", 42000), ("varying load", 42002), ("lift-off", 42000), ("start state", 42001)]
+    true = np.concatenate([errors(random_case(*each), "auto", 256)[1] for each in drawn])
+    assert np.isfinite(true).all()
+    assert true.max() < 2e-3

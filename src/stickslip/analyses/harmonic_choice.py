@@ -1,4 +1,4 @@
-"""Automatic choice of harmonics and samples: both are raised until the truncation error at the peaks is small.
+"""Automatic choice of harmonics and samples: both are raised until the truncation error of the curve is small.
 
 Whether the samples of a period resolve contacts whose force changes within a small share of it.
 """
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.analyses.truncation import ALLOWED, sampling_error
+from stickslip.analyses.truncation import ALLOWED, AT_POINTS, FEW_POINTS, affordable, sampling_error
 from stickslip.model.contact.point import Contact
 from stickslip.model.problem import Problem
 from stickslip.model.problem.contraction import contracts
@@ -177,12 +177,13 @@ class HarmonicChoice:
 def sufficient_harmonics(
     problem: Problem, frequencies: Sequence[float], levels: Sequence[float], tolerance: float = 2e-3, samples: int = 256
 ) -> HarmonicChoice:
-    """The least number of harmonics beyond which more change the motion of contacts and outputs by less than `tolerance` at every
-    peak, and the samples, doubled from `samples` on, whose error there is below it too.
+    """The least number of harmonics beyond which more change the motion of contacts and outputs by less than `tolerance` along
+    the curve, and the samples, doubled from `samples` on, whose error there is below it too.
 
     frequencies: the ends of the band, or the frequencies wanted, in Hz; levels: force levels. A curve with H = 3 finds the
-    highest peak of each output and level (in a band without a peak the largest point); there H is raised, each solution padded,
-    then Nt. The error of samples falls with their square: 4/3 of what twice as many change.
+    highest peak of each output and level (in a band without a peak the largest point), and of some points along it the one that
+    needs the most harmonics; there H is raised, each solution padded, then Nt. The error of samples falls with their square: 4/3
+    of what twice as many change.
     """
     if not 0.0 < positive("tolerance", tolerance) < 0.5:
         raise fault("tolerance", "must lie between 0 and 0.5", tolerance, "It is relative; 2e-3 is usual.")
@@ -195,7 +196,7 @@ def sufficient_harmonics(
             def traced(share: float, number: int = number, level: float = level) -> None:
                 report((number + TRACING * share) / len(levels), f"force level {level:g}")
 
-            for balance, evaluation in _worst_points(problem, frequencies, level, lowest, samples, traced):
+            for balance, evaluation in _worst_points(problem, frequencies, level, lowest, samples, tolerance, traced):
                 raised = _raised(problem, frequencies, balance, evaluation, tolerance, samples)
                 choices.append(_sampled(problem, *raised, tolerance))
     if not choices:
@@ -229,9 +230,11 @@ def _worst_points(
     level: float,
     harmonics: int,
     samples: int,
+    tolerance: float,
     progress: Callable[[float], None] = lambda share: None,
 ) -> list[tuple[HarmonicBalance, Evaluation]]:
-    """The highest peak of every output at a level, or the largest point of a curve without one."""
+    """The highest peak of every output at a level, or the largest point of a curve without one, and the point beside them that
+    needs the most harmonics."""
     balance = HarmonicBalance(problem, harmonics, _enough(problem, samples, harmonics))
     ends = [2.0 * np.pi * min(frequencies), 2.0 * np.pi * max(frequencies)]
     curve = solve_curve(balance, ends, level, ends[0] == ends[1], progress)
@@ -241,7 +244,24 @@ def _worst_points(
             best = max(points, key=lambda point: _amplitude(balance, point.evaluation, output))
             found.append((_amplitude(balance, best.evaluation, output), best.evaluation))
     largest = max((amplitude for amplitude, _ in found), default=0.0)
-    return [(balance, evaluation) for amplitude, evaluation in found if amplitude >= MOVES * largest]
+    worst = [evaluation for amplitude, evaluation in found if amplitude >= MOVES * largest]
+    return [(balance, evaluation) for evaluation in (*worst, *_worst_along(balance, curve, tolerance))]
+
+
+def _worst_along(balance: HarmonicBalance, curve: Curve, tolerance: float) -> Iterator[Evaluation]:
+    """Of points of a curve, evenly chosen, the one that needs the most harmonics; none where those of the balance suffice, or
+    where so many contacts slip that this cannot be told."""
+    inside = curve.inside
+    finer = affordable(balance, inside, AT_POINTS)
+    if finer is None:
+        return
+    worst, most = None, (0, tolerance)
+    for k in np.unique(np.linspace(0, len(inside) - 1, min(FEW_POINTS, len(inside))).round().astype(int)):
+        estimate = truncation_at(balance, finer, inside[k].evaluation, inside[k].across("omega"))
+        if estimate.total > tolerance and (needs := (estimate.needed(tolerance), estimate.total)) > most:
+            worst, most = inside[k].evaluation, needs
+    if worst is not None:
+        yield worst
 
 
 def _amplitude(balance: HarmonicBalance, evaluation: Evaluation, output: int) -> float:
@@ -282,7 +302,7 @@ def _raised(
         if solution is not None:
             evaluation = solution
             continue
-        peaks = _worst_points(problem, frequencies, evaluation.point.level, following, samples)
+        peaks = _worst_points(problem, frequencies, evaluation.point.level, following, samples, tolerance)
         if not peaks:
             text = f"{H} harmonics: the peak could not be solved with {following}; more change the motion by {estimate.total:.1e}"
             return HarmonicChoice(H, Nt, estimate.total, text), evaluation

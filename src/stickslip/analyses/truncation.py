@@ -120,7 +120,7 @@ def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measu
     """
     names = ("truncation_error", "sampling_error", "work_error")
     errors, known = np.full((3, len(balance.problem.outputs)), np.nan), list[tuple[CurvePoint, Array]]()
-    finer = _finer(balance, curve.points, AT_PEAKS, MORE_SAMPLES)
+    finer = affordable(balance, curve.points, AT_PEAKS, MORE_SAMPLES)
     if finer is None:
         return dict(zip(names, errors, strict=True))
     for output, highest in highest_points(balance, curve, measure).items():
@@ -161,7 +161,7 @@ def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, liste
     """
     points, rows, counted = curve.points, balance.rows, _counted(balance, measure)
     errors = np.full((len(points), len(balance.problem.outputs)), np.nan)
-    finer = _finer(balance, points, AT_POINTS)
+    finer = affordable(balance, points, AT_POINTS)
     if finer is None or not points:
         return errors
 
@@ -197,7 +197,7 @@ def point_errors(balance: HarmonicBalance, curve: Curve, measure: Measure, liste
     return errors
 
 
-def _finer(balance: HarmonicBalance, points: Sequence[CurvePoint], unknowns: int, samples: int = 1) -> HarmonicBalance | None:
+def affordable(balance: HarmonicBalance, points: Sequence[CurvePoint], unknowns: int, samples: int = 1) -> HarmonicBalance | None:
     """The balance with more harmonics and so many times the samples for an estimate; None where it would cost too much."""
     rows = min(max((point.active for point in points), default=0) / balance.kept.size, balance.problem.structure.size)
     beyond = beyond_within(balance.highest, max(rows, 1.0), unknowns)
