@@ -250,7 +250,7 @@ def _worst_points(
 
 def _worst_along(balance: HarmonicBalance, curve: Curve, tolerance: float) -> Iterator[Evaluation]:
     """Of points of a curve, evenly chosen, the one that needs the most harmonics; none where those of the balance suffice, or
-    where so many contacts slip that this cannot be told."""
+    where so many contacts slip that this is not known."""
     inside = curve.inside
     finer = affordable(balance, inside, AT_POINTS)
     if finer is None:

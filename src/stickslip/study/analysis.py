@@ -201,6 +201,7 @@ PROBLEM_KEYS = (
     "structure",
     "body",
     "rotation",
+    "load_step",
     "damping",
     "contact",
     "force",

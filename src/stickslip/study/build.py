@@ -18,6 +18,8 @@ from stickslip.model.dampers.damper import Shape
 from stickslip.model.disks.tuned import TunedDisk, check_engine_order
 from stickslip.model.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.model.problem import Problem
+from stickslip.model.problem.centrifugal_load import CentrifugalLoad
+from stickslip.model.problem.load_steps import LoadStep
 from stickslip.model.readers.deck import LONGEST
 from stickslip.model.readers.model import levers
 from stickslip.model.readers.stress_places import SAME_SPEED
@@ -36,6 +38,7 @@ from stickslip.study.tables import (
     ExcitationTable,
     ForceTable,
     FrequenciesTable,
+    LoadStepTable,
     MeanSpringTable,
     RotationTable,
     StructureTable,
@@ -315,6 +318,16 @@ def rotation(table: RotationTable, others: Mapping[str, Any], units: Units) -> t
         raise fault("coriolis", "must stay away from a speed sweep, in which Coriolis forces are neglected", "true")
     axis = RotationAxis.of((table.axis.point, table.axis.direction)).scaled(units.system.metres)
     return table.speed, axis, table.coriolis
+
+
+def load_step(table: LoadStepTable, rotation: RotationTable | None, problem: Problem) -> LoadStep:
+    """A load before that of the study: at a speed the square of its ratio to that of [rotation] of all centrifugal loads."""
+    if table.factor is not None:
+        return table.factor
+    if rotation is None or table.speed is None:
+        raise fault("speed", "must go with [rotation], whose load goes by it", table.speed, "Give a factor of all static forces.")
+    square = (table.speed / rotation.speed) ** 2
+    return {force.name: square for force in problem.forces if isinstance(force, CentrifugalLoad)}
 
 
 def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:

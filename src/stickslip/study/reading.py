@@ -8,12 +8,15 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from stickslip.analyses.forced_response import AUTOMATIC
 from stickslip.analyses.settings import ForcedResponseSettings, Frequencies
 from stickslip.model.contact.point import GROUND, Contact
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.loads import Force
 from stickslip.model.problem import Problem
+from stickslip.model.problem.load_steps import load_history
 from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.problem.truncation import REACH
 from stickslip.model.readers.reduction import Progress, quiet
@@ -51,13 +54,14 @@ from stickslip.study.tables import (
     ExcitationTable,
     FinenessTable,
     ForceTable,
+    LoadStepTable,
     MeanSpringTable,
     RotationTable,
     StructureTable,
     SweepTable,
 )
 from stickslip.study.toml_text import with_line
-from stickslip.support.checks import Faults, InputError, fault, nearest, similar_file, storable
+from stickslip.support.checks import Faults, InputError, counted, fault, nearest, similar_file, storable
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.units import UNIT_SYSTEMS, Band, UnitSystem
 
@@ -69,6 +73,8 @@ LARGEST = 1 << 24
 
 WITH_STRESS = ("forced_response", "mistuned_population")
 """Analyses that compute the stress at places of models."""
+WITH_LOAD_STEPS = ("forced_response", "stepped_sine", "controlled_response")
+"""Analyses that begin with the sliders where steps of the static load have left them."""
 DEFAULT = "forced_response"
 """By what a file is checked when its analysis is unknown."""
 
@@ -121,6 +127,7 @@ class Tables:
     units: Units
     own: Mapping[str, Table]
     rotation: RotationTable | None = None
+    load_steps: tuple[LoadStepTable | None, ...] = ()
 
     @property
     def rig(self) -> StructureTable | None:
@@ -288,7 +295,7 @@ def problem_of(
     if not tables.structures or None in tables.structures or None in tables.bodies:
         return None
     if tables.rig is not None:
-        problem = from_rig(tables.rig, tables, document, found)
+        problem = from_rig(tables.rig, tables, document, found, messages[1])
         return None if problem is None else (problem, {})
     return from_model(tables, document, folder, found, messages, whole_disk, modes_to)
 
@@ -359,7 +366,8 @@ def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
     base, aerodynamics = single("base", BaseTable), single("aerodynamics", AerodynamicsTable)
     actions = contacts, forces, dashpots, mean_springs, single("excitation", ExcitationTable)
     rotation = single("rotation", RotationTable)
-    return Tables(study, structures, bodies, damping, sweep, *actions, base, aerodynamics, units, own, rotation)
+    steps = tuple(found.attempt(place, parsed, LoadStepTable, values) for place, values in repeated("load_step", document, found))
+    return Tables(study, structures, bodies, damping, sweep, *actions, base, aerodynamics, units, own, rotation, steps)
 
 
 def repeated(key: str, document: Mapping[str, Any], found: Found) -> list[tuple[str, Any]]:
@@ -384,7 +392,9 @@ def units_of(value: Any) -> Units:
     return parsed(Units, value)
 
 
-def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any], found: Found) -> Problem | None:
+def from_rig(
+    table: StructureTable, tables: Tables, document: Mapping[str, Any], found: Found, notes: list[str]
+) -> Problem | None:
     """A ready rig; it brings contacts, forces and damping itself."""
     own_units = isinstance(document.get("units"), dict) and set(document["units"]) == {"frequency"}
     for key in ("body", "rotation", "contact", "force", "dashpot", "mean_spring", "base", "damping", "units"):
@@ -393,7 +403,7 @@ def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any],
                 f"{key} must go with matrices, but stands beside a rig, which brings its own (in SI). Leave it out."
             )
     problem = found.attempt("[structure]", build.rig_named, table)
-    problem = acted_upon(problem, tables, found)
+    problem = acted_upon(problem, tables, found, notes)
     if problem is None or tables.sweep is None or tables.sweep.outputs is None:
         return problem
     names = Names(problem.structure.dofs, Units())
@@ -401,8 +411,9 @@ def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any],
     return None if found.messages else replace(problem, outputs=build.outputs(tables.sweep, names))
 
 
-def acted_upon(problem: Problem | None, tables: Tables, found: Found) -> Problem | None:
-    """A disk under its engine orders and gas forces; of a speed sweep under the first of its orders."""
+def acted_upon(problem: Problem | None, tables: Tables, found: Found, notes: list[str]) -> Problem | None:
+    """A disk under its engine orders and gas forces, of a speed sweep under the first of its orders; sliders where the loads
+    before have left them."""
     orders = getattr(tables.own.get("speed_sweep"), "engine_orders", None)
     if orders and isinstance(problem, TunedDisk):
         problem = problem.with_engine_order(orders[0] % problem.sectors)
@@ -410,7 +421,26 @@ def acted_upon(problem: Problem | None, tables: Tables, found: Found) -> Problem
         problem = found.attempt("[excitation]", build.excited, problem, tables.excitation)
     if problem is not None and tables.aerodynamics is not None:
         problem = found.attempt("[aerodynamics]", with_aerodynamics, problem, tables.aerodynamics, tables.units)
+    if problem is not None and tables.load_steps and not found.messages:
+        problem = found.attempt("[[load_step]]", _after_steps, problem, tables, notes)
     return problem
+
+
+def _after_steps(problem: Problem, tables: Tables, notes: list[str]) -> Problem:
+    """The problem after its steps of the static load, with a note on each."""
+    if tables.study is not None and tables.study.analysis not in WITH_LOAD_STEPS:
+        rule = f"must go with analysis = {' or '.join(WITH_LOAD_STEPS)}"
+        raise fault("Steps of the static load", rule, tables.study.analysis, "Leave them out.")
+    steps = [build.load_step(each, tables.rotation, problem) for each in tables.load_steps if each is not None]
+    moved, rests = load_history(problem, steps)
+    for number, rest in enumerate(rests, start=1):
+        load = f"step {number}" if number <= len(steps) else "the load of the study"
+        loaded = rest.limits > 0.0
+        slips = np.count_nonzero(rest.state.slips[loaded])
+        notes.append(
+            f"Under {load}, {slips} of {counted(loaded.size, 'slider')} slip at rest, {loaded.size - loaded.sum()} carry no load"
+        )
+    return moved
 
 
 def from_model(
@@ -469,7 +499,7 @@ def from_model(
     if isinstance(parts.structure, SparseStructure):
         kind, more = meshed_problem, more | {"modes_to": modes_to, "report": partial(messages[0], 0.5)}
     problem = found.attempt("The study", partial(kind, **more), parts.structure, contacts, forces, outputs, title)
-    problem = acted_upon(problem, tables, found)
+    problem = acted_upon(problem, tables, found, messages[1])
     return None if problem is None else (problem, parts.disks)
 
 

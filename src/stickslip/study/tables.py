@@ -119,6 +119,16 @@ class RotationTable(Table):
     """whether Coriolis forces act; the rotation is right-handed about `direction`"""
 
 
+class LoadStepTable(Table):
+    """A static load before that of the study. Sliders stay where it leaves them. Several tables are steps in turn, the load
+    of the study comes last."""
+
+    exactly_one: ClassVar[Groups] = (("factor", "speed"),)
+
+    factor: Annotated[Number | None, Field(description="on all static forces of the study")] = None
+    speed: Annotated[NotNegative | None, Field(description="rotor speed in rev/min, by which the load of [rotation] goes")] = None
+
+
 class AtSpeedTable(Table):
     """The same sector at another rotor speed."""
 

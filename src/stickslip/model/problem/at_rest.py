@@ -52,11 +52,14 @@ class State(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """Contacts at rest: their motion w and forces f by their rows, (rows,), m and N, and their state."""
+    """Contacts at rest: their motion w and forces f by their rows, (rows,), m and N, their state; and of each friction element
+    where its slider then stands, s = w − T/kt, m, and the most that it carries there, N, (elements,)."""
 
     motion: Array
     forces: Array
     state: State
+    sliders: Array
+    limits: Array
 
 
 def at_rest(problem: Problem) -> Rest | None:
@@ -171,13 +174,27 @@ class _Elements:
     def state(self, w: Array) -> State:
         """At a motion of the contacts, friction elements slip whose springs would carry more than the limit; normal ones that
         would pull are open."""
-        table, pressed = self.table, self.pressed(w)
-        line = self.line(np.maximum(pressed, 0.0))
-        beyond = np.maximum(line[self.of_bend] - table.bend, 0.0)
-        limits = np.maximum(line + self.over_bends(table.change * beyond), 0.0)
-        carried = table.stiffness * (w[self.row] - table.start_value)
+        pressed = self.pressed(w)
+        limits, passed = self.limits(pressed)
+        carried = self.carried(w)
         slips = np.where(self.slides & (np.abs(carried) > limits), np.sign(carried), 0.0)
-        return State(slips, beyond > 0.0, pressed > 0.0)
+        return State(slips, passed, pressed > 0.0)
+
+    def limits(self, pressed: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """The most that each friction element carries, N, and which bends lie below it."""
+        line = self.line(np.maximum(pressed, 0.0))
+        beyond = np.maximum(line[self.of_bend] - self.table.bend, 0.0)
+        return np.maximum(line + self.over_bends(self.table.change * beyond), 0.0), beyond > 0.0
+
+    def carried(self, w: Array) -> Array:
+        """The force of the spring of each friction element at a motion w (rows,) if its slider stays, N."""
+        return np.asarray(self.table.stiffness * (w[self.row] - self.table.start_value))
+
+    def sliders(self, w: Array, limits: Array) -> Array:
+        """Where the slider of each friction element stands at a motion w (rows,), m; the start of one without memory."""
+        carried = self.carried(w)
+        beyond = carried - np.clip(carried, -limits, limits)
+        return np.asarray(self.table.start_value + np.where(self.slides, beyond / self.table.stiffness, 0.0))
 
     def linear(self, state: State) -> tuple[Array, Array, Array]:
         """The forces of contacts in a state, f = s w + s' z + f₀ with z of the own contact: s, s', f₀ (rows,)."""
@@ -219,7 +236,7 @@ class _AtRest:
             if target is None:
                 motion = self.beyond(motion, stuck)
                 continue
-            if state.same(self.state(target)):
+            if state.same(self.state(target)) or self.balanced(target):
                 return target
             # On the way contacts may change their states, for which the step is too long: it must bring a tenth of its promise.
             share, left = 1.0, self.left_over(motion)
@@ -232,7 +249,9 @@ class _AtRest:
         """The contacts at a motion (n,)."""
         w, state = (self.B @ motion).real, self.state(motion)
         own, by_normal, constant = self.linear(state)
-        return Rest(w, own * w + by_normal * w[self.elements.table.loading_row] + constant, state)
+        forces = own * w + by_normal * w[self.elements.table.loading_row] + constant
+        limits, _ = self.elements.limits(self.elements.pressed(w))
+        return Rest(w, forces, state, self.elements.sliders(w, limits), limits)
 
     def state(self, motion: NDArray[Any]) -> State:
         return self.elements.state((self.B @ motion).real)
@@ -273,6 +292,12 @@ class _AtRest:
     def left_over(self, motion: NDArray[Any]) -> float:
         """Its norm, N."""
         return float(np.linalg.norm(self.unbalanced(motion)))
+
+    def balanced(self, motion: NDArray[Any]) -> bool:
+        """Whether nothing but rounding is left over, n ε of its terms: an element at its limit may count as stuck or slipping."""
+        terms = self.K @ motion, self.B.conj().T @ self.rest(motion).forces, self.load
+        scale = self.load.size * np.finfo(float).eps * sum(float(np.linalg.norm(each)) for each in terms)
+        return bool(self.left_over(motion) <= scale)
 
 
 def _solved(stiffness: NDArray[Any], load: NDArray[Any]) -> NDArray[Any] | None:

@@ -1,0 +1,134 @@
+"""What steps of the static load leave behind: sliders remember what has been before.
+
+A turbine has run faster than now, a damper has been pulled harder, a root has been loaded and let go. At each load p of such a
+history the contacts are in equilibrium,
+
+    K q + Bᵀ f(B q) = p,   T = kt (w − s) within ±μN,
+
+with sliders s where the load before has left them, from s = 0 before the first one; then they stand at s = w − T/kt. Between the
+loads of two steps all static forces change together, in as many parts as the sliders need.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.model.contact.point import Contact, SliderOffset, contact_table
+from stickslip.model.problem.at_rest import Rest, at_rest
+from stickslip.model.problem.meshed import with_forces
+from stickslip.model.problem.speed import refuse_speed
+from stickslip.support.checks import Array, InputError, fault, finite, nearest
+
+if TYPE_CHECKING:
+    from stickslip.model.problem.problem import Problem
+
+LoadStep = float | Mapping[str, float]
+"""A factor of all static forces, or of those named, {name: factor}, the others being as they are."""
+
+SETTLED = 1e-3
+"""Share of the motion of contacts within which sliders are where smaller parts of a step leave them; and the shortest part."""
+
+
+def after_load_steps(problem: Problem, steps: Sequence[LoadStep]) -> Problem:
+    """The problem with its sliders where a history of the static load has left them; its own static load comes last.
+
+    steps: the loads in turn, each a factor of all static forces or {name of a force: factor}. `[1.44]` is a run at 1.2 times the
+    speed before. Contacts that do not remember, or have a traction ratio or a mean traction as their start state, are as they
+    were. Raises `InputError` where a load has no state of rest, and for friction discs, whose directions slip together.
+    """
+    moved, _ = load_history(problem, steps)
+    return moved
+
+
+def load_history(problem: Problem, steps: Sequence[LoadStep]) -> tuple[Problem, list[Rest]]:
+    """As `after_load_steps`, with the contacts at rest under the load of each step and under that of the problem."""
+    refuse_speed(problem, "Steps of the static load")
+    discs = [contact.name for contact in problem.contacts if contact.law.couples_directions]
+    if discs:
+        rule = "must be sliders of one direction each in steps of the static load"
+        raise fault(f"The friction of {discs[0]}", rule, "a friction disc", "Take `macroslip`.")
+    static = [force for force in problem.forces if force.static]
+    if not static:
+        raise InputError("Steps of the static load need a static load, but there is none: state a pull, a rotation or a force.")
+    if not steps:
+        raise fault("steps", "must hold a load", list(steps))
+    names = [force.name for force in problem.forces]
+    now, moved, rests = np.zeros(len(names)), problem, list[Rest]()
+    halvings = int(np.ceil(np.log2(1.0 / SETTLED)))
+    for number, step in enumerate((*steps, 1.0), start=1):
+        after = _factors(f"Step {number}", step, names, [force.name for force in static])
+        way = _Way(problem, now, after, f"step {number}" if number <= len(steps) else "the problem, after all steps")
+        moved, rest = way.along(moved, rests[-1] if rests else None, 0.0, 1.0, halvings)
+        rests.append(rest)
+        now = after
+    return with_sliders(problem, rests[-1].sliders), rests
+
+
+def _factors(what: str, step: LoadStep, names: Sequence[str], static: Sequence[str]) -> Array:
+    """The factor of each force of a problem."""
+    if not isinstance(step, Mapping):
+        return np.full(len(names), finite(what, step))
+    for name, factor in step.items():
+        finite(f"{what}: {name}", factor)
+        if name not in static:
+            raise fault(what, "must name static forces", name, nearest(name, [each for each in static if each]))
+    return np.array([step.get(name, 1.0) for name in names])
+
+
+class _Way:
+    """The way of a problem from one static load to another, by the factors of its forces at both."""
+
+    def __init__(self, problem: Problem, before: Array, after: Array, where: str) -> None:
+        self.forces, self.before, self.after, self.where = problem.forces, before, after, where
+        table = contact_table(problem.contacts)
+        self.row = np.repeat(np.arange(table.rows), np.diff(table.friction_first))
+
+    def at(self, problem: Problem, share: float) -> tuple[Problem, Rest]:
+        """The problem under the load at a share of the way, its sliders where that moves them, on the coordinates it needs."""
+        factors = (1.0 - share) * self.before + share * self.after
+        pairs = zip(self.forces, factors, strict=True)
+        loaded = problem.with_forces([replace(force, static=float(factor * force.static)) for force, factor in pairs])
+        rest = at_rest(loaded)
+        while rest is not None and loaded.mesh is not None:
+            more = with_forces(loaded, (rest.forces - loaded.contact_stiffness * rest.motion)[:, None])
+            if more.structure.size == loaded.structure.size:
+                break
+            loaded, rest = more, at_rest(more)
+        if rest is None:
+            raise InputError(f"No state of rest was found under the static load of {self.where}.")
+        return with_sliders(loaded, rest.sliders), rest
+
+    def along(self, problem: Problem, begin: Rest | None, low: float, high: float, halvings: int) -> tuple[Problem, Rest]:
+        """The problem and its contacts at rest at the end of a part of the way. It is halved where a slider ends elsewhere, or
+        may, since its contact closes on the part."""
+        whole, middle = self.at(problem, high), 0.5 * (low + high)
+        if halvings == 0:
+            return whole
+        half = self.at(problem, middle)
+        finer = self.at(half[0], high)
+        rest = finer[1]
+        uncertain = np.abs(rest.sliders - whole[1].sliders)
+        if begin is not None:
+            closes = (begin.limits == 0.0) & (rest.limits > 0.0)
+            uncertain = np.maximum(uncertain, closes * np.abs(rest.motion - begin.motion)[self.row])
+        if np.all(uncertain <= SETTLED * np.abs(rest.motion[self.row]).max(initial=0.0)):
+            return finer
+        return self.along(*self.along(problem, begin, low, middle, halvings - 1), middle, high, halvings - 1)
+
+
+def with_sliders(problem: Problem, sliders: Array) -> Problem:
+    """The problem with its sliders at these places, (friction elements,) m."""
+    left = iter(sliders.tolist())
+
+    def moved(contact: Contact) -> Contact:
+        places = [[next(left) for _ in range(group.stiffness.size)] for group in contact.elements.friction]
+        if not contact.law.remembers_start or not places:
+            return contact
+        pairs = zip(contact.starts, places, strict=True)
+        return contact.with_start(tuple(SliderOffset(own) if isinstance(start, SliderOffset) else start for start, own in pairs))
+
+    return problem.with_contacts(moved)

@@ -1,0 +1,133 @@
+"""Sliders after steps of the static load, beside closed forms and a program that follows the load in small increments."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.model.problem.at_rest import at_rest
+from stickslip.model.problem.load_steps import load_history
+
+
+def mass(load, limit=2.0, kt=3.0):
+    structure = ss.Structure(np.eye(1), np.eye(1), ("m.x",), damping=ss.ModalDamping(0.02))
+    slider = ss.Contact("slider", ss.Macroslip(kt=kt, mu=0.5, normal_load=2.0 * limit), (ss.between("m.x", "ground"),))
+    return ss.Problem(structure, (slider,), (ss.Force("m.x", 1.0, static=load, name="pull"),), ("m.x",))
+
+
+def place(problem, number=0, direction=0):
+    return problem.contacts[number].starts[direction].values(1)[0]
+
+
+def test_a_slider_stays_where_the_larger_load_before_has_left_it():
+    """Under 6 N it slips until 4 N go into the spring of 1 N/m, u = 4 m, s = u − 2/3 m; back to 3 N it sticks, and under −2 N it
+    slips the other way."""
+    assert place(ss.after_load_steps(mass(3.0), [2.0])) == pytest.approx(4.0 - 2.0 / 3.0)
+    back = ss.after_load_steps(mass(3.0), [2.0, -2.0 / 3.0])
+    assert place(back) == pytest.approx(-2.0 + 2.0 + 2.0 / 3.0)
+    _, rests = load_history(mass(3.0), [2.0, -2.0 / 3.0])
+    np.testing.assert_allclose([rest.forces[0] for rest in rests], [2.0, -2.0, 3.0 * (5.0 / 4.0 - 2.0 / 3.0)])
+
+
+def test_a_named_force_is_changed_alone():
+    problem = mass(3.0).with_forces([ss.Force("m.x", static=3.0, name="pull"), ss.Force("m.x", 1.0, static=1.0)])
+    assert place(ss.after_load_steps(problem, [{"pull": 5.0 / 3.0}])) == pytest.approx(4.0 - 2.0 / 3.0)
+
+
+def blocks(rng):
+    """Two blocks on springs that couple all directions, each pressed on the ground by the load."""
+    root = rng.standard_normal((4, 4))
+    K = root @ root.T + 2.0 * np.eye(4)
+    load = np.array([*rng.uniform(-2.0, 2.0, 2), *rng.uniform(2.0, 6.0, 2)])
+    names = ("a.x", "b.x", "a.z", "b.z")
+    contacts = tuple(
+        ss.Contact(name, ss.Macroslip(kt=kt, mu=mu, kn=kn), (ss.between(f"{name}.x", "ground"),), {f"{name}.z": 1.0})
+        for name, kt, kn, mu in zip(
+            "ab", rng.uniform(1.0, 9.0, 2), rng.uniform(1.0, 9.0, 2), rng.uniform(0.1, 0.9, 2), strict=True
+        )
+    )
+    forces = tuple(ss.Force(name, static=float(size)) for name, size in zip(names, load, strict=True))
+    return (
+        ss.Problem(ss.Structure(np.eye(4), K, names, C=np.eye(4)), contacts, (*forces, ss.Force("a.x", 1.0)), ("a.x",)),
+        K,
+        load,
+    )
+
+
+def followed(problem, K, load, factors, increments):
+    """The places of both sliders: in small increments of the load, each state tried that a block may have."""
+    law = [contact.law for contact in problem.contacts]
+    kt, kn, mu = (np.array([getattr(each, name) for each in law]) for name in ("kt", "kn", "mu"))
+    s = np.zeros(2)
+    for before, after in pairwise([0.0, *factors, 1.0]):
+        for share in np.linspace(0.0, 1.0, increments + 1)[1:]:
+            p = ((1.0 - share) * before + share * after) * load
+            for state in np.ndindex(4, 4):  # sticks, slips either way, is open
+                A, b = K.copy(), p.copy()
+                for k, own in enumerate(state):
+                    if own == 0:
+                        A[k, k] += kt[k]
+                        b[k] += kt[k] * s[k]
+                    elif own < 3:
+                        A[k, 2 + k] += (1.0 if own == 1 else -1.0) * mu[k] * kn[k]
+                    if own < 3:
+                        A[2 + k, 2 + k] += kn[k]
+                q = np.linalg.solve(A, b)
+                x, N = q[:2], kn * np.maximum(q[2:], 0.0)
+                T = kt * (x - s)
+                slides = np.array([1.0 if own == 1 else -1.0 for own in state])
+                good = [
+                    abs(T[k]) <= mu[k] * N[k] * (1.0 + 1e-9) and q[2 + k] >= 0.0
+                    if own == 0
+                    else (q[2 + k] >= 0.0 and T[k] * slides[k] >= mu[k] * N[k] * (1.0 - 1e-9) if own < 3 else q[2 + k] <= 0.0)
+                    for k, own in enumerate(state)
+                ]
+                if all(good):
+                    s = x - np.clip(T, -mu * N, mu * N) / kt
+                    break
+            else:
+                raise AssertionError("no state of rest")
+    return s
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_sliders_are_where_small_increments_of_the_load_leave_them(seed):
+    """Load and normal load go together, also through zero, where blocks lift off and their sliders follow them."""
+    rng = np.random.default_rng(seed)
+    problem, K, load = blocks(rng)
+    factors = rng.uniform(-0.5, 2.5, 3).tolist()
+    moved = ss.after_load_steps(problem, factors)
+    found = np.array([place(moved, k) for k in range(2)])
+    expected = followed(problem, K, load, factors, 2048)
+    rest = at_rest(moved)
+    np.testing.assert_allclose(found, expected, atol=1e-3 * np.abs(rest.motion).max())
+    np.testing.assert_allclose(rest.sliders, found, atol=1e-12)
+
+
+def test_the_vibration_knows_what_was_before():
+    """A stuck contact keeps the mean force of its history; one that slips fully forgets it."""
+    for level, remembers in ((0.05, True), (6.0, False)):
+        before, after = (
+            ss.forced_response(problem, ss.radians_per_second(0.5, 3.0), level, harmonics=3, samples=64).dataset
+            for problem in (mass(1.0), ss.after_load_steps(mass(1.0), [8.0]))
+        )
+        means = [float(each["contact_force"].isel(harmonic=0, part=0).values[0].ravel()[0]) for each in (before, after)]
+        peaks = [float(each["amplitude"].max()) for each in (before, after)]
+        assert (abs(means[0] - means[1]) > 0.1) == remembers
+        assert peaks[1] == pytest.approx(peaks[0], rel=1e-3)
+
+
+def test_what_has_no_history_is_refused():
+    with pytest.raises(ss.InputError, match="static load"):
+        ss.after_load_steps(mass(0.0), [1.0])
+    with pytest.raises(ss.InputError, match="must hold a load"):
+        ss.after_load_steps(mass(1.0), [])
+    with pytest.raises(ss.InputError, match=r"must name static forces, but is 'pul'.*pull"):
+        ss.after_load_steps(mass(1.0), [{"pul": 2.0}])
+    disc = ss.Contact(
+        "disc", ss.FrictionDisc(kt=1.0, mu=0.5, normal_load=1.0), (ss.between("m.x", "ground"), ss.between("m.y", "ground"))
+    )
+    plane = ss.Structure(np.eye(2), np.eye(2), ("m.x", "m.y"), C=np.eye(2))
+    with pytest.raises(ss.InputError, match="friction disc"):
+        ss.after_load_steps(ss.Problem(plane, (disc,), (ss.Force("m.x", 1.0, static=1.0),), ("m.x",)), [2.0])
