@@ -4,16 +4,17 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 import warnings
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 
 import numpy as np
 import pytest
 
 from stickslip.support.console import FAILED, INTERRUPTED, plain_warnings, progress_bar, report_fault, say, warn
 from stickslip.support.files import write_arrays
-from stickslip.support.interrupts import termination_as_interrupt
+from stickslip.support.interrupts import RETRY_SECONDS, termination_as_interrupt
 
 
 class InterruptedWhenDeleted:
@@ -38,6 +39,44 @@ def test_an_interrupt_that_python_drops_comes_again(capfd):
         work_interrupted()
     assert (sys.unraisablehook, signal.getsignal(signal.SIGINT)) == (hook, handler)
     assert capfd.readouterr().err == ""
+
+
+def interrupted_twice():
+    with progress_bar("work"):
+        InterruptedWhenDeleted()
+        raise KeyboardInterrupt
+
+
+def test_an_interrupt_that_python_drops_beside_another_one_does_not_come_again():
+    """It would kill the process that the other one ends."""
+    with pytest.raises(KeyboardInterrupt):
+        interrupted_twice()
+    time.sleep(3.0 * RETRY_SECONDS)  # an interrupt now would end the test
+
+
+def test_an_interrupt_that_python_drops_in_another_thread_comes_again_there():
+    ended = []
+
+    def work():
+        with suppress(KeyboardInterrupt):
+            DropsInterrupt()
+            for _ in range(300):
+                time.sleep(0.01)
+            ended.append("the thread went on")
+
+    with progress_bar("work"):
+        thread = threading.Thread(target=work)
+        thread.start()
+        thread.join()
+        time.sleep(3.0 * RETRY_SECONDS)
+    assert not ended
+
+
+class DropsInterrupt:
+    """An object whose finalizer is interrupted."""
+
+    def __del__(self):
+        raise KeyboardInterrupt
 
 
 class InterruptedWhenRead:

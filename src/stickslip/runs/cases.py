@@ -11,7 +11,6 @@ result leaves half a message there, and the pool waits for the other half for ev
 
 from __future__ import annotations
 
-import ctypes
 import os
 import queue
 import signal
@@ -41,7 +40,7 @@ from stickslip.runs.work import (
     checked_progress,
 )
 from stickslip.support.checks import fault
-from stickslip.support.interrupts import for_this_process_only
+from stickslip.support.interrupts import for_this_process_only, raise_in
 from stickslip.support.machine import one_blas_thread
 
 if TYPE_CHECKING:
@@ -194,18 +193,13 @@ def _thread(work: Work, fractions: Any) -> Iterator[tuple[connection.Connection,
     with one_blas_thread():
         thread.start()
         try:
-            yield here, partial(_raise_in, thread)
+            yield here, partial(raise_in, thread)
         except BaseException:
-            _raise_in(thread, SystemExit)
+            raise_in(thread, SystemExit)
             raise
         finally:
             here.close()
             thread.join()
-
-
-def _raise_in(thread: threading.Thread, error: type[BaseException]) -> None:
-    """Raise an exception in a thread, between two of its instructions of Python."""
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(error))
 
 
 @contextmanager
@@ -287,7 +281,7 @@ def _receive(pipe: connection.Connection, cases: queue.Queue[int]) -> None:
         while True:
             case = pipe.recv()
             if case == STOP:
-                _raise_in(threading.main_thread(), KeyboardInterrupt)
+                raise_in(threading.main_thread(), KeyboardInterrupt)
             else:
                 cases.put(case)
     os._exit(1)

@@ -1,6 +1,7 @@
 """Ctrl-C and SIGTERM: passed on where they can be, held back where they must not strike, never lost."""
 
 import _thread
+import ctypes
 import os
 import signal
 import sys
@@ -24,23 +25,33 @@ def _in_compiler(frame: FrameType | None) -> bool:
     return False
 
 
+def raise_in(thread: threading.Thread, error: type[BaseException]) -> None:
+    """Raise an exception in a thread, between two of its instructions of Python."""
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(error))
+
+
 @contextmanager
 def deferred() -> Iterator[None]:
-    """Ctrl-C that cannot be passed on comes again a moment later, till it can.
+    """Ctrl-C that cannot be passed on comes again a moment later, till it can, in the thread that it was for.
 
     Callbacks of the compiler must not raise at all; from finalizers and callbacks of weak references Python drops an exception
-    and reports it to `sys.unraisablehook` alone.
+    and reports it to `sys.unraisablehook` alone. What has not come again when Ctrl-C ends the block does not come any more: it
+    would kill the process that ends.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    report_dropped = sys.unraisablehook
+    report_dropped, pending = sys.unraisablehook, list[threading.Timer]()
 
     def interrupt_later() -> None:
         # On Windows `os.kill` ends the process, whatever the signal; elsewhere it alone wakes a thread that waits.
         send = _thread.interrupt_main if os.name == "nt" else partial(os.kill, os.getpid(), signal.SIGINT)
-        again = threading.Timer(RETRY_SECONDS, send)
+        thread = threading.current_thread()
+        again = threading.Timer(
+            RETRY_SECONDS, send if thread is threading.main_thread() else partial(raise_in, thread, KeyboardInterrupt)
+        )
         again.daemon = True
+        pending.append(again)
         again.start()
 
     def handle(number: int, frame: FrameType | None) -> None:
@@ -58,6 +69,10 @@ def deferred() -> Iterator[None]:
     sys.unraisablehook = dropped
     try:
         yield
+    except KeyboardInterrupt:
+        for each in pending:
+            each.cancel()
+        raise
     finally:
         sys.unraisablehook = report_dropped
         signal.signal(signal.SIGINT, before)
