@@ -17,6 +17,7 @@ from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.solve.continuation.finer_peak import resolved
 from stickslip.solve.continuation.truncation import beside, beyond_within
+from stickslip.support.checks import in_percent
 from stickslip.support.outcome import Outcome
 
 CASES = {
@@ -339,3 +340,11 @@ def test_no_step_of_newton_is_not_taken_for_no_error():
     off = np.nanmin(np.abs(true - first), axis=0) > 0.02 * np.abs(first)
     assert off.any()
     assert not (few.point_truncation_error.values[places[off]] <= ALLOWED).any()
+
+
+@pytest.mark.parametrize(
+    ("share", "words"), [(0.0055, "0.55 %"), (0.994, "99 %"), (0.996, "100 %"), (1.43, "143 %"), (-0.02, "-2 %")]
+)
+def test_a_share_is_never_written_with_an_exponent(share, words):
+    assert in_percent(share) == words
+    assert in_percent(0.02, "+") == "+2 %"

@@ -22,7 +22,7 @@ from stickslip.solve.continuation.finer_peak import finer_peak, phase_condition
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.continuation.truncation import Beside, beside, beyond_within, contact_work, moving
 from stickslip.solve.curves.curve import Curve
-from stickslip.support.checks import Array
+from stickslip.support.checks import Array, in_percent
 from stickslip.support.late import xr
 
 ALLOWED = 0.004
@@ -412,7 +412,7 @@ def finer_sentences(dataset: xr.Dataset) -> list[str]:
             case, output = np.unravel_index(np.nanargmax(np.abs(errors)), errors.shape)
             unknown = [f"{level:g}" for level in levels[np.isnan(errors).all(axis=1)]]
             sentences.append(
-                f"Solved once more {finer.words}, the highest peaks change by {100.0 * abs(errors[case, output]):.2g} % at most "
+                f"Solved once more {finer.words}, the highest peaks change by {in_percent(abs(errors[case, output]))} at most "
                 f"({dataset['output'].values[output]} at force level {levels[case]:g})"
                 + (f"; at force level {', '.join(unknown)} this solution failed, and the change is unknown." if unknown else ".")
             )

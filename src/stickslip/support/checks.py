@@ -267,6 +267,12 @@ def counted(number: int, singular: str, plural: str = "") -> str:
     return f"{number} {singular if number == 1 else plural or singular + 's'}"
 
 
+def in_percent(share: float, sign: str = "") -> str:
+    """A share in per cent to two digits, or to the last one where it has more: `0.55 %`, `140 %`; sign: "+" to say it always."""
+    digits = ".2g" if abs(share) < 0.995 else ".0f"
+    return f"{100.0 * share:{sign}{digits}} %"
+
+
 def listed(words: Sequence[str]) -> str:
     """`a, b and c`."""
     return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))

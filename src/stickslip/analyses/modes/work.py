@@ -28,7 +28,20 @@ from stickslip.solve.balance.fourier import Harmonics, attribute, checked_harmon
 from stickslip.solve.balance.mode_balance import ModalStructures, ModeBalance
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, ModeCurve, slip_level, solve_mode
-from stickslip.support.checks import Array, InputError, among, between, fault, of_kind, positive, rounded, unique, vector, whole
+from stickslip.support.checks import (
+    Array,
+    InputError,
+    among,
+    between,
+    fault,
+    in_percent,
+    of_kind,
+    positive,
+    rounded,
+    unique,
+    vector,
+    whole,
+)
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
@@ -190,7 +203,7 @@ def _misses(levels: Array, synthesised: Array, solved: Array) -> str:
         worst = int(np.nanargmax(off))
         if off[worst] > OFF:
             words.append(
-                f"Peaks that are solved as forced motions differ from the synthesised ones by up to {100.0 * off[worst]:.2g} % "
+                f"Peaks that are solved as forced motions differ from the synthesised ones by up to {in_percent(off[worst])} "
                 f"(force level {levels[worst]:g}). Use the solved peaks."
             )
     if unsolved.any():

@@ -13,7 +13,7 @@ from stickslip.results.schema import Row
 from stickslip.results.view import length_text
 from stickslip.show.plots.time_response import decay, measured, stepped_sine
 from stickslip.show.report.markup import Presentation, always, hertz, percent, presents
-from stickslip.support.checks import Index, counted
+from stickslip.support.checks import Index, counted, in_percent
 from stickslip.support.late import pd, xr
 
 ANSWER = "frequency and damping over the amplitude"
@@ -80,7 +80,7 @@ def measured_sentences(dataset: xr.Dataset) -> list[str]:
     errors = [dataset[f"{key}_error"].values for key in ("frequency", "damping_ratio")]
     lines = [
         f"{words}: {length_text(float(amplitude[k]), dataset)}, {hertz(frequency[k])} Hz (standard error {errors[0][k]:.2g} Hz), "
-        f"damping {percent(ratio[k])} (standard error {100.0 * errors[1][k]:.2g} %)"
+        f"damping {percent(ratio[k])} (standard error {in_percent(errors[1][k])})"
         for words, k in (("first window", 0), ("most damping", int(np.argmax(ratio))), ("last window", -1))
     ]
     if np.any(fed := ratio + SURE * errors[1] < 0.0):
@@ -105,9 +105,10 @@ def measured_sentences(dataset: xr.Dataset) -> list[str]:
             for key in ("mode_frequency", "mode_damping_ratio")
         ]
         apart = at[0] / frequency[inside] - 1.0, 100.0 * (at[1] - ratio[inside])
+        least, most = (in_percent(float(each), "+") for each in (apart[0].min(), apart[0].max()))
         lines.append(
             f"a slow decay along nonlinear mode {int(dataset['mode'].values[mode])} at the same amplitudes: its frequency "
-            f"differs from the measured one by {100.0 * apart[0].min():+.2g} to {100.0 * apart[0].max():+.2g} %, its damping "
+            f"differs from the measured one by {least} to {most}, its damping "
             f"ratio by {apart[1].min():+.2g} to {apart[1].max():+.2g} percentage points"
         )
     return lines
@@ -171,12 +172,12 @@ def stepped_sentences(dataset: xr.Dataset) -> list[str]:
     frequency, settled = dataset["frequency"].values, dataset["distance"].values < SETTLED
     line = f"{counted(len(frequency), 'dwell')} of {int(dataset.attrs['dwell'])} periods: "
     if settled.all():
-        lines = [f"{line}all end within {_share(SETTLED)} of the steady motion, by estimate"]
+        lines = [f"{line}all end within {in_percent(SETTLED)} of the steady motion, by estimate"]
     else:
         where = " to ".join(dict.fromkeys(hertz(f) for f in (frequency[~settled].min(), frequency[~settled].max())))
         lines = [
-            f"{line}{int(settled.sum())} end within {_share(SETTLED)} of the steady motion, by estimate; the others, at {where} "
-            "Hz, are farther from it; longer dwells would bring them nearer"
+            f"{line}{int(settled.sum())} end within {in_percent(SETTLED)} of the steady motion, by estimate; the others, at "
+            f"{where} Hz, are farther from it; longer dwells would bring them nearer"
         ]
     lines += _beside(dataset, settled)
     for output, way, step in highest(dataset):
@@ -184,11 +185,6 @@ def stepped_sentences(dataset: xr.Dataset) -> list[str]:
         row = f"{dataset['output'].values[output]}: highest amplitude {way} {size} at {hertz(frequency[step])} Hz"
         lines.append(Row(row))
     return lines
-
-
-def _share(value: float) -> str:
-    """A share in per cent, to two digits."""
-    return f"{100.0 * value:.2g} %"
 
 
 def _beside(dataset: xr.Dataset, settled: NDArray[np.bool_]) -> list[str]:
@@ -205,8 +201,8 @@ def _beside(dataset: xr.Dataset, settled: NDArray[np.bool_]) -> list[str]:
         if steps.any():
             worst = np.flatnonzero(steps)[np.argmax(apart[steps])]
             lines.append(
-                f"harmonic balance: differs from the dwells {which} by up to {_share(apart[worst])} of its highest amplitude, at "
-                f"{hertz(frequency[worst])} Hz"
+                f"harmonic balance: differs from the dwells {which} by up to {in_percent(apart[worst])} of its highest "
+                f"amplitude, at {hertz(frequency[worst])} Hz"
             )
     return lines
 

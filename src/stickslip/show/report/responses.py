@@ -49,7 +49,7 @@ from stickslip.show.report.stress import (
 )
 from stickslip.solve.balance.fourier import of_attribute
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.support.checks import counted
+from stickslip.support.checks import counted, in_percent
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
 
@@ -214,7 +214,7 @@ def level_line(dataset: xr.Dataset, case: int) -> str:
     if ALL_NODES.variable not in dataset:
         return line
     change = float(dataset[ALL_NODES.variable].values[case, 0])
-    much = f"{100.0 * change:+.2g} %" if np.isfinite(change) else "unknown"
+    much = in_percent(change, "+") if np.isfinite(change) else "unknown"
     return f"{line}   with all nodes {much}"
 
 

@@ -25,7 +25,7 @@ from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.stability.event_march import EventMarch, LostMotionError, Passage, State
 from stickslip.solve.stability.multipliers import ContactPeriod, PeriodMap, Stability
 from stickslip.solve.time.march import TimeStart, from_harmonics
-from stickslip.support.checks import Array, InputError
+from stickslip.support.checks import Array, InputError, in_percent
 
 CORRECTIONS = 12
 
@@ -318,7 +318,7 @@ def _of_orbit(search: OrbitSearch, orbit: Orbit | None) -> Verdict:
     if orbit is None:
         return Verdict(Stability.UNDECIDED, reason="a period of the true motion could not be followed", resolved=False)
     if not orbit.closed:
-        words = f"no periodic motion was found beside it (over a period, the nearest changes by {100.0 * orbit.defect:.2g} %)"
+        words = f"no periodic motion was found beside it (over a period, the nearest changes by {in_percent(orbit.defect)})"
         return Verdict(Stability.UNDECIDED, reason=words, resolved=False)
     multiplier, size = orbit.leading, abs(orbit.leading)
     error = orbit.defect / max(float(np.abs(1.0 - multiplier)), np.finfo(float).tiny)
@@ -327,7 +327,7 @@ def _of_orbit(search: OrbitSearch, orbit: Orbit | None) -> Verdict:
         return Verdict(
             Stability.UNDECIDED,
             *numbers,
-            reason=f"the nearest true motion differs by {100.0 * orbit.distance:.2g} %",
+            reason=f"the nearest true motion differs by {in_percent(orbit.distance)}",
             resolved=False,
         )
     if abs(size - 1.0) <= max(CIRCLE, error):
