@@ -14,7 +14,8 @@ import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
 from stickslip.analyses.settings import Execution, Fineness, ForcedResponseSettings, Setting, Settings, StateOfFields, takes
-from stickslip.analyses.speed.campbell import synchronous
+from stickslip.analyses.speed.campbell import engine_orders_of
+from stickslip.analyses.speed.models import synchronous
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
@@ -25,7 +26,7 @@ from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.fourier import MOST_SAMPLES
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, from_rest, loads_of_steps, march, no_history, state_at
 from stickslip.solve.time.period import DEFAULT_METHOD, Method, march_period, settle, time_model
-from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, several, unique, vector
+from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, vector
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
@@ -67,14 +68,6 @@ def _ends(name: str, speed: Any) -> tuple[float, float]:
     return first, last
 
 
-def _orders(name: str, orders: Any) -> tuple[int, ...]:
-    found = tuple(between(name, order, 1) for order in several(name, np.atleast_1d(orders).tolist()))
-    unique(name, found)
-    if not found:
-        raise fault(name, "must hold at least one", "none")
-    return found
-
-
 def _with_speed(name: str, models: Any) -> Problem:
     problem = models if isinstance(models, Problem) else synchronous(models)
     if problem.speed is None:
@@ -88,7 +81,7 @@ class OverSpeed(Settings):
 
     models: Annotated[Problem | Mapping[float, Problem], Setting(_with_speed)]
     speed: Annotated[tuple[float, float], Setting(_ends)]
-    engine_orders: Annotated[int | Sequence[int] | None, Setting(_orders)] = None
+    engine_orders: Annotated[int | Sequence[int] | None, Setting(engine_orders_of)] = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +116,7 @@ class SpeedSweepWork(StateOfFields):
         """The work of settings."""
         problem = of_kind("models", settings.models, Problem)
         assert problem.speed is not None
-        orders = _orders("engine_orders", settings.engine_orders or problem.speed.engine_order)
+        orders = engine_orders_of("engine_orders", settings.engine_orders or problem.speed.engine_order)
         fineness = settings.fineness | {"samples": samples_for(problem, orders, settings.samples)}
         bands = [Band(*(order * end / 60.0 for end in settings.speed)) for order in orders]
         parts = [

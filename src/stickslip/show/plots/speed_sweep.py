@@ -108,8 +108,8 @@ def resonances(dataset: xr.Dataset) -> Chart:
     speeds, orders = dataset["speed"].values, dataset["engine_order"].values
     layers: list[Layer] = []
     for s, (state, dash) in enumerate({"free": "dot", "stuck": "solid", "nonlinear": "dash"}.items()):
-        curves = dataset["frequency"].sel(state=state).values
-        shown = np.unique(curves, axis=0) if np.isfinite(curves).all() else curves[np.isfinite(curves).any(axis=1)]
+        curves = dataset["frequency"].sel(state=state).values.reshape(-1, speeds.size)
+        shown = np.unique(curves[np.isfinite(curves).any(axis=1)], axis=0)
         layers += [Line(speeds, curve, contact(s, dash=dash), state, listed=k == 0) for k, curve in enumerate(shown)]
     for o, order in enumerate(orders.tolist()):
         style = level(o, orders.size, width=1.0)
@@ -122,9 +122,10 @@ def resonances(dataset: xr.Dataset) -> Chart:
             layers.append(Line(x, y, dots, f"engine order {order}", listed=False))
     if "operating_speed" in dataset.attrs:
         layers.append(Rule(float(dataset.attrs["operating_speed"]), Style("grey", "dash", 1.0), "operating speed"))
-    highest = 1.3 * float(np.nanmax(dataset["frequency"].values))
+    met = orders.max() * max(speeds[-1], dataset.attrs.get("operating_speed", 0.0)) / 60.0
+    highest = 1.3 * min(float(np.nanmax(dataset["frequency"].values)), max(met, float(np.nanmin(dataset["frequency"].values))))
     axes = Axis("speed", "rev/min"), Axis("frequency", "Hz", limits=(0.0, highest))
-    return Chart(str(dataset.attrs["title"]), [Panel(*axes, layers, height=3.9)], note=f"mode {dataset.attrs['mode']}")
+    return Chart(str(dataset.attrs["title"]), [Panel(*axes, layers, height=3.9)])
 
 
 @FIGURES.of("InterferenceDiagram")
