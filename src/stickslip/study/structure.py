@@ -18,7 +18,7 @@ from stickslip.model.readers.model import Content, Model, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.read import read_content
 from stickslip.model.readers.reduction import WHOLE_SIZE, Progress, structure_of
-from stickslip.model.readers.sector import Faces, disks_of
+from stickslip.model.readers.sector import Faces, disks_of, held_alike
 from stickslip.model.readers.stress_places import Place as KeptPlace
 from stickslip.model.readers.stress_places import (
     StrainGauge,
@@ -126,11 +126,13 @@ def structure(
     if key not in models:
         model = _model(table, folder, own)
         models[key] = model if rotation is None else _rotating(model, rotation, table.sector is not None)
-    model = models[key]
+    model, others = models[key], []
+    if table.sector is not None:
+        model, *others = _at_speeds(model, table, folder, own, rotation)
     keep = {} if table.keep is None else table.keep
     stress = None if table.stress is None else stress_rows_of(model, _stress_places(table.stress), own.system.metres)
     if table.sector is not None:
-        return _disk(table, table.sector, model, surfaces, folder, own, progress, stress, whole)
+        return _disk(table, table.sector, [model, *others], surfaces, own, progress, stress, whole)
     besides = [name for name in surfaces if name in model.sets and name not in keep]
     rows = [row for name in meshed if name in model.sets for node in model.sets[name] for row in model.directions.get(node, ())]
     sparse = len(rows) >= MANY_KEPT and model.size > WHOLE_SIZE and model.C is None and model.coriolis is None
@@ -149,6 +151,20 @@ def _sets(model: Model, surfaces: Sequence[str], places: Sequence[KeptPlace]) ->
     """All sets of nodes of a model, and whether those of contacts and forces cover an area by its mesh."""
     nodes = {**model.sets, **{place.name: place.nodes for place in places}}
     return {name: model.covers(members) if name in surfaces else None for name, members in nodes.items()}
+
+
+def _at_speeds(model: Model, table: StructureTable, folder: Path, units: Units, rotation: Rotation | None) -> list[Model]:
+    """The model of a sector, and those at its other speeds, each with its own spin softening beside [rotation]."""
+    assert table.sector is not None
+    found = [model]
+    for each in table.sector.at_speeds:
+        other = _model(table.model_copy(update={"model": each.model}), folder, units)
+        found.append(_softened(other, each.speed, rotation[1], True) if rotation is not None and each.speed else other)
+    return held_alike(found, _faces(table.sector, units))
+
+
+def _faces(sector: SectorTable, units: Units) -> Faces:
+    return Faces(sector.sectors, sector.low, sector.high, _axis(sector.axis, units), sector.faces == "interpolated")
 
 
 def _rotating(model: Model, rotation: Rotation, sector: bool) -> Model:
@@ -215,41 +231,41 @@ def _stress_places(asked: Mapping[str, Any]) -> dict[str, Any]:
 def _disk(
     table: StructureTable,
     sector: SectorTable,
-    model: Model,
+    models: Sequence[Model],
     surfaces: Sequence[str],
-    folder: Path,
     units: Units,
     progress: Progress,
     stress: StressRows | None,
     whole: Whole,
 ) -> Built:
-    """The disk of which a model is one sector; its damping follows, with the bodies."""
+    """The disk of which a model is one sector; its damping follows, with the bodies. models: at its other speeds, too."""
     if table.shift is not None:
         raise fault("shift", "must go with a whole structure", "beside [structure.sector]", "Leave it out.")
     given = [key for key in ("speed", "axis") if getattr(table, key) is not None]
     if given:
         raise fault(" and ".join(given), "must be given in [structure.sector] for a sector", "in [structure]")
-    keep = {} if table.keep is None else table.keep
+    keep, model = {} if table.keep is None else table.keep, models[0]
     places = places_of(model, keep, units.system.metres, [name for name in surfaces if name in model.sets and name not in keep])
     if not places:
         raise InputError("keep must name the places of outputs and loads of the sector, but is missing.")
     speeds = [] if sector.speed is None else [sector.speed]
     if whole.rotation is not None and speeds:
         raise fault("speed of [structure.sector]", "must be left out beside [rotation], which holds for all models", "given")
+    if whole.rotation is not None and sector.at_speeds:
+        speeds = [whole.rotation[0]]
     if sector.at_speeds and not speeds:
         raise InputError("sector: speed, of the model itself, must be given beside at_speeds, but is missing.")
     speeds += [each.speed for each in sector.at_speeds]
     if len(set(speeds)) < len(speeds):
         raise fault("sector: at_speeds", "must be of different speeds, and not of that of the model itself", speeds)
-    others = [_model(table.model_copy(update={"model": each.model}), folder, units) for each in sector.at_speeds]
-    faces = Faces(sector.sectors, sector.low, sector.high, _axis(sector.axis, units), sector.faces == "interpolated")
-    order = whole.engine_order
+    order, faces = whole.engine_order, _faces(sector, units)
     chosen = None if order is None else HeldDiameters.excited(sector.sectors, order)
-    disks, notes = disks_of([model, *others], faces, places, table.modes, None, progress, speeds, stress, chosen)
+    disks, notes = disks_of(models, faces, places, table.modes, None, progress, speeds, stress, chosen)
     if whole.rotation is not None:  # the model says what K held before its softening was added
         notes = tuple(note for note in notes if note != prestress_note(model, faces.axis, None))
     by_speed = dict(zip(speeds, disks, strict=bool(speeds)))
-    return Built(disks[0], (*notes, *model.notes, *implausible(model)), by_speed, _sets(model, surfaces, places))
+    own = (*(note for each in models for note in each.notes), *implausible(model))
+    return Built(disks[0], (*notes, *own), by_speed, _sets(model, surfaces, places))
 
 
 def _model(table: StructureTable, folder: Path, units: Units) -> Model:

@@ -396,7 +396,11 @@ def beside_interference(dataset: xr.Dataset, work: CampbellWork) -> xr.Dataset:
     """The Campbell diagram of a disk with its interference diagram at the operating speed, of the same engine orders."""
     assert work.operating_speed is not None
     found = interference_diagram(work.models, work.operating_speed, work.engine_orders).dataset.drop_vars("excited_diameter")
-    return dataset.assign(found.rename(APART).variables)
+    apart = found.rename(APART)
+    apart["disk_state"].attrs |= {"units": "1", "long_name": "without contacts or with all of them stuck"}
+    apart["disk_mode"].attrs |= {"units": "1", "long_name": "number of the mode of a nodal diameter"}
+    apart["nodal_diameter"].attrs |= {"units": "1", "long_name": "nodal diameter"}
+    return xr.merge([dataset, apart.drop_attrs(deep=False).drop_vars("engine_order")])
 
 
 def interference_of(dataset: xr.Dataset) -> xr.Dataset | None:

@@ -139,14 +139,36 @@ def read_sector_at_speeds(
     if len(speeds) < 2:
         raise fault("paths", "must be models at two speeds at least, {speed in rev/min: path}", dict(paths))
     system = unit_system(units)
-    models = [read_model(paths[speed], units=system, names=names) for speed in speeds]
     joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
+    models = held_alike([read_model(paths[speed], units=system, names=names) for speed in speeds], joint)
     recovered = None if stress is None else stress_places.stress_rows_of(models[0], stress, system.metres)
     places = stress_places.places_of(models[0], keep, system.metres)
     disks, notes = disks_of(models, joint, places, modes, damping, progress, speeds, recovered)
     for note in notes:
         progress(1.0, note)
     return dict(zip(speeds, disks, strict=True))
+
+
+def held_alike(models: Sequence[Model], faces: Faces) -> list[Model]:
+    """The models of one sector at several speeds without the rows on one face that a model alone has.
+
+    CalculiX refuses supports on the dependent face of a cyclic step, where a model without such a step has them. The nodes of the
+    other face are held, and so is each pair.
+    """
+    common = set.intersection(*(set(model.dofs) for model in models))
+    found = []
+    for model in models:
+        extra = {name for name in model.dofs if name not in common}
+        nodes = {name.rpartition(".")[0] for name in extra}
+        if nodes and any(nodes <= {*model.sets.get(face, ())} for face in (faces.low, faces.high)):
+            rows = [row for row, name in enumerate(model.dofs) if name not in extra]
+            note = (
+                f"{model.file}: {counted(len(nodes), 'node')} on one face held, as at the other speeds: {first_of(sorted(nodes))}"
+            )
+            matrices = {"M": sparse.csc_array(model.M[rows][:, rows]), "K": sparse.csc_array(model.K[rows][:, rows])}
+            model = replace(model, **matrices, dofs=tuple(model.dofs[row] for row in rows), notes=(*model.notes, note))
+        found.append(model)
+    return found
 
 
 def disks_of(

@@ -79,8 +79,8 @@ def stiffness_at_rest(asked: Asked, table: OverSpeedTable, problem: Problem, ref
     if asked.disks:
         return _disk_at_rest(asked.disks)
     if isinstance(structure, CyclicStructure) and any(isinstance(force, CentrifugalLoad) for force in problem.forces):
-        remedy = "Write speed and at_speeds in [structure.sector] in place of it, and the pull of dampers in [[body]]."
-        raise fault("[rotation]", "must stay away from a sector over the speed, whose K goes with it", "given", remedy)
+        remedy = "Write at_speeds in [structure.sector], with the model of the sector at rest or at another speed."
+        raise fault("[rotation]", "must go with K at two speeds for a sector over the speed", "one speed alone", remedy)
     if given is None:
         follows = structure.softening
         return None if follows is None else structure.K + (2.0 * pi * reference / 60.0) ** 2 * follows
