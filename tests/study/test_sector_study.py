@@ -8,6 +8,7 @@ from each import each
 
 import stickslip as ss
 from stickslip.cli import main
+from stickslip.model.readers.read import read_model
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation import continuation
 from stickslip.study import job, read
@@ -222,7 +223,7 @@ SECTOR = "sectors = 12\n"
         ("[excitation]\nengine_order = 3 ", "# ", "[excitation] must be given for a bladed disk"),
         ("engine_order = 3 ", "orders = { three = 1.0 } ", "must be a whole number, but is 'three'"),
         ("[excitation]", "[base]\ndirection = 'x'\nacceleration = 1.0\n[excitation]", "base must go with another model"),
-        (SECTOR, f"{SECTOR}at_speeds = [{{ speed = 0.0, model = 'x.npz' }}]\n", 'must go with analysis = "speed_sweep"'),
+        (SECTOR, f"{SECTOR}at_speeds = [{{ speed = 0.0, model = 'x.npz' }}]\n", "must go with an analysis over the speed"),
         (SECTOR, f"{SECTOR}speed = 6000.0\n", ""),
         ("next/PLATFORM_LEFT", "next/PLATFORM_LOFT", "does not exist. Did you mean 'next/PLATFORM_LEFT'?"),
         ('low = "LOW" ', 'low = "LOWS" ', "must be a set of nodes of the model, but is 'LOWS'. Did you mean 'LOW'?"),
@@ -259,7 +260,7 @@ def test_a_speed_sweep_goes_between_models_at_two_speeds(folder):
     at_rest, fast = (plan.works[""].parts[0].problem.at_speed(speed).structure for speed in (0.0, 200.0 * np.pi))
     for n in range(7):
         np.testing.assert_allclose(fast.at(n).K, 1.02 * at_rest.at(n).K, rtol=1e-9, atol=1e-9 * np.abs(fast.at(n).K).max())
-    with pytest.raises(InputError, match="must stay away from a speed sweep"):
+    with pytest.raises(InputError, match="must stay away from an analysis over the speed"):
         job(f"{text}{sweep}[excitation]\nengine_order = 3\n", folder, "wheel")
 
 
@@ -324,6 +325,27 @@ def test_models_at_two_speeds_with_other_supports_are_refused(folder, change, sa
         np.savez(folder / "rest.npz", **change({**arrays}))
     with pytest.raises(InputError, match=re.escape(said)):
         job(at_two_speeds(folder, "rest.npz"), folder, "wheel")
+
+
+def test_supports_that_a_cyclic_step_leaves_out_on_one_face_are_those_of_the_other_speed(folder):
+    """A node of HIGH is free in one file alone, and its partner held in both: frequencies are those with both held in both."""
+    model = read_model(folder / "wheel_sector.npz", units="mm-t-s", names=folder / "wheel_sector.csv")
+    low = model.sets["LOW"][-1]
+    turn = np.pi / 6.0
+    turned = np.array([[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]]) @ model.nodes[low]
+    high = min(model.sets["HIGH"], key=lambda node: np.linalg.norm(turned - model.nodes[node]))
+    with np.load(folder / "wheel_sector.npz") as arrays:
+        given = {**arrays}
+    for name, held in (("both", (low, high)), ("one", (low,))):
+        free = np.flatnonzero([dof.rpartition(".")[0] not in held for dof in given["dofs"]])
+        K, M = (given[key][np.ix_(free, free)] for key in "KM")
+        np.savez(folder / f"{name}.npz", dofs=given["dofs"][free], K=K, M=M)
+    text = at_two_speeds(folder, "both.npz")
+    found = [
+        job(text.replace('model = "wheel_sector.npz"', f'model = "{name}.npz"'), folder, "wheel").plan.works[""].parts[0].problem
+        for name in ("both", "one")
+    ]
+    np.testing.assert_array_equal(found[0].structure.stiffnesses, found[1].structure.stiffnesses)
 
 
 def test_engine_orders_of_other_models_are_refused(tmp_path):

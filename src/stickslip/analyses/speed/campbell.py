@@ -326,9 +326,13 @@ def whirl(shapes: NDArray[Any], M: Array, skew: Array, rate: float) -> Array:
 def _crossing(at: Callable[[float], float], order: int, speeds: Array, frequencies: Array) -> float:
     """Speed in rev/min of the first crossing with the line of an engine order, NaN without one."""
     misses = frequencies - order * speeds / 60.0
+    known = dict(zip(speeds.tolist(), misses.tolist(), strict=True))
+
+    def miss(speed: float) -> float:
+        return known[speed] if speed in known else at(speed) - order * speed / 60.0
+
     for k in np.flatnonzero(misses[:-1] * misses[1:] <= 0.0):
-        ends = float(speeds[k]), float(speeds[k + 1])
-        return float(brentq(lambda speed: at(speed) - order * speed / 60.0, *ends, rtol=1e-9))
+        return float(brentq(miss, float(speeds[k]), float(speeds[k + 1]), rtol=1e-9))
     return np.nan
 
 

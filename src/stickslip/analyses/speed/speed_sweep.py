@@ -6,27 +6,37 @@ Run-up and run-down in time: the motion integrated while the rotor speed changes
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from math import lcm
 from typing import Annotated, Any
 
 import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
-from stickslip.analyses.settings import Execution, Fineness, ForcedResponseSettings, Setting, Settings, StateOfFields, takes
+from stickslip.analyses.response_dataset import levels_are_newtons
+from stickslip.analyses.settings import (
+    Execution,
+    Fineness,
+    ForcedResponseSettings,
+    Setting,
+    Settings,
+    StateOfFields,
+    Whole,
+    takes,
+)
 from stickslip.analyses.speed.campbell import engine_orders_of
 from stickslip.analyses.speed.models import synchronous
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.results.quantities import ERRORS
-from stickslip.results.schema import Result, named
+from stickslip.results.schema import Result, named, stacked
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Report
+from stickslip.runs.work import Arrays, Progress, Report, silent
 from stickslip.solve.balance.fourier import MOST_SAMPLES
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, from_rest, loads_of_steps, march, no_history, state_at
-from stickslip.solve.time.period import DEFAULT_METHOD, Method, march_period, settle, time_model
-from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, vector
+from stickslip.solve.time.period import DEFAULT_METHOD, Method, march_period, refuse_waves, settle, time_model
+from stickslip.support.checks import MOST, Array, InputError, between, fault, finite, of_kind, positive, vector
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
@@ -239,11 +249,21 @@ STEADY = 1e-4
 """Relative distance from the steady motion at which a run begins."""
 
 
+RUN = {
+    "time": (("cycle",), "time at the middle of the cycle", "s"),
+    "speed": (("cycle",), "rotor speed", "rev/min"),
+    "frequency": (("cycle",), "excitation frequency", "Hz"),
+    "amplitude": (("cycle", "output"), "amplitude of the first harmonic", "m"),
+    "max_abs": (("cycle", "output"), "largest displacement in the cycle", "m"),
+}
+"""Dimensions, meaning and units of what a run has."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class RunUp(Result):
     """`dataset`, axis cycle, the cycles of the excitation one by one: time [s], speed [rev/min] and frequency [Hz] at the middle
     of the cycle; amplitude (cycle, output) of the first harmonic of a cycle [m], max_abs (cycle, output) [m]. attrs outcome and
-    message say how the integration ended."""
+    message say how the integration ended. Runs of a study have an axis case before these, with engine_order and force_level."""
 
     dataset: xr.Dataset
     problem: Problem
@@ -259,6 +279,7 @@ def run_up(
     steps_per_period: int = 200,
     method: Method = DEFAULT_METHOD,
     start_periods: int = 1000,
+    progress: Progress = silent,
 ) -> RunUp:
     """Integrate the motion while the rotor speed goes from `speed[0]` to `speed[1]`, in rev/min, evenly within `duration`, s.
 
@@ -266,7 +287,8 @@ def run_up(
     given. A first speed above the last one is a run-down. The run begins with the steady motion of the first speed,
     marched from rest for `start_periods` at most. steps_per_period: steps of each cycle of the excitation; stiffness and constant
     loads are those of the speed at its middle. Vibration that grows without bound, or a step without solution, ends the run
-    (`dataset.attrs["message"]`). One sector of a tuned disk has no equation of motion in time: take `disk.full()`.
+    (`dataset.attrs["message"]`). progress: called with the share done and what is computed. One sector of a tuned disk has no
+    equation of motion in time: take `disk.full()`.
     """
     problem = models if isinstance(models, Problem) else synchronous(models)
     if of_kind("models", problem, Problem).speed is None:
@@ -274,28 +296,100 @@ def run_up(
     if engine_order is not None:
         problem = excited(problem, between("engine_order", engine_order, 1))
     assert problem.speed is not None
-    first, last = (float(positive("speed", value)) for value in vector("speed", speed, 2))
-    if first == last:
-        raise fault("speed", "must be two different speeds", speed, "At one speed, time_response integrates.")
-    # rad/s of the excitation, and its rate.
-    ends = 2.0 * np.pi / 60.0 * problem.speed.engine_order * np.array([first, last])
-    rate = (ends[1] - ends[0]) / positive("duration", duration)
-    cycles = int((ends.mean() * duration) // (2.0 * np.pi))
-    if cycles < FEWEST:
-        raise fault("duration", f"must hold {FEWEST} cycles of the excitation at least", f"{duration:g} s, {cycles} cycles")
+    first, rate, times = _course(speed, positive("duration", duration), problem.speed.engine_order)
     settings = March(steps_per_period, method, STEADY, start_periods)
     level = finite("force", force)
-    begin = problem.at_frequency(float(ends[0]))
-    steady = march(begin, float(ends[0]), level, from_rest(begin), settings)
+    begin = problem.at_frequency(first)
+    steady = march(begin, first, level, from_rest(begin), settings)
     if steady.outcome in (MarchOutcome.STEP_FAILED, MarchOutcome.UNBOUNDED):
-        raise InputError(f"The run must begin with a steady motion at {first:g} rev/min, but found none. {steady.sentence}")
-    times = _times(float(ends[0]), rate, cycles)
+        raise InputError(f"The run must begin with a steady motion at {speed[0]:g} rev/min, but found none. {steady.sentence}")
+    rows = []
     with one_blas_thread():
-        rows = list(_marched(problem, float(ends[0]), rate, times, level, steady.end, settings))
-    dataset = _dataset(problem, float(ends[0]), rate, times, rows, level, duration)
+        for row in _marched(problem, first, rate, times, level, steady.end, settings):
+            progress(len(rows) / times.size, f"engine order {problem.speed.engine_order}, force level {level:g}")
+            rows.append(row)
+    dataset = _dataset(problem, first, rate, times, rows, level, duration)
     if steady.outcome != MarchOutcome.PERIODIC:
         dataset.attrs["message"] += f" The motion that it begins with was not yet steady. {steady.sentence}"
     return RunUp(dataset, problem)
+
+
+def _course(speed: tuple[float, float], duration: float, order: int) -> tuple[float, float, Array]:
+    """Angular frequency of an engine order at the beginning of a run, its rate, rad/s², and the ends of its cycles, s."""
+    first, last = (float(positive("speed", value)) for value in vector("speed", speed, 2))
+    if first == last:
+        raise fault("speed", "must be two different speeds", speed, "At one speed, time_response integrates.")
+    ends = 2.0 * np.pi / 60.0 * order * np.array([first, last])
+    rate = float(ends[1] - ends[0]) / duration
+    cycles = int((ends.mean() * duration) // (2.0 * np.pi))
+    if cycles < FEWEST:
+        raise fault("duration", f"must hold {FEWEST} cycles of the excitation at least", f"{duration:g} s, {cycles} cycles")
+    return float(ends[0]), rate, _times(float(ends[0]), rate, cycles)
+
+
+@dataclass(frozen=True, eq=False)
+class RunUpWork(Settings):
+    """Runs of several engine orders and force levels, a case each, one engine order after the other."""
+
+    problem: Problem
+    speed: Annotated[tuple[float, float], Setting(_ends)]
+    engine_orders: Annotated[Sequence[int], Setting(engine_orders_of)]
+    levels: tuple[float, ...]
+    duration: Annotated[float, Setting(positive, "time in which the speed goes evenly from the first to the last one, s")]
+    _: KW_ONLY
+    steps_per_period: Annotated[int, Setting(Whole(8, MOST_SAMPLES), "time steps of a cycle of the excitation")] = 200
+    start_periods: Annotated[
+        int, Setting(Whole(2, MOST), "most periods from rest to the steady motion at the first speed, with which a run begins")
+    ] = 1000
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_waves(self.problem.at_speed(2.0 * np.pi / 60.0 * self.speed[0]))
+        for order in self.engine_orders:
+            _course(self.speed, self.duration, order)
+
+    @property
+    def places(self) -> list[tuple[int, float]]:
+        """Engine order and force level of each case."""
+        return [(order, level) for order in self.engine_orders for level in self.levels]
+
+    @property
+    def names(self) -> list[str]:
+        return [f"{words}: {self.identity()}" for words in self.words]
+
+    @property
+    def words(self) -> list[str]:
+        return [f"engine order {order}, force level {level:g}" for order, level in self.places]
+
+    def prepare(self) -> None:
+        """Nothing: the first march compiles what it needs."""
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """One run."""
+        order, level = self.places[case]
+        how = {"steps_per_period": self.steps_per_period, "start_periods": self.start_periods}
+        found = run_up(
+            self.problem, self.speed, self.duration, order, level, **how, progress=lambda share, _: report(share)
+        ).dataset
+        return {name: found[name].values for name in RUN} | {name: np.array(found.attrs[name]) for name in ("outcome", "message")}
+
+    def gathered(self, results: Sequence[Arrays]) -> RunUp:
+        """All runs side by side; cycles that a run does not have are NaN."""
+        data: dict[str, Any] = {
+            name: named(("case", *dims), stacked([arrays[name] for arrays in results]), words, units)
+            for name, (dims, words, units) in RUN.items()
+        }
+        for name, words in (("outcome", "how the integration ended"), ("message", "the same in words")):
+            data[name] = named("case", np.array([str(arrays[name]) for arrays in results]), words)
+        orders, levels = zip(*self.places, strict=True)
+        newtons = "N" if levels_are_newtons(self.problem) else "1"
+        coords: dict[str, Any] = {
+            "engine_order": named("case", list(orders), "engine order of the excitation"),
+            "force_level": named("case", list(levels), "factor on every harmonic force", newtons),
+            "output": named("output", list(self.problem.output_names), "output"),
+        }
+        attrs = {"title": self.problem.heading, "duration": self.duration, "steps_per_period": self.steps_per_period}
+        return RunUp(xr.Dataset(data, coords, attrs), self.problem)
 
 
 def _times(omega: float, rate: float, cycles: int) -> Array:
@@ -352,13 +446,8 @@ def _dataset(
     outputs = len(problem.output_names)
     first = np.reshape([harmonic for harmonic, _ in rows], (count, outputs))
     largest = np.reshape([size for _, size in rows], (count, outputs))
-    data = {
-        "time": named(("cycle",), middle, "time at the middle of the cycle", "s"),
-        "speed": named(("cycle",), hertz / per_speed, "rotor speed", "rev/min"),
-        "frequency": named(("cycle",), hertz, "excitation frequency", "Hz"),
-        "amplitude": named(("cycle", "output"), np.abs(first), "amplitude of the first harmonic", "m"),
-        "max_abs": named(("cycle", "output"), largest, "largest displacement in the cycle", "m"),
-    }
+    values = dict(zip(RUN, (middle, hertz / per_speed, hertz, np.abs(first), largest), strict=True))
+    data = {name: named(dims, values[name], words, units) for name, (dims, words, units) in RUN.items()}
     attrs = {
         "title": problem.heading,
         "engine_order": problem.speed.engine_order,

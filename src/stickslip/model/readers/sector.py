@@ -24,7 +24,7 @@ from stickslip.model.readers.sector_faces import interpolation_error, paired
 from stickslip.model.structure.centrifugal import Z_AXIS, AxisLike, CentrifugalLoads, RotationAxis
 from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic
-from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names, reduced_waves
+from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names, partners, reduced_waves
 from stickslip.model.structure.matrices import Damping
 from stickslip.model.structure.solid import Solid
 from stickslip.model.structure.sparse import Sparse
@@ -150,25 +150,36 @@ def read_sector_at_speeds(
 
 
 def held_alike(models: Sequence[Model], faces: Faces) -> list[Model]:
-    """The models of one sector at several speeds without the rows on one face that a model alone has.
+    """The models of one sector at several speeds without the rows on one face that a model alone has and whose partner it holds.
 
-    CalculiX refuses supports on the dependent face of a cyclic step, where a model without such a step has them. The nodes of the
-    other face are held, and so is each pair.
+    CalculiX refuses supports on the dependent face of a cyclic step, which a model without such a step has. A pair of nodes is
+    held where one of them is.
     """
     common = set.intersection(*(set(model.dofs) for model in models))
     found = []
     for model in models:
         extra = {name for name in model.dofs if name not in common}
-        nodes = {name.rpartition(".")[0] for name in extra}
-        if nodes and any(nodes <= {*model.sets.get(face, ())} for face in (faces.low, faces.high)):
+        nodes = sorted({name.rpartition(".")[0] for name in extra})
+        if nodes and _held_by_partners(model, nodes, faces):
             rows = [row for row, name in enumerate(model.dofs) if name not in extra]
-            note = (
-                f"{model.file}: {counted(len(nodes), 'node')} on one face held, as at the other speeds: {first_of(sorted(nodes))}"
-            )
-            matrices = {"M": sparse.csc_array(model.M[rows][:, rows]), "K": sparse.csc_array(model.K[rows][:, rows])}
-            model = replace(model, **matrices, dofs=tuple(model.dofs[row] for row in rows), notes=(*model.notes, note))
+            held = f"{counted(len(nodes), 'node')} on one face held, as at the other speeds"
+            notes = (*model.notes, f"{model.file}: {held}: {first_of(nodes)}")
+            M, K = (sparse.csc_array(matrix[rows][:, rows]) for matrix in (model.M, model.K))
+            model = replace(model, M=M, K=K, dofs=tuple(model.dofs[row] for row in rows), notes=notes)
         found.append(model)
     return found
+
+
+def _held_by_partners(model: Model, nodes: Sequence[str], faces: Faces) -> bool:
+    """Whether nodes lie on one face, and those nearest to them on the other one, turned, are held."""
+    for own, other, steps in ((faces.low, faces.high, 1), (faces.high, faces.low, -1)):
+        across = [*model.sets.get(other, ())]
+        if across and {*nodes} <= {*model.sets.get(own, ())} and {*nodes, *across} <= {*model.nodes}:
+            points = np.array([model.nodes[node] for node in (*nodes, *across)])
+            numbers = np.arange(len(points))
+            _, near = partners(points, numbers[: len(nodes)], numbers[len(nodes) :], faces.axis, faces.sectors, steps)
+            return all(across[k] not in model.directions for k in near)
+    return False
 
 
 def disks_of(

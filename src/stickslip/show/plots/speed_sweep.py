@@ -156,13 +156,16 @@ def interference(dataset: xr.Dataset) -> Chart:
 
 @FIGURES.of("RunUp")
 def run_up(dataset: xr.Dataset) -> Chart:
-    """Amplitude of the first harmonic of every cycle over the speed, a curve for each output."""
-    names, values = [str(name) for name in dataset["output"].values], dataset["amplitude"].values
-    unit = unit_for(float(np.nanmax(values, initial=0.0)))
-    hover = {"time in s": dataset["time"].values, "frequency in Hz": dataset["frequency"].values}
-    lines = [
-        Line(dataset["speed"].values, values[:, k] / unit.metres, level(k, len(names)), name, hover=hover)
-        for k, name in enumerate(names)
-    ]
-    note = f"{dataset.attrs['duration']:g} s, engine order {dataset.attrs['engine_order']}"
+    """Amplitude of the first harmonic of every cycle over the speed, a curve for each output, engine order and force level."""
+    several = "case" in dataset.dims
+    runs = [dataset.isel(case=case) for case in range(dataset.sizes["case"])] if several else [dataset]
+    unit = unit_for(float(np.nanmax(dataset["amplitude"].values, initial=0.0)))
+    names, lines = [str(name) for name in dataset["output"].values], []
+    for case, run in enumerate(runs):
+        hover = {"time in s": run["time"].values, "frequency in Hz": run["frequency"].values}
+        order = f", engine order {int(run['engine_order'])}, {level_text(dataset, case)}" if several else ""
+        for k, name in enumerate(names):
+            look, values = level(case * len(names) + k, len(runs) * len(names)), run["amplitude"].values[:, k]
+            lines.append(Line(run["speed"].values, values / unit.metres, look, f"{name}{order}", hover=hover))
+    note = f"{dataset.attrs['duration']:g} s" + ("" if several else f", engine order {dataset.attrs['engine_order']}")
     return Chart(str(dataset.attrs["title"]), [Panel(SPEED, Axis("amplitude", unit.name), lines, height=4.1)], note=note)
