@@ -77,7 +77,7 @@ def test_the_report_has_margins_as_rows_and_says_what_has_no_error(tmp_path):
     lines = list(shown.sentences(found))
     margin = np.sqrt(13000.0 + RISE * (OMEGA / 2.0) ** 2) / (2.0 * np.pi) / 20.0 - 1.0
     assert lines[0].startswith(
-        "smallest margin at 300 rev/min: mode 1 (without contacts) lies at 16.51 Hz, 17 % below engine order 4"
+        "smallest margin at 300 rev/min: mode 1 (stuck contacts) lies at 18.66 Hz, 6.7 % below engine order 4"
     )
     rows = shown.tables(found)["nearest crossings"]
     first = rows.iloc[0]

@@ -274,6 +274,14 @@ def test_a_blade_that_turns_about_itself_whirls_at_two_frequencies(folder, reduc
     over_speeds = text.replace('"forced_response"', '"speed_sweep"').replace("at = [50.0]\n", "") + sweep
     with pytest.raises(ss.InputError, match=r"coriolis must stay away from \[speed_sweep\]"):
         job(re.sub("speed = [0-9.]+\ncoriolis", "speed = 3000.0\ncoriolis", over_speeds), folder, "bar")
+    campbell = f"[campbell]\nspeed = [0.0, {12.0 * at_rest}]\nengine_orders = [9]\npoints = 3\n"
+    over_speeds = re.sub("force_levels.*\n", "", over_speeds).replace(sweep, campbell).replace("speed_sweep", "campbell")
+    diagram = job(over_speeds, folder, "bar").plan.works[""]
+    found = diagram.gathered([diagram.solve(0, lambda share: None)]).dataset.sel(state="stuck", engine_order=9)
+    expected = at_rest * np.array([[1.0, 0.9, 0.8], [1.0, 1.1, 1.2]])
+    np.testing.assert_allclose(found["frequency"].values[:2], expected, rtol=3e-3)
+    np.testing.assert_allclose(found["whirl"].values[:2, 1:], [[1.0, 1.0], [-1.0, -1.0]], rtol=0.01)
+    np.testing.assert_allclose(found["crossing_speed"].values[0], 60.0 * at_rest / 10.0, rtol=3e-3)
 
 
 def test_coriolis_forces_act_on_blades_and_dampers(blades):  # noqa: F811
