@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass
-from functools import cached_property
+from functools import cache, cached_property, partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -97,185 +97,142 @@ class CampbellWork(Execution):
     harmonics: HarmonicNumbers = 3
     samples: Samples = 256
 
+    @property
+    def speeds(self) -> list[float]:
+        """Of the curves, then the operating speed, rev/min."""
+        curves: list[float] = np.linspace(*self.speed, self.points).tolist()
+        return curves if self.operating_speed is None else [*curves, self.operating_speed]
+
+    def problem(self, speed: float, order: int) -> Problem:
+        """The problem of a speed under an engine order."""
+        assert isinstance(self.models, ProblemAt)
+        found = self.models(speed)
+        return found.with_engine_order(order % found.sectors) if isinstance(found, TunedDisk) else found
+
     @cached_property
     def first(self) -> Problem:
         """The problem at the lowest speed."""
-        return self._problem(self.speed[0], self.engine_orders[0])
-
-    @cached_property
-    def _most(self) -> int:
-        """The number of the highest mode at the lowest speed, without contacts or with stuck ones."""
-        return max(_natural(self.first, state == "stuck", self.speed[0])[0].size for state in LINEAR)
+        return self.problem(self.speed[0], self.engine_orders[0])
 
     @cached_property
     def modes(self) -> tuple[int, ...]:
-        """The numbers of the modes."""
-        if self.mode is None:
-            return tuple(range(1, min(MODES, self._most) + 1))
-        return listed_modes("mode", self.mode)
+        """The numbers of the modes, of those that there are at the lowest speed."""
+        there = max(_natural(self.first, state == "stuck", self.speed[0])[0].size for state in LINEAR)
+        modes = range(1, min(MODES, there) + 1) if self.mode is None else listed_modes("mode", self.mode)
+        between("mode", max(modes), 1, there)
+        return tuple(modes)
 
     @cached_property
-    def groups(self) -> list[tuple[int, ...]]:
-        """Engine orders that share their curves."""
-        if not isinstance(self.first, TunedDisk):
-            return [tuple(self.engine_orders)]
+    def places(self) -> list[tuple[tuple[int, ...], int]]:
+        """Engine orders and mode of each case, mode 0 for the natural frequencies of all modes."""
         waves: dict[int, list[int]] = {}
         for order in self.engine_orders:
-            waves.setdefault(order % self.first.sectors, []).append(order)
-        return [tuple(orders) for orders in waves.values()]
-
-    @cached_property
-    def places(self) -> list[tuple[int, int]]:
-        """Group and mode of each case, mode 0 for the natural frequencies of all modes."""
+            waves.setdefault(order % self.first.sectors if isinstance(self.first, TunedDisk) else 0, []).append(order)
         modes = (0, *self.modes) if self.force_level is not None else (0,)
-        return [(group, mode) for group in range(len(self.groups)) for mode in modes]
+        return [(tuple(orders), mode) for orders in waves.values() for mode in modes]
 
     @property
     def names(self) -> list[str]:
-        about = self.identity()
-        return [f"{words}: {about}" for words in self.words]
+        return [f"{words}: {self.identity()}" for words in self.words]
 
     @property
     def words(self) -> list[str]:
         kinds = {0: "natural frequencies"} | {mode: f"resonance of mode {mode}" for mode in self.modes}
-        return [f"{kinds[mode]}, engine order {', '.join(map(str, self.groups[group]))}" for group, mode in self.places]
+        return [f"{kinds[mode]}, engine order {', '.join(map(str, orders))}" for orders, mode in self.places]
 
     def prepare(self) -> None:
-        """Refuse modes that are not there."""
-        _ = self._problem(self.speed[1], self.engine_orders[0])
-        between("mode", max(self.modes), 1, self._most)
-
-    @cached_property
-    def speeds(self) -> Array:
-        """Of the curves, rev/min."""
-        return np.linspace(*self.speed, self.points)
-
-    def _problem(self, speed: float, order: int) -> Problem:
-        assert isinstance(self.models, ProblemAt)
-        problem = self.models(speed)
-        return problem.with_engine_order(order % problem.sectors) if isinstance(problem, TunedDisk) else problem
+        """Refuse what the problem does not have."""
+        _ = self.modes, self.problem(self.speed[1], self.engine_orders[0])
 
     def solve(self, case: int, report: Report) -> Arrays:
-        """The curves of a case, last at the operating speed, and where they meet the engine orders."""
-        group, mode = self.places[case]
-        return self._resonance(mode, self.groups[group], report) if mode else self._natural(self.groups[group], report)
-
-    @property
-    def _all_speeds(self) -> list[float]:
-        """Those of the curves, and the operating speed."""
-        return [*self.speeds.tolist(), *([] if self.operating_speed is None else [self.operating_speed])]
-
-    def _natural(self, orders: Sequence[int], report: Report) -> Arrays:
-        """Natural frequencies over the speed, solved once where they do not depend on it."""
-        numbers = np.array(self.modes) - 1
+        """Frequency, whirl and amplitude (3, curve, speed), and where the engine orders meet the curves (curve, order)."""
+        orders, mode = self.places[case]
+        solved = cache(partial(self._resonance, orders[0], mode) if mode else partial(self._natural_modes, orders[0]))
         assert isinstance(self.models, ProblemAt)
+        moves = mode or self.models.stiffens
 
-        def solved(speed: float) -> tuple[Array, Array]:
-            """Natural frequencies and whirl, (state, mode), NaN of modes that a state does not have."""
-            problem, both = self._problem(speed, orders[0]), np.full((2, len(LINEAR), numbers.size), np.nan)
-            for s, state in enumerate(LINEAR):
-                found = np.array(_natural(problem, state == "stuck", speed))
-                there = numbers < found.shape[1]
-                both[:, s, there] = found[:, numbers[there]]
-            return both[0], both[1]
-
-        def one(state: int, mode: int) -> Callable[[float], float]:
-            return lambda speed: float((always or solved(speed))[0][state, mode])
-
-        always = None if self.models.stiffens else solved(self.speed[0])
-        found = []
-        for k, speed in enumerate(self._all_speeds):
-            report(k / (self.points + 1))
-            found.append(always or solved(speed))
-        frequencies, whirls = (np.moveaxis(np.array([each[k] for each in found]), 0, -1) for k in range(2))
-        crossings = np.full((*frequencies.shape[:2], len(orders)), np.nan)
-        for s, m, o in np.ndindex(crossings.shape):
-            curve = frequencies[s, m, : self.points]
-            crossings[s, m, o] = _crossing(one(s, m), orders[o], self.speeds, curve)
-        return {"frequency": frequencies, "whirl": whirls, "crossing": crossings}
-
-    def _resonance(self, mode: int, orders: Sequence[int], report: Report) -> Arrays:
-        """The nonlinear resonance of a mode over the speed."""
-        speeds = self._all_speeds
-        settings = {"amplitude": self.amplitude, "harmonics": self.harmonics, "samples": self.samples}
-
-        def at(speed: float) -> tuple[float, float, str]:
-            try:
-                peaks = nonlinear_modes(self._problem(speed, orders[0]), mode, **settings).peaks([self.force_level])
-            except InputError as reason:
-                return np.nan, np.nan, str(reason)
-            if np.isfinite(peaks["solved_amplitude"][0]):
-                return float(peaks["solved_frequency"][0]), float(peaks["solved_amplitude"][0]), ""
-            return float(peaks["frequency"][0]), float(peaks["amplitude"][0]), UNSOLVED
+        def at(speed: float) -> tuple[Array, str]:
+            return solved(speed if moves else self.speed[0])
 
         found = []
-        for k, speed in enumerate(speeds):
-            report(k / (len(speeds) + len(orders)))
+        for speed in self.speeds:
+            report(0.5 * len(found) / len(self.speeds))
             found.append(at(speed))
-        frequencies, amplitudes, messages = zip(*found, strict=True)
-        crossings = []
-        for k, order in enumerate(orders):
-            report((len(speeds) + k) / (len(speeds) + len(orders)))
-            curve = np.array(frequencies[: self.points])
-            crossings.append(_crossing(lambda speed: at(speed)[0], order, self.speeds, curve))
-        return {
-            "frequency": np.array(frequencies),
-            "amplitude": np.array(amplitudes[: self.points]),
-            "message": np.array(messages[: self.points], dtype=np.str_),
-            "crossing": np.array(crossings),
-        }
+        values = np.stack([each for each, _ in found], axis=-1)
+        crossings = np.full((values.shape[1], len(orders)), np.nan)
+        for done, (curve, k) in enumerate(np.ndindex(crossings.shape)):
+            report(0.5 + 0.5 * done / crossings.size)
+            crossings[curve, k] = _crossing(partial(_one, at, curve), orders[k], self.speeds[: self.points])
+        return {"values": values, "crossing": crossings, "message": np.array([message for _, message in found], dtype=np.str_)}
+
+    def _natural_modes(self, order: int, speed: float) -> tuple[Array, str]:
+        """The modes without contacts, then the stuck ones; NaN of modes that a state does not have."""
+        problem, numbers = self.problem(speed, order), np.array(self.modes) - 1
+        found = np.full((3, len(LINEAR), numbers.size), np.nan)
+        for s, state in enumerate(LINEAR):
+            both = np.array(_natural(problem, state == "stuck", speed))
+            there = numbers < both.shape[1]
+            found[:2, s, there] = both[:, numbers[there]]
+        return found.reshape(3, -1), ""
+
+    def _resonance(self, order: int, mode: int, speed: float) -> tuple[Array, str]:
+        """The resonance of a mode with friction, and what is to be known of it."""
+        settings = {"amplitude": self.amplitude, "harmonics": self.harmonics, "samples": self.samples}
+        try:
+            peaks = nonlinear_modes(self.problem(speed, order), mode, **settings).peaks([self.force_level])
+        except InputError as reason:
+            return np.full((3, 1), np.nan), str(reason)
+        solved = "solved_" if np.isfinite(peaks["solved_amplitude"][0]) else ""
+        found = [peaks[f"{solved}frequency"][0], np.nan, peaks[f"{solved}amplitude"][0]]
+        return np.reshape(found, (3, 1)), "" if solved else UNSOLVED
 
     def gathered(self, results: Sequence[Arrays]) -> Campbell:
         """The diagram."""
         shape = len(STATES), len(self.modes), len(self.engine_orders)
-        frequency, whirls = (np.full((*shape, len(self._all_speeds)), np.nan) for _ in range(2))
-        amplitude, crossing = np.full((*shape[1:], self.points), np.nan), np.full(shape, np.nan)
-        message = np.full(amplitude.shape, "", dtype=object)
-        for (group, mode), arrays in zip(self.places, results, strict=True):
-            orders = self.groups[group]
+        values, crossing = np.full((3, *shape, len(self.speeds)), np.nan), np.full(shape, np.nan)
+        message = np.full((*shape[1:], self.points), "", dtype=object)
+        for (orders, mode), arrays in zip(self.places, results, strict=True):
             for k, order in enumerate(orders):
-                o = self.engine_orders.index(order)
-                if not mode:
-                    frequency[:2, :, o], whirls[:2, :, o] = arrays["frequency"], arrays["whirl"]
-                    crossing[:2, :, o] = arrays["crossing"][..., k]
-                    continue
-                m = self.modes.index(mode)
-                frequency[2, m, o], crossing[2, m, o] = arrays["frequency"], arrays["crossing"][k]
-                amplitude[m, o], message[m, o] = arrays["amplitude"], arrays["message"]
-        return Campbell(self._dataset(frequency, whirls, amplitude, message, crossing))
+                m, o = self.modes.index(mode) if mode else 0, self.engine_orders.index(order)
+                curves = (2, slice(m, m + 1), o) if mode else (slice(0, 2), slice(None), o)
+                values[:, *curves] = arrays["values"].reshape(values[:, *curves].shape)
+                crossing[curves] = arrays["crossing"][:, k].reshape(crossing[curves].shape)
+                if mode:
+                    message[m, o] = arrays["message"][: self.points]
+        return Campbell(self._dataset(values, crossing, message))
 
-    def _dataset(self, frequency: Array, whirls: Array, amplitude: Array, message: Any, crossing: Array) -> xr.Dataset:
-        orders = np.array(self.engine_orders)
-        own, curve = ("mode", "engine_order", "speed"), ("state", "mode", "engine_order", "speed")
+    def _dataset(self, values: Array, crossing: Array, message: NDArray[Any]) -> xr.Dataset:
+        orders, (frequency, whirls, amplitude) = np.array(self.engine_orders), values[..., : self.points]
+        curve, own = ("state", "mode", "engine_order", "speed"), ("mode", "engine_order", "speed")
         data: dict[str, Any] = {
-            "frequency": named(curve, frequency[..., : self.points], "natural frequency, or that of the resonance", "Hz"),
-            "amplitude": named(own, amplitude, "amplitude of the first output at the nonlinear resonance", "m"),
+            "frequency": named(curve, frequency, "natural frequency, or that of the resonance", "Hz"),
+            "amplitude": named(own, amplitude[2], "amplitude of the first output at the nonlinear resonance", "m"),
             "crossing_speed": named(curve[:-1], crossing, "speed at which an engine order meets it", "rev/min"),
             "crossing_frequency": named(curve[:-1], orders * crossing / 60.0, "frequency at the crossing", "Hz"),
             "message": named(own, message.astype(np.str_), "what is to be known of the nonlinear resonance"),
         }
-        if np.isfinite(whirls).any():
-            data["whirl"] = named(curve, whirls[..., : self.points], "circling with the rotation (1) or against it (-1)")
         attrs: dict[str, Any] = {"title": self.first.title, "harmonics": str(self.harmonics), "samples": self.samples}
+        if np.isfinite(whirls).any():
+            data["whirl"] = named(curve, whirls, "circling with the rotation (1) or against it (-1)")
         if isinstance(self.first, TunedDisk):
-            sectors = self.first.sectors
-            diameters = np.minimum(orders % sectors, -orders % sectors)
+            diameters = np.minimum(orders % self.first.sectors, -orders % self.first.sectors)
             data["excited_diameter"] = named("engine_order", diameters, "nodal diameter that an engine order excites")
-            attrs["sectors"] = sectors
+            attrs["sectors"] = self.first.sectors
         if (operating := self.operating_speed) is not None:
-            data["operating_frequency"] = named(curve[:-1], frequency[..., -1], "natural frequency at the operating speed", "Hz")
-            margin = frequency[..., -1] / (orders * operating / 60.0) - 1.0
-            data["margin"] = named(curve[:-1], margin, "frequency over that of the engine order at the operating speed, less 1")
-            words = "speed of the crossing over the operating speed, less 1"
-            data["speed_margin"] = named(curve[:-1], crossing / operating - 1.0, words)
+            there = values[0, ..., -1]
+            words = "that of the engine order at the operating speed, less 1"
+            data["operating_frequency"] = named(curve[:-1], there, "natural frequency at the operating speed", "Hz")
+            data["margin"] = named(curve[:-1], there / (orders * operating / 60.0) - 1.0, f"frequency over {words}")
+            data["speed_margin"] = named(
+                curve[:-1], crossing / operating - 1.0, "crossing_speed over the operating speed, less 1"
+            )
             attrs["operating_speed"] = operating
-        if self.force_level is not None:
-            attrs["force_level"] = self.force_level
+        attrs |= {} if self.force_level is None else {"force_level": self.force_level}
         coords: dict[str, Any] = {
             "state": named("state", list(STATES), "free: without contacts; stuck; nonlinear: at the force level"),
             "mode": named("mode", list(self.modes), "number of the mode"),
             "engine_order": named("engine_order", orders, "engine order of the excitation"),
-            "speed": named("speed", self.speeds, "rotor speed", "rev/min"),
+            "speed": named("speed", self.speeds[: self.points], "rotor speed", "rev/min"),
         }
         return xr.Dataset(data, coords, attrs)
 
@@ -287,8 +244,8 @@ UNSOLVED = "By the mode alone: no forced motion was found at this peak."
 def campbell(settings: CampbellWork) -> Campbell:
     """Natural frequencies over the rotor speed with engine-order lines EO Ω, where they cross, and margins at a speed.
 
-    models: {speed in rev/min: problem} at two speeds or more, K(Ω) = K₀ + Ω² K₁ between them and static loads likewise; a problem
-    with `speed`; or a function of the speed. Coriolis forces go with Ω. speed: (lowest, highest), rev/min. mode: numbers of modes
+    models: {speed in rev/min: problem} at two speeds or more, K(Ω) = K₀ + Ω² K₁ between them and static loads likewise; or a
+    function of the speed. Coriolis forces go with Ω. speed: (lowest, highest), rev/min. mode: numbers of modes
     from 1 on, of the stuck structure and of the free one, rigid motions left out; the lowest six unless given; of a `TunedDisk`
     at the nodal diameter of each engine order. force_level: with it the resonance peak of that level and its amplitude, found
     along the nonlinear mode (`nonlinear_modes`, whose arguments amplitude, harmonics and samples are) and solved as a forced
@@ -323,16 +280,20 @@ def whirl(shapes: NDArray[Any], M: Array, skew: Array, rate: float) -> Array:
     return np.asarray(circling / (2.0 * rate * energy) if rate else 0.0 * energy)
 
 
-def _crossing(at: Callable[[float], float], order: int, speeds: Array, frequencies: Array) -> float:
+def _one(at: Callable[[float], tuple[Array, str]], curve: int, speed: float) -> float:
+    """The frequency of one curve."""
+    return float(at(speed)[0][0, curve])
+
+
+def _crossing(at: Callable[[float], float], order: int, speeds: Sequence[float]) -> float:
     """Speed in rev/min of the first crossing with the line of an engine order, NaN without one."""
-    misses = frequencies - order * speeds / 60.0
-    known = dict(zip(speeds.tolist(), misses.tolist(), strict=True))
 
     def miss(speed: float) -> float:
-        return known[speed] if speed in known else at(speed) - order * speed / 60.0
+        return at(speed) - order * speed / 60.0
 
+    misses = np.array([miss(speed) for speed in speeds])
     for k in np.flatnonzero(misses[:-1] * misses[1:] <= 0.0):
-        return float(brentq(miss, float(speeds[k]), float(speeds[k + 1]), rtol=1e-9))
+        return float(brentq(miss, speeds[k], speeds[k + 1], rtol=1e-9))
     return np.nan
 
 

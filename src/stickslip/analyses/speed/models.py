@@ -21,8 +21,8 @@ from stickslip.support.checks import InputError, fault, finite, of_kind
 ROUNDING = 1e-12
 """Difference of the stiffness of two models, relative to it, that is none."""
 
-Models = Problem | Mapping[float, Problem] | Callable[[float], Problem]
-"""A problem with `speed`, problems by speed in rev/min, or a function that makes the problem of a speed."""
+Models = Mapping[float, Problem] | Callable[[float], Problem]
+"""Problems by speed in rev/min, or a function that makes the problem of a speed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,49 +36,30 @@ class ProblemAt:
     models: Models
 
     def __post_init__(self) -> None:
-        models = self.models
-        if isinstance(models, Problem):
-            if models.speed is None:
-                rule = "must be problems by speed, or a problem with `speed`"
-                raise fault("models", rule, "a problem at one speed", "Give {speed in rev/min: problem} at two speeds.")
-        elif isinstance(models, Mapping):
-            object.__setattr__(self, "models", _sorted(models))
-        elif not callable(models):
-            raise fault("models", "must be problems by speed, or a function of the speed", models)
+        if isinstance(self.models, Mapping):
+            object.__setattr__(self, "models", _sorted(self.models))
+        elif not callable(self.models):
+            raise fault("models", "must be problems by speed, or a function of the speed", self.models)
 
     def __call__(self, speed: float) -> Problem:
-        match self.models:
-            case Problem() as problem:
-                return problem.at_speed(2.0 * np.pi * speed / 60.0)
-            case Mapping() as models:
-                return _at(models, speed)
-            case models:
-                return of_kind("The problem of a speed", models(speed), Problem)
+        if isinstance(self.models, Mapping):
+            return _at(self.models, speed)
+        return of_kind("The problem of a speed", self.models(speed), Problem)
 
     @property
     def fingerprint(self) -> str:
         """All that problems at any speed depend on, of a function its name alone."""
-        match self.models:
-            case Problem() as problem:
-                return problem.fingerprint
-            case Mapping() as models:
-                return ", ".join(f"{speed!r} {problem.fingerprint}" for speed, problem in models.items())
-            case models:
-                return repr(models)
+        if not isinstance(self.models, Mapping):
+            return repr(self.models)
+        return ", ".join(f"{speed!r} {problem.fingerprint}" for speed, problem in self.models.items())
 
     @cached_property
     def stiffens(self) -> bool:
         """Whether K or Coriolis forces may go with the speed: without either, natural frequencies are the same at all speeds."""
-        match self.models:
-            case Problem() as problem:
-                return problem.speed is not None and problem.speed.stiffness is not None
-            case Mapping() as models:
-                first, *others = (problem.structure for problem in models.values())
-                return any(
-                    other.coriolis is not None or not np.array_equal(_stiffness(first), _stiffness(other)) for other in others
-                )
-            case _:
-                return True
+        if not isinstance(self.models, Mapping):
+            return True
+        *others, last = (problem.structure for problem in self.models.values())
+        return last.coriolis is not None or not all(np.array_equal(_stiffness(last), _stiffness(each)) for each in others)
 
 
 def problem_at(models: Models | ProblemAt) -> ProblemAt:

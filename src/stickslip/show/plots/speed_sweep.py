@@ -157,15 +157,14 @@ def interference(dataset: xr.Dataset) -> Chart:
 @FIGURES.of("RunUp")
 def run_up(dataset: xr.Dataset) -> Chart:
     """Amplitude of the first harmonic of every cycle over the speed, a curve for each output, engine order and force level."""
-    several = "case" in dataset.dims
-    runs = [dataset.isel(case=case) for case in range(dataset.sizes["case"])] if several else [dataset]
     unit = unit_for(float(np.nanmax(dataset["amplitude"].values, initial=0.0)))
     names, lines = [str(name) for name in dataset["output"].values], []
-    for case, run in enumerate(runs):
+    for case in range(dataset.sizes["case"]):
+        run = dataset.isel(case=case)
         hover = {"time in s": run["time"].values, "frequency in Hz": run["frequency"].values}
-        order = f", engine order {int(run['engine_order'])}, {level_text(dataset, case)}" if several else ""
+        label = f"engine order {int(run['engine_order'])}, {level_text(dataset, case)}"
         for k, name in enumerate(names):
-            look, values = level(case * len(names) + k, len(runs) * len(names)), run["amplitude"].values[:, k]
-            lines.append(Line(run["speed"].values, values / unit.metres, look, f"{name}{order}", hover=hover))
-    note = f"{dataset.attrs['duration']:g} s" + ("" if several else f", engine order {dataset.attrs['engine_order']}")
-    return Chart(str(dataset.attrs["title"]), [Panel(SPEED, Axis("amplitude", unit.name), lines, height=4.1)], note=note)
+            look, values = level(case * len(names) + k, dataset.sizes["case"] * len(names)), run["amplitude"].values[:, k]
+            lines.append(Line(run["speed"].values, values / unit.metres, look, f"{name}, {label}", hover=hover))
+    panel = Panel(SPEED, Axis("amplitude", unit.name), lines, height=4.1)
+    return Chart(str(dataset.attrs["title"]), [panel], note=f"within {dataset.attrs['duration']:g} s")

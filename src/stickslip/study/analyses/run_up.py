@@ -33,7 +33,7 @@ def plan(asked: Asked) -> Works:
     problem, reference = problem_over_speed(asked, table)
     first, last = table.speed
     how = {name: getattr(table, name) for name in ("duration", "steps_per_period", "start_periods")}
-    work = RunUpWork(problem, (first, last), table.engine_orders, sweep_of(asked).levels, **how)
+    work = RunUpWork(problem, (first, last), engine_orders=table.engine_orders, force=sweep_of(asked).levels, **how)
     size = counted(problem.freedoms, "degree of freedom", "degrees of freedom")
     runs = counted(len(work.places), "run")
     summary = (
