@@ -16,16 +16,16 @@ from scipy.optimize import brentq
 
 from stickslip.analyses.modes.nonlinear_modes import nonlinear_modes
 from stickslip.analyses.modes.work import AMPLITUDES, ends_of, listed_modes
-from stickslip.analyses.nodal_diameters import MODES, nodal_diameters
+from stickslip.analyses.nodal_diameters import MODES, OF_DISK, nodal_diameters
 from stickslip.analyses.settings import Execution, HarmonicNumbers, Samples, Setting, Whole, takes
 from stickslip.analyses.speed.models import Models, ProblemAt, problem_at
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.structure.modes import gyroscopic_modes, natural_modes
-from stickslip.results.schema import Result, named
+from stickslip.results.schema import Result, described
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
-from stickslip.support.checks import MOST, Array, InputError, between, fault, of_kind, positive, several, unique, vector
+from stickslip.support.checks import MOST, Array, Index, InputError, between, fault, of_kind, positive, several, unique, vector
 from stickslip.support.late import pd, xr
 
 STATES = ("free", "stuck", "nonlinear")
@@ -203,38 +203,30 @@ class CampbellWork(Execution):
 
     def _dataset(self, values: Array, crossing: Array, message: NDArray[Any]) -> xr.Dataset:
         orders, (frequency, whirls, amplitude) = np.array(self.engine_orders), values[..., : self.points]
-        curve, own = ("state", "mode", "engine_order", "speed"), ("mode", "engine_order", "speed")
-        data: dict[str, Any] = {
-            "frequency": named(curve, frequency, "natural frequency, or that of the resonance", "Hz"),
-            "amplitude": named(own, amplitude[2], "amplitude of the first output at the nonlinear resonance", "m"),
-            "crossing_speed": named(curve[:-1], crossing, "speed at which an engine order meets it", "rev/min"),
-            "crossing_frequency": named(curve[:-1], orders * crossing / 60.0, "frequency at the crossing", "Hz"),
-            "message": named(own, message.astype(np.str_), "what is to be known of the nonlinear resonance"),
-        }
+        found = {"frequency": frequency, "amplitude": amplitude[2], "message": message.astype(np.str_)}
+        found |= {"crossing_speed": crossing, "crossing_frequency": orders * crossing / 60.0}
+        found |= {"whirl": whirls} if np.isfinite(whirls).any() else {}
         attrs: dict[str, Any] = {"title": self.first.title, "harmonics": str(self.harmonics), "samples": self.samples}
-        if np.isfinite(whirls).any():
-            data["whirl"] = named(curve, whirls, "circling with the rotation (1) or against it (-1)")
-        if isinstance(self.first, TunedDisk):
-            diameters = np.minimum(orders % self.first.sectors, -orders % self.first.sectors)
-            data["excited_diameter"] = named("engine_order", diameters, "nodal diameter that an engine order excites")
-            attrs["sectors"] = self.first.sectors
+        attrs |= {} if self.force_level is None else {"force_level": self.force_level}
         if (operating := self.operating_speed) is not None:
             there = values[0, ..., -1]
-            words = "that of the engine order at the operating speed, less 1"
-            data["operating_frequency"] = named(curve[:-1], there, "natural frequency at the operating speed", "Hz")
-            data["margin"] = named(curve[:-1], there / (orders * operating / 60.0) - 1.0, f"frequency over {words}")
-            data["speed_margin"] = named(
-                curve[:-1], crossing / operating - 1.0, "crossing_speed over the operating speed, less 1"
-            )
+            found |= {"operating_frequency": there, "margin": there / (orders * operating / 60.0) - 1.0}
+            found |= {"speed_margin": crossing / operating - 1.0}
             attrs["operating_speed"] = operating
-        attrs |= {} if self.force_level is None else {"force_level": self.force_level}
-        coords: dict[str, Any] = {
-            "state": named("state", list(STATES), "free: without contacts; stuck; nonlinear: at the force level"),
-            "mode": named("mode", list(self.modes), "number of the mode"),
-            "engine_order": named("engine_order", orders, "engine order of the excitation"),
-            "speed": named("speed", self.speeds[: self.points], "rotor speed", "rev/min"),
-        }
-        return xr.Dataset(data, coords, attrs)
+        coords = {"state": list(STATES), "mode": list(self.modes), "engine_order": orders, "speed": self.speeds[: self.points]}
+        dataset = xr.Dataset(described("campbell", found), described("campbell", coords), attrs)
+        if not isinstance(self.first, TunedDisk):
+            return dataset
+        if operating is None or not self.first.disk.diameters.complete:
+            excited = _excited_diameters(orders, self.first.sectors)
+            return dataset.assign(described(OF_DISK, {"excited_diameter": excited}))
+        diagram = interference_diagram(self.models, operating, self.engine_orders).dataset
+        return dataset.assign(diagram.variables).assign_attrs(sectors=self.first.sectors)
+
+
+def _excited_diameters(orders: Index, sectors: int) -> Index:
+    """The nodal diameter that each engine order excites."""
+    return np.asarray(np.minimum(orders % sectors, -orders % sectors))
 
 
 UNSOLVED = "By the mode alone: no forced motion was found at this peak."
@@ -303,15 +295,15 @@ WAVES = ("standing", "backward", "forward")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InterferenceDiagram(Result):
-    """`dataset`: disk_frequency (state, nodal_diameter, mode) [Hz]; of each engine order excited_diameter, wave and
-    excitation_frequency EO Ω [Hz]; mode of the nearest frequency at that diameter and its margin f/(EO Ω) − 1, both
-    (state, engine_order)."""
+    """`dataset`: disk_frequency (disk_state, nodal_diameter, disk_mode) [Hz]; of each engine order excited_diameter, wave and
+    excitation_frequency EO Ω [Hz]; mode of the nearest frequency at that diameter and its margin f/(EO Ω) − 1, nearest_mode and
+    disk_margin (disk_state, engine_order)."""
 
     dataset: xr.Dataset
 
     def table(self) -> pd.DataFrame:
         """Nearest modes and margins, a row for each engine order and state."""
-        names = ["excited_diameter", "wave", "excitation_frequency", "nearest_mode", "margin"]
+        names = ["excited_diameter", "wave", "excitation_frequency", "nearest_mode", "disk_margin"]
         return self.dataset[names].to_dataframe().reset_index()
 
 
@@ -327,50 +319,20 @@ def interference_diagram(
     modes: of each nodal diameter; rigid motions of free dampers are left out. Coriolis terms are neglected.
     """
     positive("speed", speed)
-    problem = disk if isinstance(disk, TunedDisk) and disk.speed is None else problem_at(disk)(speed)
+    problem = disk if isinstance(disk, TunedDisk) else problem_at(disk)(speed)
     of_kind("disk", problem, TunedDisk)
     assert isinstance(problem, TunedDisk)
     given = range(1, problem.sectors + 1) if engine_orders is None else several("engine_orders", engine_orders)
     orders = np.array(engine_orders_of("engine_orders", given))
-    found, sectors = nodal_diameters(problem, modes).dataset, problem.sectors
-    diameters = np.minimum(orders % sectors, -orders % sectors)
-    excitation = orders * speed / 60.0
+    diagram, sectors = nodal_diameters(problem, modes).dataset, problem.sectors
+    diameters, excitation = _excited_diameters(orders, sectors), orders * speed / 60.0
     # Where a diameter has fewer modes than others, NaN stands in their place.
-    off = found["disk_frequency"].values[:, diameters] / excitation[:, None] - 1.0
+    off = diagram["disk_frequency"].values[:, diameters] / excitation[:, None] - 1.0
     nearest = np.argmin(np.where(np.isfinite(off), np.abs(off), np.inf), axis=2)
-    margins = np.take_along_axis(off, nearest[..., None], axis=2)[..., 0]
-    own, both = "engine_order", ("state", "engine_order")
     folded = orders % sectors
     kinds = np.where(2 * folded < sectors, 1, 2)
     kinds[(folded == 0) | (2 * folded == sectors)] = 0
-    data: dict[str, Any] = {
-        "excited_diameter": named(own, diameters, "nodal diameter that an engine order excites"),
-        "wave": named(own, np.asarray(WAVES)[kinds], "how the excited wave travels"),
-        "excitation_frequency": named(own, excitation, "frequency of the excitation", "Hz"),
-        "nearest_mode": named(both, nearest + 1, "mode of that nodal diameter nearest in frequency"),
-        "margin": named(both, margins, "its frequency over that of the excitation, less 1"),
-    }
-    return InterferenceDiagram(found.assign(data).assign_coords(engine_order=orders).assign_attrs(speed=float(speed)))
-
-
-APART = {"state": "disk_state", "mode": "disk_mode", "margin": "disk_margin"}
-"""Names of an interference diagram that a Campbell diagram has too, and what they are called beside it."""
-
-
-def beside_interference(dataset: xr.Dataset, work: CampbellWork) -> xr.Dataset:
-    """The Campbell diagram of a disk with its interference diagram at the operating speed, of the same engine orders."""
-    assert work.operating_speed is not None
-    found = interference_diagram(work.models, work.operating_speed, work.engine_orders).dataset.drop_vars("excited_diameter")
-    apart = found.rename(APART)
-    apart["disk_state"].attrs |= {"units": "1", "long_name": "without contacts or with all of them stuck"}
-    apart["disk_mode"].attrs |= {"units": "1", "long_name": "number of the mode of a nodal diameter"}
-    apart["nodal_diameter"].attrs |= {"units": "1", "long_name": "nodal diameter"}
-    return xr.merge([dataset, apart.drop_attrs(deep=False).drop_vars("engine_order")])
-
-
-def interference_of(dataset: xr.Dataset) -> xr.Dataset | None:
-    """The interference diagram beside a Campbell diagram; None without one."""
-    if "disk_frequency" not in dataset:
-        return None
-    own = dataset[["disk_frequency", "excited_diameter", "wave", "excitation_frequency", "nearest_mode", "disk_margin"]]
-    return own.rename({after: before for before, after in APART.items()}).assign_attrs(speed=dataset.attrs["operating_speed"])
+    found: dict[str, Any] = {"excited_diameter": diameters, "wave": np.asarray(WAVES)[kinds], "excitation_frequency": excitation}
+    found |= {"nearest_mode": nearest + 1, "disk_margin": np.take_along_axis(off, nearest[..., None], axis=2)[..., 0]}
+    both = diagram.assign(described(OF_DISK, found)).assign_coords(described(OF_DISK, {"engine_order": orders}))
+    return InterferenceDiagram(both.assign_attrs(speed=float(speed)))

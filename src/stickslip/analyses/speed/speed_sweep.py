@@ -32,7 +32,7 @@ from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.results.quantities import ERRORS
-from stickslip.results.schema import Result, named, stacked
+from stickslip.results.schema import Result, described, named, stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.fourier import MOST_SAMPLES
@@ -251,14 +251,8 @@ STEADY = 1e-4
 """Relative distance from the steady motion at which a run begins."""
 
 
-RUN = {
-    "time": (("cycle",), "time at the middle of the cycle", "s"),
-    "speed": (("cycle",), "rotor speed", "rev/min"),
-    "frequency": (("cycle",), "excitation frequency", "Hz"),
-    "amplitude": (("cycle", "output"), "amplitude of the first harmonic", "m"),
-    "max_abs": (("cycle", "output"), "largest displacement in the cycle", "m"),
-}
-"""Dimensions, meaning and units of what a run has."""
+RUN = ("time", "speed", "frequency", "amplitude", "max_abs")
+"""What a run has of each cycle."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -354,22 +348,15 @@ class RunUpWork(Execution):
 
     def gathered(self, results: Sequence[Arrays]) -> RunUp:
         """All runs side by side."""
-        data: dict[str, Any] = {
-            name: named(("case", *dims), stacked([arrays[name] for arrays in results]), words, units)
-            for name, (dims, words, units) in RUN.items()
-        }
-        for name, words in (("outcome", "how the integration ended"), ("message", "the same in words")):
-            data[name] = named("case", np.array([str(arrays[name]) for arrays in results]), words)
+        data = {name: stacked([arrays[name] for arrays in results]) for name in RUN}
+        data |= {name: np.array([str(arrays[name]) for arrays in results]) for name in ("outcome", "message")}
         orders, levels = zip(*self.places, strict=True)
+        cycles, outputs = np.arange(1, data["time"].shape[1] + 1), list(self.problem.output_names)
+        coords: dict[str, Any] = described("run_up", {"engine_order": list(orders), "output": outputs, "cycle": cycles})
         newtons = "N" if levels_are_newtons(self.problem) else "1"
-        coords: dict[str, Any] = {
-            "engine_order": named("case", list(orders), "engine order of the excitation"),
-            "force_level": named("case", list(levels), "factor on every harmonic force", newtons),
-            "output": named("output", list(self.problem.output_names), "output"),
-            "cycle": named("cycle", np.arange(1, data["time"][1].shape[1] + 1), "cycle of the excitation"),
-        }
+        coords["force_level"] = named("case", list(levels), "factor on every harmonic force", newtons)
         attrs = {"title": self.problem.heading, "duration": self.duration, "steps_per_period": self.steps_per_period}
-        return RunUp(xr.Dataset(data, coords, attrs), self.problem)
+        return RunUp(xr.Dataset(described("run_up", data), coords, attrs), self.problem)
 
 
 @takes(RunUpWork)

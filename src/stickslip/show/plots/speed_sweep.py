@@ -141,10 +141,10 @@ def interference(dataset: xr.Dataset) -> Chart:
     orders = np.arange(int(dataset["engine_order"].max()) + 1)
     turns = orders[(orders % sectors == 0) | (2 * orders % sectors == 0) | (orders == orders[-1])]
     ends = np.unique(np.concatenate([turns, 0.5 * sectors * np.arange(2 * int(orders[-1]) // sectors + 1)]))
-    speed = float(dataset.attrs["speed"])
+    speed = float(dataset.attrs.get("speed", dataset.attrs.get("operating_speed")))
     folded = np.minimum(ends % sectors, -ends % sectors)
     layers.append(Line(folded, ends * speed / 60.0, Style("grey", width=1.0), f"excitation at {speed:g} rev/min"))
-    margins = dataset["margin"].sel(state="stuck").values
+    margins = dataset["disk_margin"].sel(disk_state="stuck").values
     for place, o in enumerate(np.argsort(np.abs(margins))[:NEAREST]):
         order, dots = dataset.isel(engine_order=int(o)), level(place, NEAREST, marker="circle", dash="none", size=6.0)
         label = f"engine order {int(order['engine_order'])}: {100.0 * margins[o]:+.1f} %"

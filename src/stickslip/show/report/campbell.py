@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from stickslip.analyses.speed.campbell import UNSOLVED, interference_of
+from stickslip.analyses.speed.campbell import UNSOLVED
 from stickslip.results.schema import Row
-from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.speed_sweep import interference, resonances
 from stickslip.show.report.markup import Presentation, hertz, presents
@@ -30,7 +29,8 @@ ROTATING = (
     "Coriolis forces act, and frequencies are those in the rotating frame. Whirl is 1 where the motion goes in circles with the "
     "rotation, −1 where it goes against it, and 0 where they do not act"
 )
-ANSWER, ALL, CURVES = "nearest crossings", "all crossings", "natural frequencies over the speed"
+ANSWER, ALL = "nearest crossings", "all crossings"
+CURVES, DIAGRAM = "natural frequencies over the speed", "interference diagram at the operating speed"
 
 
 def contacts_in(dataset: xr.Dataset, state: str) -> str:
@@ -41,11 +41,9 @@ def contacts_in(dataset: xr.Dataset, state: str) -> str:
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """The smallest margin or the crossings, each crossing, what holds of all numbers, and warnings."""
-    crossings = _crossings(dataset)
-    lines = [_first(dataset, len(crossings)), *(_line(dataset, row) for _, row in crossings.head(MOST).iterrows())]
-    lines += [f"{MOST} of {len(crossings)} crossings; the report shows all"] if len(crossings) > MOST else []
-    if (diagram := interference_of(dataset)) is not None:
-        lines.append(_disk(diagram))
+    met = _crossings(dataset).dropna(subset=["crossing_speed"])
+    lines = [_first(dataset, len(met)), *(_line(row) for _, row in met.head(MOST).iterrows())]
+    lines += [f"{MOST} of {len(met)} crossings; the report shows all"] if len(met) > MOST else []
     lines += [ROTATING] if "whirl" in dataset else []
     lines.append(NO_ERROR)
     if "force_level" in dataset.attrs:
@@ -53,15 +51,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         lines.append(NO_ERROR_OF_RESONANCES.format(fineness))
     linear = dataset["frequency"].sel(state=["free", "stuck"]).values
     lines += [ALWAYS] if np.nanmax(np.ptp(linear, axis=-1)) == 0.0 else []
-    return [*lines, *_unsolved(dataset)]
-
-
-def _crossings(dataset: xr.Dataset) -> pd.DataFrame:
-    """Every place where an engine order meets a mode, the nearest to the operating speed first, else the slowest."""
-    table = dataset[[name for name in ("crossing_speed", "crossing_frequency", "speed_margin") if name in dataset]]
-    met = table.to_dataframe().reset_index().dropna(subset=["crossing_speed"])
-    order = met["speed_margin"].abs() if "speed_margin" in met else met["crossing_speed"]
-    return met.loc[order.sort_values(kind="stable").index]
+    return [*lines, *(f"  warning, {words}" for words, unsolved in _messages(dataset) if unsolved)]
 
 
 def _first(dataset: xr.Dataset, count: int) -> str:
@@ -86,115 +76,87 @@ def _first(dataset: xr.Dataset, count: int) -> str:
     )
 
 
-def _line(dataset: xr.Dataset, row: pd.Series) -> Row:
+def _line(row: pd.Series) -> Row:
     """One crossing."""
     where = f"{row['crossing_speed']:.5g} rev/min, {hertz(row['crossing_frequency'])} Hz"
-    margin = f", {100.0 * row['speed_margin']:+.2g} % from the operating speed" if "speed_margin" in row else ""
-    name = f"engine order {row['engine_order']}, mode {row['mode']} ({contacts_in(dataset, row['state'])})"
-    return Row(f"{name}: they meet at {where}{margin}")
+    margin = f", {row['speed_margin']:+.2g} % from the operating speed" if "speed_margin" in row else ""
+    return Row(f"engine order {row['engine_order']}, mode {row['mode']} ({row['state']}): they meet at {where}{margin}")
 
 
-def _disk(diagram: xr.Dataset) -> str:
-    """The nearest mode of the nodal diameters that the engine orders excite."""
-    stuck = diagram.sel(state="stuck")
-    order = stuck.isel(engine_order=int(np.nanargmin(np.abs(stuck["margin"].values))))
-    return (
-        f"interference diagram at {float(diagram.attrs['speed']):g} rev/min: engine order {int(order['engine_order'])} excites "
-        f"nodal diameter {int(order['excited_diameter'])} ({order['wave'].item()} wave), whose mode {int(order['nearest_mode'])} "
-        f"with stuck contacts lies {100.0 * float(order['margin']):+.2g} % from it, the nearest of all"
-    )
-
-
-def _messages(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
-    """What is said of resonances: name of the curve, message, and the speeds that it is about; without a disk a curve is the same
-    for all engine orders."""
+def _messages(dataset: xr.Dataset) -> Iterator[tuple[str, bool]]:
+    """What is said of resonances, and whether it is of the mode alone; without a disk all engine orders have the same."""
     of = dataset if "excited_diameter" in dataset else dataset.isel(engine_order=[0])
     for m, o in np.ndindex(of["message"].shape[:2]):
         said, speeds = of["message"].values[m, o], of["speed"].values
         order = f", engine order {int(of['engine_order'][o])}" if of is dataset else ""
         for message in dict.fromkeys(said[said != ""].tolist()):
-            yield (
-                f"mode {int(of['mode'][m])}{order}",
-                str(message),
-                first_of([f"{speed:.5g}" for speed in speeds[said == message]]),
-            )
-
-
-def _unsolved(dataset: xr.Dataset) -> list[str]:
-    return [f"  warning, {name}: at {speeds} rev/min {said}" for name, said, speeds in _messages(dataset) if said == UNSOLVED]
+            where = first_of([f"{speed:.5g}" for speed in speeds[said == message]])
+            yield f"mode {int(of['mode'][m])}{order}, at {where} rev/min: {message}", message == UNSOLVED
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
     """A sentence for each mode without a resonance at some speeds."""
-    return [f"{name}: no resonance at {speeds} rev/min. {said}" for name, said, speeds in _messages(dataset) if said != UNSOLVED]
+    return [words for words, unsolved in _messages(dataset) if not unsolved]
+
+
+HEADS = {
+    "engine_order": "engine order",
+    "excited_diameter": "nodal diameter",
+    "wave": "wave",
+    "excitation_frequency": "excitation [Hz]",
+    "mode": "mode",
+    "state": "contacts",
+    "speed": "speed [rev/min]",
+    "frequency": "frequency [Hz]",
+    "whirl": "whirl",
+    "amplitude": "amplitude [m]",
+    "crossing_speed": "crossing [rev/min]",
+    "crossing_frequency": "frequency there [Hz]",
+    "speed_margin": "speed to the operating one [%]",
+    "operating_frequency": "frequency at the operating speed [Hz]",
+    "nearest_mode": "nearest mode",
+    "margin": "frequency to the engine order [%]",
+    "disk_margin": "its frequency to the excitation [%]",
+}
+"""Columns of the tables by the names of the dataset, in their order."""
+
+
+def _frame(dataset: xr.Dataset, *names: str) -> pd.DataFrame:
+    """Variables as columns, a row for each of their coordinates; margins in per cent."""
+    of = dataset[[name for name in names if name in dataset]]
+    of = of.assign({name: 100.0 * of[name] for name in ("margin", "speed_margin", "disk_margin") if name in of})
+    table = of.to_dataframe().reset_index().rename(columns={"disk_state": "state"})
+    table["state"] = [contacts_in(dataset, state) for state in table["state"]]
+    return table[[name for name in HEADS if name in table]]
+
+
+def _crossings(dataset: xr.Dataset) -> pd.DataFrame:
+    """Crossings and margins, the smallest margin first, else the slowest crossing."""
+    wanted = ("excited_diameter", "crossing_speed", "crossing_frequency", "speed_margin", "operating_frequency", "margin")
+    found = _frame(dataset, *wanted)
+    nearness = found["margin"].abs() if "margin" in found else found["crossing_speed"]
+    return found.loc[nearness.dropna().sort_values(kind="stable").index]
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Crossings and margins, frequencies over the speed, and the interference diagram of a disk."""
-    table = dataset[["crossing_speed", "crossing_frequency"]].to_dataframe().reset_index()
-    disk = "excited_diameter" in dataset
-    rows: dict[str, object] = {"engine order": table["engine_order"].astype(int)}
-    if disk:
-        rows["nodal diameter"] = [int(dataset["excited_diameter"].sel(engine_order=order)) for order in table["engine_order"]]
-    rows |= {"mode": table["mode"].astype(int), "contacts": [contacts_in(dataset, state) for state in table["state"]]}
-    rows |= {"crossing [rev/min]": table["crossing_speed"], "frequency there [Hz]": table["crossing_frequency"]}
-    nearness = table["crossing_speed"]
-    if "margin" in dataset:
-        at = f"at {dataset.attrs['operating_speed']:g} rev/min"
-        own = dataset[["speed_margin", "operating_frequency", "margin"]].to_dataframe().reset_index()
-        rows |= {
-            "speed to the operating one [%]": 100.0 * own["speed_margin"],
-            f"frequency {at} [Hz]": own["operating_frequency"],
-        }
-        rows[f"frequency to engine order {at} [%]"] = 100.0 * own["margin"]
-        nearness = own["margin"].abs()
-    found = pd.DataFrame(rows).loc[nearness.sort_values(kind="stable").index]
-    known = found.dropna(subset=[found.columns[-1]])
-    shown = {ANSWER: known.head(MOST)}
-    shown |= {ALL: known} if len(known) > MOST else {}
-    shown[CURVES] = _curves(dataset, disk)
-    return shown | _interference_table(dataset)
-
-
-def _curves(dataset: xr.Dataset, disk: bool) -> pd.DataFrame:
-    """Frequencies over the speed; without a disk they are the same for all engine orders."""
-    of = dataset if disk else dataset.isel(engine_order=[0])
-    names = ["frequency", *(["whirl"] if "whirl" in of else [])]
-    table = of[names].to_dataframe().reset_index().dropna(subset=["frequency"])
-    rows: dict[str, object] = {"engine order": table["engine_order"].astype(int)} if disk else {}
-    rows |= {"mode": table["mode"].astype(int), "contacts": [contacts_in(dataset, state) for state in table["state"]]}
-    rows |= {"speed [rev/min]": table["speed"], "frequency [Hz]": table["frequency"]}
-    rows |= {"whirl": table["whirl"]} if "whirl" in of else {}
-    if "force_level" in dataset.attrs:
-        sizes = of["amplitude"].to_dataframe().reset_index().assign(state="nonlinear")
-        keys = ["state", "mode", "engine_order", "speed"]
-        rows["amplitude [m]"] = table[keys].merge(sizes, how="left", on=keys)["amplitude"].to_numpy()
-    return pd.DataFrame(rows)
-
-
-def _interference_table(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """Of each engine order the nearest mode of the nodal diameter that it excites."""
-    diagram = interference_of(dataset)
-    if diagram is None:
-        return {}
-    names = ["excited_diameter", "wave", "excitation_frequency", "nearest_mode", "margin"]
-    table = diagram[names].to_dataframe().reset_index()
-    rows = {"engine order": table["engine_order"], "nodal diameter": table["excited_diameter"], "wave": table["wave"]}
-    rows |= {"excitation [Hz]": table["excitation_frequency"], "contacts": [contacts_in(dataset, s) for s in table["state"]]}
-    rows |= {"nearest mode": table["nearest_mode"], "its frequency to the excitation [%]": 100.0 * table["margin"]}
-    return {f"interference diagram at {diagram.attrs['speed']:g} rev per min": pd.DataFrame(rows)}
+    found = _crossings(dataset)
+    of = dataset.assign(amplitude=dataset["amplitude"].where(dataset["state"] == "nonlinear"))
+    if "excited_diameter" not in dataset:  # the curves are the same for all engine orders
+        of = of.isel(engine_order=0, drop=True)
+    resonances = ["amplitude"] if "force_level" in dataset.attrs else []
+    curves = _frame(of, "excited_diameter", "frequency", "whirl", *resonances).dropna(subset=["frequency"])
+    shown = {ANSWER: found.head(MOST)} | ({ALL: found} if len(found) > MOST else {}) | {CURVES: curves}
+    if "disk_margin" in dataset:
+        names = ("excited_diameter", "wave", "excitation_frequency", "nearest_mode", "disk_margin")
+        shown[DIAGRAM] = _frame(dataset, *names)
+    return {caption: frame.rename(columns=HEADS) for caption, frame in shown.items()}
 
 
 def figures(dataset: xr.Dataset) -> Figures:
     """The Campbell diagram, and the interference diagram of a disk."""
     found: Figures = {"campbell": resonances}
-    return found if interference_of(dataset) is None else {**found, "interference": _interference}
-
-
-def _interference(dataset: xr.Dataset) -> Chart:
-    diagram = interference_of(dataset)
-    assert diagram is not None
-    return interference(diagram)
+    return {**found, "interference": interference} if "disk_margin" in dataset else found
 
 
 PRESENTATION = presents("campbell", Presentation("Campbell diagram", sentences, failures, figures, tables, answer=ANSWER))

@@ -1,16 +1,14 @@
 """Campbell diagram in a study: the table [campbell], and the interference diagram of a disk at its operating speed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
 from typing import Annotated, Any
 
 from pydantic import Field
 
-from stickslip.analyses.speed.campbell import CampbellWork, beside_interference
+from stickslip.analyses.speed.campbell import CampbellWork
 from stickslip.analyses.speed.models import Models
-from stickslip.model.disks.tuned import TunedDisk
-from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.nonlinear_modes import FORMS
 from stickslip.study.analyses.speed_sweep import band_of, problem_over_speed, reference_of, stiffness_at_rest
@@ -18,7 +16,6 @@ from stickslip.study.analysis import Asked, Kind, Works
 from stickslip.study.fields import NotNegative, Positive, Table, in_si, table_of
 from stickslip.study.tables import OverSpeedTable
 from stickslip.support.checks import counted, fault, unique
-from stickslip.support.late import xr
 from stickslip.support.units import Band
 
 TABLE = "campbell"
@@ -75,18 +72,12 @@ def plan(asked: Asked) -> Works:
         samples=sweep.problem.systems.enough_samples(sweep.samples),
     )
     work.prepare()
-    disk = isinstance(sweep.problem, TunedDisk) and work.operating_speed is not None
-
-    def gathered(work: CampbellWork, arrays: Sequence[Arrays]) -> "xr.Dataset":
-        dataset = work.gathered(arrays).dataset
-        return beside_interference(dataset, work) if disk else dataset
-
     size = counted(sweep.problem.freedoms, "degree of freedom", "degrees of freedom")
     modes, orders = counted(len(work.modes), "mode"), counted(len(table.engine_orders), "engine order")
     resonances = "" if table.force_level is None else f", with friction at force level {table.force_level:g}"
     low, high = table.speed
     summary = f"{size}; {modes} and {orders} from {low:g} to {high:g} rev/min{resonances}"
-    return Works(work, summary, gathered, content=sweep.problem.fingerprint, condition=condition)
+    return Works(work, summary, content=sweep.problem.fingerprint, condition=condition)
 
 
 def _models(asked: Asked, table: Any) -> tuple[Models, str]:
