@@ -181,7 +181,7 @@ def test_over_the_speed_and_on_a_moving_base_they_are_refused():
         lambda: replace(problem, forces=(ss.BaseMotion({"1.x": 1.0, "1.y": 0.0}, 1.0),)),
         lambda: ss.speed_sweep({50.0: problem, 100.0: problem}, (60.0, 90.0), [2]),
     ):
-        with pytest.raises(ss.InputError, match="Coriolis forces, which"):
+        with pytest.raises(ss.InputError, match="Coriolis forces"):
             use()
 
 

@@ -154,7 +154,7 @@ class CampbellWork(Execution):
         def at(speed: float) -> tuple[Array, str]:
             return solved(speed if moves else self.speed[0])
 
-        found = []
+        found: list[tuple[Array, str]] = []
         for speed in self.speeds:
             report(0.5 * len(found) / len(self.speeds))
             found.append(at(speed))
@@ -177,9 +177,9 @@ class CampbellWork(Execution):
 
     def _resonance(self, order: int, mode: int, speed: float) -> tuple[Array, str]:
         """The resonance of a mode with friction, and what is to be known of it."""
-        settings = {"amplitude": self.amplitude, "harmonics": self.harmonics, "samples": self.samples}
+        settings: dict[str, Any] = {"amplitude": self.amplitude, "harmonics": self.harmonics, "samples": self.samples}
         try:
-            peaks = nonlinear_modes(self.problem(speed, order), mode, **settings).peaks([self.force_level])
+            peaks = nonlinear_modes(self.problem(speed, order), mode, **settings).peaks([self.force_level or 0.0])
         except InputError as reason:
             return np.full((3, 1), np.nan), str(reason)
         solved = "solved_" if np.isfinite(peaks["solved_amplitude"][0]) else ""
@@ -284,7 +284,7 @@ def _crossing(at: Callable[[float], float], order: int, speeds: Sequence[float])
         return at(speed) - order * speed / 60.0
 
     misses = np.array([miss(speed) for speed in speeds])
-    for k in np.flatnonzero(misses[:-1] * misses[1:] <= 0.0):
+    for k in np.flatnonzero(misses[:-1] * misses[1:] <= 0.0).tolist():
         return float(brentq(miss, speeds[k], speeds[k + 1], rtol=1e-9))
     return np.nan
 
@@ -308,7 +308,7 @@ class InterferenceDiagram(Result):
 
 
 def interference_diagram(
-    disk: Models | ProblemAt, speed: float, engine_orders: Sequence[int] | None = None, modes: int = 6
+    disk: TunedDisk | Models | ProblemAt, speed: float, engine_orders: Sequence[int] | None = None, modes: int = 6
 ) -> InterferenceDiagram:
     """Natural frequencies over the nodal diameter, and where the engine orders meet them at a rotor speed.
 

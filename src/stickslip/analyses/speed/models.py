@@ -139,12 +139,9 @@ def synchronous(models: Mapping[float, Problem]) -> Problem:
     """The problem of two models by speed in rev/min, with stiffness and static loads that go with Ω² (`SpeedDependence`)."""
     if len(of_kind("models", models, Mapping)) != 2:  # type: ignore[type-abstract]
         raise fault("models", "must be problems at two speeds, {speed in rev/min: problem}", models)
-    (slow, one), (fast, other) = sorted((finite("models, a speed", speed), problem) for speed, problem in models.items())
-    if slow < 0.0:
-        raise fault("models, a speed", "must not be negative", slow)
-    if any(isinstance(problem, Problem) and problem.structure.coriolis is not None for problem in (one, other)):
+    (slow, one), (fast, other) = _sorted(models).items()
+    if other.structure.coriolis is not None:
         raise InputError("models must have no Coriolis forces, which are neglected along an engine order. Leave them out.")
-    _refuse_other(of_kind("models, a problem", other, Problem), of_kind("models, a problem", one, Problem), slow, slow / fast)
     squares = [(2.0 * np.pi * speed / 60.0) ** 2 for speed in (slow, fast)]
     grown = squares[1] - squares[0]
     rates = [(g.static - f.static) / grown for f, g in zip(one.forces, other.forces, strict=True)]

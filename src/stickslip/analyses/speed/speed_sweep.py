@@ -308,9 +308,6 @@ class RunUpWork(Execution):
     def words(self) -> list[str]:
         return [f"engine order {order}, force level {level:g}" for order, level in self.places]
 
-    def prepare(self) -> None:
-        """Nothing: the first march compiles what it needs."""
-
     def _course(self, order: int) -> tuple[float, float, Array]:
         """Angular frequency of an engine order at the beginning of a run, its rate, rad/s², and the ends of its cycles, s."""
         ends = 2.0 * np.pi / 60.0 * order * np.array(self.speed)
@@ -330,7 +327,7 @@ class RunUpWork(Execution):
         if steady.outcome in (MarchOutcome.STEP_FAILED, MarchOutcome.UNBOUNDED):
             where = f"at {self.speed[0]:g} rev/min, but found none. {steady.sentence}"
             raise InputError(f"The run must begin with a steady motion {where}")
-        rows = []
+        rows: list[tuple[Array, Array]] = []
         with one_blas_thread():
             for row in _marched(problem, first, rate, times, level, steady.end, settings):
                 report(len(rows) / times.size)

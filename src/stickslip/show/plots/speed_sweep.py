@@ -141,7 +141,7 @@ def interference(dataset: xr.Dataset) -> Chart:
     orders = np.arange(int(dataset["engine_order"].max()) + 1)
     turns = orders[(orders % sectors == 0) | (2 * orders % sectors == 0) | (orders == orders[-1])]
     ends = np.unique(np.concatenate([turns, 0.5 * sectors * np.arange(2 * int(orders[-1]) // sectors + 1)]))
-    speed = float(dataset.attrs.get("speed", dataset.attrs.get("operating_speed")))
+    speed = float(dataset.attrs["operating_speed" if "operating_speed" in dataset.attrs else "speed"])
     folded = np.minimum(ends % sectors, -ends % sectors)
     layers.append(Line(folded, ends * speed / 60.0, Style("grey", width=1.0), f"excitation at {speed:g} rev/min"))
     margins = dataset["disk_margin"].sel(disk_state="stuck").values

@@ -56,24 +56,21 @@ def sentences(dataset: xr.Dataset) -> list[str]:
 
 def _first(dataset: xr.Dataset, count: int) -> str:
     """The smallest margin at the operating speed, of resonances with friction where these are known; else how many crossings."""
-    speeds, orders, frequency = (dataset[name].values for name in ("speed", "engine_order", "frequency"))
+    speeds, orders = dataset["speed"].values, dataset["engine_order"].values
     between = f"from {speeds[0]:g} to {speeds[-1]:g} rev/min"
-    if "margin" not in dataset:
-        if count:
-            return f"{counted(count, 'crossing')} of engine orders and modes {between}, by speed"
-        ends = f"{hertz(orders.min() * speeds[0] / 60.0)} to {hertz(orders.max() * speeds[-1] / 60.0)} Hz"
-        lowest = hertz(float(np.nanmin(frequency)))
-        return f"no engine order meets a mode {between}: they excite at {ends}, and the lowest mode is at {lowest} Hz"
-    solved = np.isfinite(dataset["margin"].sel(state="nonlinear")).any()
-    margins = dataset["margin"].sel(state=["nonlinear"] if solved else ["free", "stuck"])
-    place = np.unravel_index(int(np.nanargmin(np.abs(margins.values))), margins.shape)
-    one = margins.isel(dict(zip(margins.dims, place, strict=True)))
-    operating, order, mode = float(dataset.attrs["operating_speed"]), int(one["engine_order"]), int(one["mode"])
-    frequency, margin = (1.0 + float(one)) * order * operating / 60.0, 100.0 * float(one)
-    return (
-        f"smallest margin at {operating:g} rev/min: mode {mode} ({contacts_in(dataset, str(one['state'].values))}) lies at "
-        f"{hertz(frequency)} Hz, {abs(margin):.2g} % {'above' if margin >= 0.0 else 'below'} engine order {order}"
-    )
+    if "margin" in dataset:
+        of = dataset.sel(state=["nonlinear"]) if np.isfinite(dataset["margin"].sel(state="nonlinear")).any() else dataset
+        row = _crossings(of).iloc[0]
+        way, lies = "above" if row["margin"] >= 0.0 else "below", f"lies at {hertz(row['operating_frequency'])} Hz"
+        return (
+            f"smallest margin at {dataset.attrs['operating_speed']:g} rev/min: mode {row['mode']} ({row['state']}) {lies}, "
+            f"{abs(row['margin']):.2g} % {way} engine order {row['engine_order']}"
+        )
+    if count:
+        return f"{counted(count, 'crossing')} of engine orders and modes {between}, by speed"
+    ends = f"{hertz(orders.min() * speeds[0] / 60.0)} to {hertz(orders.max() * speeds[-1] / 60.0)} Hz"
+    lowest = hertz(float(np.nanmin(dataset["frequency"].values)))
+    return f"no engine order meets a mode {between}: they excite at {ends}, and the lowest mode is at {lowest} Hz"
 
 
 def _line(row: pd.Series) -> Row:

@@ -26,48 +26,49 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     """The largest amplitude of the first output in each run, and what a run warns of."""
     lines, warnings = [], []
     for case in range(dataset.sizes["case"]):
-        run, name = dataset.isel(case=case, output=0), _name(dataset, case)
-        sizes = run["amplitude"].values
-        if np.isfinite(sizes).any():
-            top = run.isel(cycle=int(np.nanargmax(sizes)))
-            where = f"{float(top['speed']):.5g} rev/min ({hertz(float(top['frequency']))} Hz), {float(top['time']):.4g} s after"
-            size, largest = length_text(float(top["amplitude"]), dataset), length_text(np.nanmax(run["max_abs"].values), dataset)
-            output = str(dataset["output"].values[0])
-            lines.append(f"{name}: {output} at most {size} at {where} the start; largest displacement of the run {largest}")
-        _, _, more = str(run["message"].item()).partition(". ")
-        warnings += [f"  warning, {name}: {more}"] if more and str(run["outcome"].item()) == "complete" else []
+        name, (first, _, more) = _name(dataset, case), dataset["message"].values[case].partition(". ")
+        warnings += [f"  warning, {name}: {more}"] if more and first == "Complete" else []
+        top = _largest(dataset, case, 0)
+        size, largest = (length_text(float(top[key]), dataset) for key in ("amplitude", "largest"))
+        where = (
+            f"{float(top['speed']):.5g} rev/min ({hertz(float(top['frequency']))} Hz), {float(top['time']):.4g} s after the start"
+        )
+        lines.append(f"{name}: {top['output'].item()} at most {size} at {where}; largest displacement of the run {largest}")
     return [*lines, NO_ERROR, *warnings]
+
+
+def _largest(dataset: xr.Dataset, case: int, output: int) -> xr.Dataset:
+    """The cycle of a run with the largest amplitude of an output, and the largest displacement of all."""
+    run = dataset.isel(case=case, output=output)
+    top = run.isel(cycle=int(np.argmax(run["amplitude"].fillna(-1.0).values)))
+    return top.assign(largest=run["max_abs"].max())
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
     """A sentence for each run that ended early."""
-    ended = np.flatnonzero(dataset["outcome"].values != "complete")
+    ended = np.flatnonzero(dataset["outcome"].values != "complete").tolist()
     return [f"{_name(dataset, case)}: {dataset['message'].values[case]}" for case in ended]
+
+
+HEADS = {"engine_order": "engine order", "force_level": "force level", "output": "output", "cycle": "cycle"}
+HEADS |= {"amplitude": "amplitude [m]", "speed": "speed [rev/min]", "frequency": "frequency [Hz]", "time": "time [s]"}
+HEADS |= {"max_abs": "largest displacement [m]", "largest": "largest displacement [m]"}
+"""Columns of the tables by the names of the dataset."""
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """The largest amplitude of every output in each run."""
-    rows = []
-    for case, output in np.ndindex(dataset.sizes["case"], dataset.sizes["output"]):
-        run = dataset.isel(case=case, output=output)
-        if np.isfinite(run["amplitude"].values).any():
-            top = run.isel(cycle=int(np.nanargmax(run["amplitude"].values)))
-            first = int(top["engine_order"]), float(top["force_level"]), str(top["output"].values)
-            values = [float(top[name]) for name in ("amplitude", "speed", "frequency", "time")]
-            rows.append((*first, *values, float(np.nanmax(run["max_abs"].values))))
-    heads = ["engine order", "force level", "output", "amplitude [m]", "speed [rev/min]", "frequency [Hz]", "time [s]"]
-    return {ANSWER: pd.DataFrame(rows, columns=[*heads, "largest displacement [m]"])}
+    names = [name for name in HEADS if name not in ("cycle", "max_abs")]
+    tops = [_largest(dataset, *place) for place in np.ndindex(dataset.sizes["case"], dataset.sizes["output"])]
+    rows = [[top[name].item() for name in names] for top in tops]
+    return {ANSWER: pd.DataFrame(rows, columns=[HEADS[name] for name in names])}
 
 
 def histories(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Every cycle of every run."""
-    table = dataset[["time", "speed", "frequency", "amplitude", "max_abs"]].to_dataframe().reset_index().dropna(subset=["time"])
-    units = {"time": "s", "speed": "rev/min", "frequency": "Hz", "amplitude": "m", "max_abs": "m"}
-    table["cycle"] += 1
-    first = ["engine_order", "force_level", "output", "cycle"]
-    heads = {"max_abs": "largest displacement"} | {name: name.replace("_", " ") for name in first}
-    named = {name: f"{heads.get(name, name)} [{unit}]" for name, unit in units.items()}
-    return {CYCLES: table[[*first, *units]].rename(columns=heads | named)}
+    names = [name for name in HEADS if name != "largest"]
+    table = dataset[["time", "speed", "frequency", "amplitude", "max_abs"]].to_dataframe().reset_index()
+    return {CYCLES: table.dropna(subset=["time"])[names].rename(columns=HEADS)}
 
 
 PRESENTATION = presents(

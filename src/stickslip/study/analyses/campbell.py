@@ -62,21 +62,15 @@ def plan(asked: Asked) -> Works:
     sweep, values = sweep_of(asked), in_si(table, asked.units)
     if sweep.harmonics == "auto":
         raise fault("[sweep]: harmonics", "must be a number or a list for a Campbell diagram", "auto")
-    names = ("engine_orders", "mode", "force_level", "operating_speed", "points", "amplitude")
     models, condition = _models(asked, table)
-    work = CampbellWork(
-        models,
-        tuple(table.speed),
-        **{name: values[name] for name in names},
-        harmonics=sweep.harmonics,
-        samples=sweep.problem.systems.enough_samples(sweep.samples),
-    )
+    names = ("engine_orders", "mode", "force_level", "operating_speed", "points", "amplitude")
+    how: dict[str, Any] = {"harmonics": sweep.harmonics, "samples": sweep.problem.systems.enough_samples(sweep.samples)}
+    work = CampbellWork(models, tuple(table.speed), **{name: values[name] for name in names}, **how)
     work.prepare()
     size = counted(sweep.problem.freedoms, "degree of freedom", "degrees of freedom")
     modes, orders = counted(len(work.modes), "mode"), counted(len(table.engine_orders), "engine order")
-    resonances = "" if table.force_level is None else f", with friction at force level {table.force_level:g}"
-    low, high = table.speed
-    summary = f"{size}; {modes} and {orders} from {low:g} to {high:g} rev/min{resonances}"
+    summary = f"{size}; {modes} and {orders} from {work.speed[0]:g} to {work.speed[1]:g} rev/min"
+    summary += "" if table.force_level is None else f", with friction at force level {table.force_level:g}"
     return Works(work, summary, content=sweep.problem.fingerprint, condition=condition)
 
 
