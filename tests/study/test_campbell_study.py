@@ -13,6 +13,7 @@ from stickslip.results.files import open_results
 from stickslip.results.schema import check_results
 from stickslip.show.report.markup import presentation_named
 from stickslip.study import job
+from stickslip.study.templates import write_new
 from stickslip.support.checks import InputError
 
 OMEGA = 600.0 * 2.0 * np.pi / 60.0
@@ -104,6 +105,23 @@ def test_the_resonance_with_friction_has_the_pull_of_each_speed(tmp_path):
     assert resonance[1] == pytest.approx(swept["frequency"], rel=1e-4)
     assert float(found["amplitude"].sel(mode=1, engine_order=4, speed=600.0)) == pytest.approx(swept["amplitude"], rel=1e-4)
     assert "harmonics = 1 and samples = 64" in " ".join(presentation_named("campbell").sentences(found))
+
+
+@pytest.mark.slow
+def test_a_sweep_peaks_beyond_the_crossing_where_the_pull_grows_through_a_broad_resonance(tmp_path):
+    """The template: 340.8 Hz at constant speed, which a forced response has too, and 347.8 Hz along engine order 3."""
+    write_new("campbell", tmp_path / "blade.toml")
+    text = re.sub("engine_orders = .*|mode = .*|points = .*", "", (tmp_path / "blade.toml").read_text())
+    text = re.sub("speed = .3000.*", "speed = [6000.0, 7500.0]", text)
+    own = "engine_orders = [3]\nmode = 1\npoints = 2\n"
+    met = computed(text + own, tmp_path).sel(state="nonlinear", mode=1, engine_order=3)
+    assert float(met["crossing_frequency"]) == pytest.approx(340.8, abs=0.06)
+    problem = job(text + own, tmp_path, "blade").plan.works[""].models(float(met["crossing_speed"]))
+    still = ss.forced_response(problem, ss.hertz(320.0, 370.0), 6.0, harmonics=3).peaks().iloc[0]
+    assert still["frequency"] == pytest.approx(float(met["crossing_frequency"]), rel=1e-3)
+    swept = re.sub("operating_speed.*|force_level = .*", "", text).replace("campbell", "speed_sweep")
+    swept = swept.replace("[sweep]", "[sweep]\nforce_levels = [6.0]") + "engine_orders = [3]\n"
+    assert float(computed(swept, tmp_path)["peak_frequency"][0, 0, 0, 0]) == pytest.approx(347.8, abs=0.06)
 
 
 def test_one_stiffness_for_all_speeds_is_warned_of_and_needs_no_reference(tmp_path):
@@ -208,7 +226,7 @@ def test_a_run_up_is_that_of_python_and_resumes(tmp_path):
     ("before", "after", "words"),
     [
         ("speed = [400.0, 700.0]", "speed = [400.0, 400.0]", "two different ends"),
-        ("speed = [400.0, 700.0]", "speed = [0.0, 700.0]", "positive"),
+        ("speed = [400.0, 700.0]", "speed = [0.0, 700.0]", "above 0"),
         ("duration = 3.0", "duration = 0.1", "4 cycles"),
         ("duration = 3.0", "duration = 0.0", "duration"),
         ("duration = 3.0", "duration = 3.0\nsteps_per_period = 3", "steps_per_period"),

@@ -106,7 +106,7 @@ class OverSpeedTable(Table):
     key: ClassVar[str] = ""
     """Its name in a study, for messages."""
 
-    speed: Annotated[list[NotNegative], Field(min_length=2, max_length=2, description="[first, last] rotor speed, rev/min")]
+    speed: Annotated[list[Positive], Field(min_length=2, max_length=2, description="[first, last] rotor speed, rev/min")]
     engine_orders: Annotated[list[Order], Field(min_length=1, description="EO, one curve each")]
     reference_speed: Positive | None = None
     """speed at which [structure] and the static forces hold, rev/min; static forces go with Ω²; default: the speed of [rotation]

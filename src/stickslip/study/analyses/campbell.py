@@ -5,6 +5,7 @@ from dataclasses import replace
 from math import pi
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field
 
 from stickslip.analyses.speed.campbell import CampbellWork
@@ -53,7 +54,7 @@ def band(tables: Mapping[str, Table]) -> Band | None:
     if table is None:
         return None
     low, high = table.speed
-    return band_of(table.engine_orders, low or high / (table.points - 1), high)
+    return band_of(table.engine_orders, low if low > np.finfo(float).eps * high else high / (table.points - 1), high)
 
 
 def plan(asked: Asked) -> Works:

@@ -32,8 +32,6 @@ def checked(table: OverSpeedTable) -> None:
     """What the model of the table cannot check."""
     if table.speed[0] == table.speed[1]:
         raise fault("speed", "must have two different ends", table.speed)
-    if min(table.speed) == 0.0:
-        raise fault("speed", "must be positive, since an engine order does not excite at rest", table.speed)
     unique("engine_orders", table.engine_orders)
 
 
@@ -70,7 +68,10 @@ def problem_over_speed(asked: Asked, table: OverSpeedTable) -> tuple[Problem, fl
         remedy = "Write the speed in rev/min at which [structure] and the static forces hold."
         raise InputError(f"[{table.key}]: reference_speed must be given, but is missing. {remedy}")
     at_rest = stiffness_at_rest(asked, table, problem, reference)
-    return at_reference_speed(problem, 2.0 * pi * reference / 60.0, at_rest), reference
+    try:
+        return at_reference_speed(problem, 2.0 * pi * reference / 60.0, at_rest), reference
+    except InputError as error:
+        raise InputError(f"[{table.key}]: at rest: {error}") from None
 
 
 def stiffness_at_rest(asked: Asked, table: OverSpeedTable, problem: Problem, reference: float) -> Array | None:
