@@ -194,26 +194,52 @@ def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> M
         elif not turning:
             follows = softening(model.M, model.dofs, axis)
             taken = (2.0 * np.pi * speed / 60.0) ** 2 * follows
-            lowered, warned = (OF_SECTOR, ()) if sector else _lowered(model, taken, speed)
+            lowered, warned = (OF_SECTOR, ()) if sector else _lowered(model, taken, speed, axis)
             done += lowered
             model = replace(model, K=model.K - taken, softening=follows, notes=(*model.notes, *warned))
         note = f"K contains no spin softening of {speed:g} rev/min: {done}. Its stress stiffening is that of the file"
     return replace(model, notes=(*model.notes, note))
 
 
-def _lowered(model: Model, taken: Any, speed: float) -> tuple[str, tuple[str, ...]]:
-    """What spin softening takes of a frequency, as the end of a note, and as a warning where it is much."""
-    lowest = [lowest_modes(model.M, K, 1) for K in (model.K, model.K - taken)]
-    before, after = (0.0 if modes is None or modes.negative else float(modes.frequencies[0]) for modes in lowest)
-    if not after:
+def _lowered(model: Model, taken: Any, speed: float, axis: RotationAxis) -> tuple[str, tuple[str, ...]]:
+    """What spin softening takes of a frequency, as the end of a note, and as a warning where it is much.
+
+    It takes at most Ω² of ω²: of the lowest modes those count that are slow enough, whichever way they move. A load that balances
+    itself, as that of a shaft about its own axis, stiffens nothing: Coriolis forces, and not K, then lack.
+    """
+    lowest = [lowest_modes(model.M, K) for K in (model.K, model.K - taken)]
+    hertz = [np.zeros(1) if modes is None or modes.negative else modes.frequencies for modes in lowest]
+    if not hertz[1][0]:
         remedy = "Take a K with the stress stiffening of this speed, or a lower one."
         raise fault("speed of [rotation]", "must leave a K without stress stiffening positive definite", speed, remedy)
-    lowered = f"lowers the lowest natural frequency from {before:.4g} to {after:.4g} Hz"
+    before, after = (each[: min(map(len, hertz))] for each in hertz)
+    most = int(np.argmax(1.0 - after / before))
+    lowered = f"lowers the lowest natural frequency from {before[0]:.4g} to {after[0]:.4g} Hz"
+    lowered += f", and mode {most + 1} from {before[most]:.4g} to {after[most]:.4g} Hz" if most else ""
+    if after[most] >= (1.0 - SOFTENED) * before[most]:
+        return f", and {lowered}", ()
+    if not _pulled_outwards(model, axis):
+        known = "Its load balances itself about the axis, as that of a shaft, which needs coriolis = true and hardly stiffens"
+        return f", and {lowered}. {known}: what parts far from the axis lack of stress stiffening is not known", ()
     remedy = "blades by more: take the matrices of a step with CENTRIF, else frequencies are too low"
     warned = (
         f"Warning: spin softening of {speed:g} rev/min {lowered}, and the file has no stress stiffening, which raises {remedy}."
     )
-    return f", and {lowered}", (warned,) if after < (1.0 - SOFTENED) * before else ()
+    return f", and {lowered}", (warned,)
+
+
+def _pulled_outwards(model: Model, axis: RotationAxis) -> bool:
+    """Whether the mass lies to one side of the axis, so that its load pulls one way: r_G² at least half of the mean r²."""
+    direction, moved = np.array(axis.direction), np.zeros((model.size, 4))
+    for row, dof in enumerate(model.dofs):
+        node, _, along = dof.rpartition(".")
+        if node in model.nodes:
+            away = np.array(model.nodes[node]) - axis.point
+            moved[row, "xyz".index(along)] = 1.0
+            moved[row, 3] = (away - (away @ direction) * direction)["xyz".index(along)]
+    products = moved.T @ (model.M @ moved)
+    mass = np.trace(products[:3, :3]) / 3.0
+    return bool(products[3, :3] @ products[3, :3] >= 0.5 * mass * products[3, 3])
 
 
 def _axis(table: AxisTable, units: Units) -> RotationAxis:
