@@ -348,6 +348,23 @@ def test_supports_that_a_cyclic_step_leaves_out_on_one_face_are_those_of_the_oth
     np.testing.assert_array_equal(found[0].structure.stiffnesses, found[1].structure.stiffnesses)
 
 
+def test_models_at_two_speeds_stand_beside_the_rotation_each_with_its_own_softening(folder):
+    """K at the speed of [rotation] gets −Ω² M (1 − d dᵀ), that at rest nothing; loads go with the square of the speed."""
+    text = re.sub("pull = .*", "", at_two_speeds(folder, "wheel_sector.npz")).replace("speed = 6000.0\nat_speeds", "at_speeds")
+    with pytest.raises(InputError, match="must go with K at two speeds for a sector over the speed"):
+        job(re.sub("at_speeds.*", "", text) + "[rotation]\nspeed = 6000.0\n", folder, "wheel")
+    problem = job(text + "[rotation]\nspeed = 6000.0\n", folder, "wheel").plan.works[""].parts[0].problem
+    still, half, turning = (problem.at_speed(share * 200.0 * np.pi) for share in (0.0, 0.5, 1.0))
+    plain = job(text.replace("at_speeds", "speed = 6000.0\nat_speeds"), folder, "wheel").plan.works[""].parts[0].problem
+    for n in (0, 3, 6):
+        a, b, c = (each.structure.at(n).K for each in (still, half, turning))
+        np.testing.assert_allclose(b - a, 0.25 * (c - a), atol=1e-9 * np.abs(a).max())
+        free, softened = (each.disk.at(n) for each in (plain, turning))
+        own = [np.sort(np.linalg.eigvals(np.linalg.solve(each.M, each.K)).real)[6] for each in (free, softened)]
+        assert 0.0 < own[0] - own[1] < 1.001 * (200.0 * np.pi) ** 2
+    assert 0.0 < np.abs(half.static_load).max() == pytest.approx(0.25 * np.abs(turning.static_load).max(), rel=1e-9)
+
+
 def test_engine_orders_of_other_models_are_refused(tmp_path):
     text = '[study]\nanalysis = "forced_response"\n[structure]\nmatrices = { M = [[1.0]], K = [[1.0]] }\ndofs = ["1.x"]\n'
     with pytest.raises(InputError, match=re.escape("[excitation] must go with a bladed disk")):

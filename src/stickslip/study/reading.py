@@ -434,7 +434,8 @@ def from_model(
     asks_for_stress = any(table is not None and table.stress is not None for table in tables.structures)
     if asks_for_stress and tables.study is not None and tables.study.analysis not in WITH_STRESS:
         rule = f"must go with analysis = {' or '.join(WITH_STRESS)}, but the analysis is {tables.study.analysis!r}"
-        found.messages.append(f"[structure]: stress {rule}. Leave it out.")
+        remedy = "Leave it out." if tables.over_speed is None else "Ask a forced response at the speed of a peak for it."
+        found.messages.append(f"[structure]: stress {rule}. {remedy}")
     if "fatigue" in tables.own and not asks_for_stress and "stress" not in tables.own:
         found.messages.append(NO_STRESS)
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
