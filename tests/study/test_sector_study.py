@@ -365,6 +365,22 @@ def test_models_at_two_speeds_stand_beside_the_rotation_each_with_its_own_soften
     assert 0.0 < np.abs(half.static_load).max() == pytest.approx(0.25 * np.abs(turning.static_load).max(), rel=1e-9)
 
 
+@pytest.mark.parametrize(("angle", "warns"), [(0.0, False), (0.003, False), (0.03, True)])
+def test_models_whose_soft_motions_differ_are_warned_of(folder, angle, warns):
+    """K turned by an angle about the axis has the same frequencies and other soft motions: the mean of both has neither."""
+    with np.load(folder / "wheel_sector.npz") as arrays:
+        given = {**arrays}
+    turn, rows = np.eye(len(given["dofs"])), {str(dof): row for row, dof in enumerate(given["dofs"])}
+    for x, row in rows.items():
+        if x.endswith(".x"):
+            both = [row, rows[f"{x[:-2]}.y"]]
+            turn[np.ix_(both, both)] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    np.savez(folder / "turned.npz", **given | {"K": turn @ given["K"] @ turn.T})
+    said = " ".join(job(at_two_speeds(folder, "turned.npz"), folder, "wheel").notes)
+    assert ("Warning: In the shapes that all speeds share" in said) == warns
+    assert "In the shapes that all speeds share the 3 lowest frequencies at nodal diameter 0" in said
+
+
 def test_engine_orders_of_other_models_are_refused(tmp_path):
     text = '[study]\nanalysis = "forced_response"\n[structure]\nmatrices = { M = [[1.0]], K = [[1.0]] }\ndofs = ["1.x"]\n'
     with pytest.raises(InputError, match=re.escape("[excitation] must go with a bladed disk")):
