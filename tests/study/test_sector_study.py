@@ -366,8 +366,9 @@ def test_models_at_two_speeds_stand_beside_the_rotation_each_with_its_own_soften
 
 
 @pytest.mark.parametrize(("angle", "warns"), [(0.0, False), (0.003, False), (0.03, True)])
-def test_models_whose_soft_motions_differ_are_warned_of(folder, angle, warns):
+def test_models_whose_soft_motions_differ_are_warned_of(folder, angle, warns, tmp_path, monkeypatch):
     """K turned by an angle about the axis has the same frequencies and other soft motions: the mean of both has neither."""
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path))
     with np.load(folder / "wheel_sector.npz") as arrays:
         given = {**arrays}
     turn, rows = np.eye(len(given["dofs"])), {str(dof): row for row, dof in enumerate(given["dofs"])}

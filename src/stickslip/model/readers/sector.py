@@ -336,7 +336,7 @@ def _shared_notes(raised: Array, models: Sequence[Model], n: int) -> Iterator[st
     if not raised.size:
         return
     most = int(np.argmax(raised))
-    where = f"the {LOWEST} lowest frequencies at nodal diameter {n} are at most {100.0 * max(raised[most], 0.0):.2g} % higher"
+    where = f"the {LOWEST} lowest frequencies at nodal diameter {n} are up to {100.0 * max(raised[most], 0.0):.2g} % higher"
     said = f"In the shapes that all speeds share {where} than in those of {models[most].file} alone"
     if raised[most] <= SHARED:
         yield said
