@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from each import each
+from study.test_speed_sweep_study import STUDY as SWEEP
 from typer.testing import CliRunner
 
 import stickslip as ss
@@ -17,38 +18,7 @@ from stickslip.study.templates import write_new
 from stickslip.support.checks import InputError
 
 OMEGA = 600.0 * 2.0 * np.pi / 60.0
-STUDY = """
-[study]
-analysis = "campbell"
-[structure]
-matrices = {M = [[1.0, 0.0], [0.0, 0.1]], K = [[13000.0, 0.0], [0.0, 2000.0]]}
-dofs = ["1.x", "2.y"]
-[damping]
-modal = 0.01
-[[contact]]
-law = "macroslip"
-tangential = ["1.x", "ground"]
-normal = ["2.y", "ground"]
-kt = 3000.0
-kn = 3000.0
-mu = 0.4
-[[force]]
-direction = "1.x"
-amplitude = 1.0
-[[force]]
-direction = "2.y"
-static = 8.0
-[sweep]
-outputs = ["1.x"]
-harmonics = 1
-samples = 64
-[campbell]
-speed = [0.0, 900.0]
-engine_orders = [2, 4]
-reference_speed = 600.0
-stiffness_at_rest = [[10000.0, 0.0], [0.0, 2000.0]]
-operating_speed = 300.0
-"""
+STUDY = SWEEP.replace("speed_sweep", "campbell").replace("[300.0, 900.0]", "[0.0, 900.0]") + "operating_speed = 300.0\n"
 RISE = 3000.0 / OMEGA**2
 """K₁ of the first row, N s²/m."""
 
