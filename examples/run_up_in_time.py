@@ -23,10 +23,10 @@ figure, axes = plt.subplots()
 axes.plot(sweep["speed"], 1e6 * sweep["amplitude"], "k--", label="quasi-steady")
 highest = {}
 for duration in (10.0, 0.2):
-    run = ss.run_up(models, ends, duration, 3, force=6.0).dataset.isel(output=0)
+    run = ss.run_up(models, ends, duration, 3, force=6.0).dataset.isel(case=0, output=0)
     highest[duration] = float(run["amplitude"].max())
     top = float(run["speed"][np.argmax(run["amplitude"].values)])
-    print(f"{duration:g} s: highest {1e6 * highest[duration]:.1f} µm at {top:.0f} rev/min. {run.attrs['message']}")
+    print(f"{duration:g} s: highest {1e6 * highest[duration]:.1f} µm at {top:.0f} rev/min. {run['message'].item()}")
     axes.plot(run["speed"], 1e6 * run["amplitude"], label=f"in {duration:g} s")
 quasi_steady = float(sweep["amplitude"].max())
 fast_over_quasi_steady = highest[0.2] / quasi_steady

@@ -14,7 +14,7 @@ from stickslip.model.structure.cyclic import sector_chain
 from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.results.files import open_results, save
 from stickslip.show.plots.chart import Chart
-from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, placed_sectors
+from stickslip.show.plots.disk import damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, placed_sectors
 from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.report.markup import Charts
 from stickslip.show.report.page import disk as disk_section
@@ -31,7 +31,7 @@ def test_the_disk_is_kept_with_the_results(dataset, tmp_path):
     again = open_results(save(dataset, tmp_path / "results.nc"))
     assert (again.attrs["sectors"], again.attrs["engine_order"]) == (6, 4)
     assert again["disk_shape"].equals(dataset["disk_shape"])
-    assert set(figures_of(again)) >= {"disk_mode", "dampers", "mean_normal_load", "nodal_diameters", "campbell"}
+    assert set(figures_of(again)) >= {"disk_mode", "dampers", "mean_normal_load", "nodal_diameters"}
 
 
 def test_the_picture_closes_round_the_disk(dataset):
@@ -45,7 +45,7 @@ def test_the_picture_closes_round_the_disk(dataset):
     assert len(first & second) >= 4
 
 
-@pytest.mark.parametrize("draw", [disk_mode, damper_ring, mean_normal_load, nodal_diameter_diagram, campbell])
+@pytest.mark.parametrize("draw", [disk_mode, damper_ring, mean_normal_load, nodal_diameter_diagram])
 def test_figures_are_drawn(dataset, draw, tmp_path):
     found = draw(dataset)
     (found.plot() if isinstance(found, Chart) else found).savefig(tmp_path / "figure.png", dpi=50)
@@ -55,7 +55,7 @@ def test_figures_are_drawn(dataset, draw, tmp_path):
 def test_the_section_of_the_report(dataset):
     page = disk_section({"disk": dataset}, charts := Charts(["disk"]))
     assert page.count("<img") == 2
-    assert list(charts.places) == ["chart-load-0", "chart-diameters-0", "chart-campbell-0"]
+    assert list(charts.places) == ["chart-load-0", "chart-diameters-0"]
 
 
 def test_a_whole_disk_shows_each_damper(tmp_path):
@@ -69,7 +69,7 @@ def test_a_whole_disk_shows_each_damper(tmp_path):
 def test_nodal_diameters_of_the_lumped_disk():
     """The ring of the disk's masses alone: f_n of the sector matrices in closed form, here by a ring of real matrices."""
     disk = lumped_blisk(sectors=6, engine_order=2)
-    found = np.sort(nodal_diameters(disk, modes=3).dataset["disk_frequency"].sel(state="free").values[:4].ravel())
+    found = np.sort(nodal_diameters(disk, modes=3).dataset["disk_frequency"].sel(disk_state="free").values[:4].ravel())
     whole = disk.full().frequencies(stuck=False)
     whole = whole[whole > 1.0]
     assert np.unique(np.round(whole, 6)) == pytest.approx(np.unique(np.round(found, 6)), abs=2e-6)
@@ -91,4 +91,4 @@ def test_a_disk_without_contacts_has_no_picture_of_its_dampers(dataset):
     assert figures_of(dataset).keys() - figures_of(alone).keys() >= {"dampers", "mean_normal_load"}
     page = disk_section({"alone": alone}, Charts(["alone"]))
     assert "States of the dampers" not in page
-    assert "Campbell diagram" in page
+    assert "Nodal diameters" in page

@@ -8,7 +8,7 @@ import pytest
 import stickslip as ss
 from stickslip.results.view import has_linear_curves
 from stickslip.show.plots.chart import Line, Rule
-from stickslip.show.plots.disk import campbell, nodal_diameter_diagram
+from stickslip.show.plots.disk import nodal_diameter_diagram
 from stickslip.show.plots.response_curves import response_curves
 from stickslip.show.report.conclusions import headline
 from stickslip.support.checks import InputError
@@ -206,6 +206,3 @@ def test_figures_mark_every_excited_order(disk):
     found = ss.nodal_diameters(disk.with_engine_orders({2: 1.0, 3: 1.0, 11: 1.0})).dataset
     rules = [layer for layer in nodal_diameter_diagram(found).panels[0].layers if isinstance(layer, Rule)]
     assert [(rule.at, rule.label) for rule in rules] == [(2, "engine order 2"), (3, "engine order 3"), (1, "engine order 11")]
-    labels = [layer.label for layer in campbell(found).panels[0].layers]
-    assert {"engine order 2", "engine order 3", "engine order 11"} <= set(labels)
-    assert "engine order 1" not in labels

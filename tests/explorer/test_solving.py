@@ -30,7 +30,7 @@ samples = 64
 REFUSED = dict.fromkeys(
     ("contact_law", "damper_cycle", "damper_design", "damper_evolution", "identification", "steady_cycles"),
     "be of a problem, with a [sweep]",
-) | {"speed_sweep": "have a band, [sweep] frequency"}
+) | dict.fromkeys(("campbell", "run_up", "speed_sweep"), "have a band, [sweep] frequency")
 """Templates that have no response over a band, and what the explorer says that they must."""
 
 

@@ -100,6 +100,15 @@ def speed_sweep(data):
     yield data["peak_speed"].values[0, :, 0, 0], data["peak_frequency"].values[0, :, 0, 0]
 
 
+def campbell(data):
+    yield data["speed"].values, data["frequency"].sel(state="nonlinear", mode=1).values[0]
+    yield data["crossing_speed"].values[:, 0, 0], data["crossing_frequency"].values[:, 0, 0]
+
+
+def run_up(data):
+    yield data["speed"].values[0], 1e6 * data["amplitude"].values[0, :, 0]
+
+
 def limit_cycles(data):
     heights = data["amplitude"].values[0, ..., 0]
     there = np.isfinite(heights)
@@ -161,6 +170,8 @@ SHOWN = {
     "nonlinear_modes": modes,
     **dict.fromkeys(("flutter", "limit_cycles"), limit_cycles),
     "speed_sweep": speed_sweep,
+    "campbell": campbell,
+    "run_up": run_up,
     "performance_curve": performance,
     "performance_band": performance_band,
     "damper_design": design,

@@ -144,6 +144,44 @@ def test_what_spin_softening_takes_of_a_frequency_is_said(folder):
         job(text.replace("speed = 3000.0", f"speed = {60.0 * 1.01 * at_rest}"), folder, "bar")
 
 
+@pytest.mark.parametrize(("offset", "warns"), [(0.0, False), (0.8, False), (1.2, True)])
+def test_a_shaft_about_its_own_axis_is_no_blade_without_stress_stiffening(folder, offset, warns):
+    """A bar about its own axis, or beside it by a share of the radius of gyration: from one on, r_G² is half of the mean r²."""
+    arrays = dict(np.load(folder / "bar.npz"))
+    free = np.array([dof.rpartition(".")[0] not in bar(3)[0].sets["FOOT"] for dof in arrays["dofs"]])
+    M, K = (arrays[name][np.ix_(free, free)] for name in "MK")
+    np.savez(folder / "bar.npz", **arrays | {"dofs": arrays["dofs"][free], "M": M, "K": K})
+    at_rest = float(np.sqrt(linalg.eigvalsh(K, M)[0])) / (2.0 * np.pi)
+    place, moved = {row[0]: row[1:] for row in arrays["nodes"]}, []
+    for dof in arrays["dofs"][free]:
+        node, _, along = dof.rpartition(".")
+        moved.append([along == "x", place[float(node)]["xz".index(along) * 2] if along in "xz" else 0.0])
+    mass, _, _, spread = (np.array(moved, dtype=float).T @ M @ np.array(moved, dtype=float)).ravel()
+    offset = offset * np.sqrt(spread / mass)
+    axis = f"axis = {{ point = [{offset}, 0.0, 0.0], direction = [0.0, 1.0, 0.0] }}"
+    text = STUDY[: STUDY.index("[[contact]]")] + STUDY[STUDY.index("[[force]]") :]
+    made = job(text.replace("speed = 3000.0", f"speed = {60.0 * 0.6 * at_rest}\n{axis}"), folder, "bar")
+    assert any(note.startswith("Warning: spin softening") for note in made.notes) == warns
+    assert ("needs coriolis = true" in " ".join(made.remarks)) != warns
+
+
+def test_what_a_higher_mode_loses_is_warned_of(folder):
+    """The lowest mode moves along the axis and loses little; the next one, across it, f to (f² − n²)^½."""
+    arrays = dict(np.load(folder / "bar.npz"))
+    free = np.array([dof.rpartition(".")[0] not in bar(3)[0].sets["FOOT"] for dof in arrays["dofs"]])
+    M, K = (arrays[name][np.ix_(free, free)] for name in "MK")
+    across = np.array([dof.endswith(".x") for dof in arrays["dofs"][free]]).astype(float)
+    K = K + 1e-5 * np.abs(K).max() * np.diag(across)
+    np.savez(folder / "bar.npz", **arrays | {"dofs": arrays["dofs"][free], "M": M, "K": K})
+    first, second = np.sqrt(linalg.eigvalsh(K, M)[:2]) / (2.0 * np.pi)
+    text = STUDY[: STUDY.index("[[contact]]")] + STUDY[STUDY.index("[[force]]") :]
+    made = job(text.replace("speed = 3000.0", f"speed = {60.0 * 0.7 * second}"), folder, "bar")
+    (warned,) = (note for note in made.notes if note.startswith("Warning: spin softening"))
+    said = [float(part) for part in re.search(r"mode 2 from ([\d.]+) to ([\d.]+) Hz", warned).groups()]
+    assert said == pytest.approx([second, np.sqrt(1.0 - 0.7**2) * second], rel=0.02)
+    assert f"lowest natural frequency from {first:.4g} to" in warned
+
+
 ROTATION = "[rotation]\nspeed = 3000.0\naxis = { point = [20.0, -300.0, 0.0] }\n"
 PULL = "pull = [0.0, 60.0, 0.0]\n"
 
@@ -272,8 +310,16 @@ def test_a_blade_that_turns_about_itself_whirls_at_two_frequencies(folder, reduc
     assert "centrifugal load without resultant" in " ".join(made.remarks)
     sweep = "[speed_sweep]\nspeed = [2000.0, 4000.0]\nengine_orders = [1]\nreference_speed = 3000.0\n"
     over_speeds = text.replace('"forced_response"', '"speed_sweep"').replace("at = [50.0]\n", "") + sweep
-    with pytest.raises(ss.InputError, match="coriolis must stay away from a speed sweep"):
+    with pytest.raises(ss.InputError, match=r"coriolis must stay away from \[speed_sweep\]"):
         job(re.sub("speed = [0-9.]+\ncoriolis", "speed = 3000.0\ncoriolis", over_speeds), folder, "bar")
+    campbell = f"[campbell]\nspeed = [0.0, {12.0 * at_rest}]\nengine_orders = [9]\npoints = 3\n"
+    over_speeds = re.sub("force_levels.*\n", "", over_speeds).replace(sweep, campbell).replace("speed_sweep", "campbell")
+    diagram = job(over_speeds, folder, "bar").plan.works[""]
+    found = diagram.gathered([diagram.solve(0, lambda share: None)]).dataset.sel(state="stuck", engine_order=9)
+    expected = at_rest * np.array([[1.0, 0.9, 0.8], [1.0, 1.1, 1.2]])
+    np.testing.assert_allclose(found["frequency"].values[:2], expected, rtol=3e-3)
+    np.testing.assert_allclose(found["whirl"].values[:2, 1:], [[1.0, 1.0], [-1.0, -1.0]], rtol=0.01)
+    np.testing.assert_allclose(found["crossing_speed"].values[0], 60.0 * at_rest / 10.0, rtol=3e-3)
 
 
 def test_coriolis_forces_act_on_blades_and_dampers(blades):  # noqa: F811

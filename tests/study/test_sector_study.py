@@ -8,6 +8,7 @@ from each import each
 
 import stickslip as ss
 from stickslip.cli import main
+from stickslip.model.readers.read import read_model
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.continuation import continuation
 from stickslip.study import job, read
@@ -222,7 +223,7 @@ SECTOR = "sectors = 12\n"
         ("[excitation]\nengine_order = 3 ", "# ", "[excitation] must be given for a bladed disk"),
         ("engine_order = 3 ", "orders = { three = 1.0 } ", "must be a whole number, but is 'three'"),
         ("[excitation]", "[base]\ndirection = 'x'\nacceleration = 1.0\n[excitation]", "base must go with another model"),
-        (SECTOR, f"{SECTOR}at_speeds = [{{ speed = 0.0, model = 'x.npz' }}]\n", 'must go with analysis = "speed_sweep"'),
+        (SECTOR, f"{SECTOR}at_speeds = [{{ speed = 0.0, model = 'x.npz' }}]\n", "must go with an analysis over the speed"),
         (SECTOR, f"{SECTOR}speed = 6000.0\n", ""),
         ("next/PLATFORM_LEFT", "next/PLATFORM_LOFT", "does not exist. Did you mean 'next/PLATFORM_LEFT'?"),
         ('low = "LOW" ', 'low = "LOWS" ', "must be a set of nodes of the model, but is 'LOWS'. Did you mean 'LOW'?"),
@@ -259,7 +260,7 @@ def test_a_speed_sweep_goes_between_models_at_two_speeds(folder):
     at_rest, fast = (plan.works[""].parts[0].problem.at_speed(speed).structure for speed in (0.0, 200.0 * np.pi))
     for n in range(7):
         np.testing.assert_allclose(fast.at(n).K, 1.02 * at_rest.at(n).K, rtol=1e-9, atol=1e-9 * np.abs(fast.at(n).K).max())
-    with pytest.raises(InputError, match="must stay away from a speed sweep"):
+    with pytest.raises(InputError, match="must stay away from an analysis over the speed"):
         job(f"{text}{sweep}[excitation]\nengine_order = 3\n", folder, "wheel")
 
 
@@ -324,6 +325,61 @@ def test_models_at_two_speeds_with_other_supports_are_refused(folder, change, sa
         np.savez(folder / "rest.npz", **change({**arrays}))
     with pytest.raises(InputError, match=re.escape(said)):
         job(at_two_speeds(folder, "rest.npz"), folder, "wheel")
+
+
+def test_supports_that_a_cyclic_step_leaves_out_on_one_face_are_those_of_the_other_speed(folder):
+    """A node of HIGH is free in one file alone, and its partner held in both: frequencies are those with both held in both."""
+    model = read_model(folder / "wheel_sector.npz", units="mm-t-s", names=folder / "wheel_sector.csv")
+    low = model.sets["LOW"][-1]
+    turn = np.pi / 6.0
+    turned = np.array([[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]]) @ model.nodes[low]
+    high = min(model.sets["HIGH"], key=lambda node: np.linalg.norm(turned - model.nodes[node]))
+    with np.load(folder / "wheel_sector.npz") as arrays:
+        given = {**arrays}
+    for name, held in (("both", (low, high)), ("one", (low,))):
+        free = np.flatnonzero([dof.rpartition(".")[0] not in held for dof in given["dofs"]])
+        K, M = (given[key][np.ix_(free, free)] for key in "KM")
+        np.savez(folder / f"{name}.npz", dofs=given["dofs"][free], K=K, M=M)
+    text = at_two_speeds(folder, "both.npz")
+    found = [
+        job(text.replace('model = "wheel_sector.npz"', f'model = "{name}.npz"'), folder, "wheel").plan.works[""].parts[0].problem
+        for name in ("both", "one")
+    ]
+    np.testing.assert_array_equal(found[0].structure.stiffnesses, found[1].structure.stiffnesses)
+
+
+def test_models_at_two_speeds_stand_beside_the_rotation_each_with_its_own_softening(folder):
+    """K at the speed of [rotation] gets −Ω² M (1 − d dᵀ), that at rest nothing; loads go with the square of the speed."""
+    text = re.sub("pull = .*", "", at_two_speeds(folder, "wheel_sector.npz")).replace("speed = 6000.0\nat_speeds", "at_speeds")
+    with pytest.raises(InputError, match="must go with K at two speeds for a sector over the speed"):
+        job(re.sub("at_speeds.*", "", text) + "[rotation]\nspeed = 6000.0\n", folder, "wheel")
+    problem = job(text + "[rotation]\nspeed = 6000.0\n", folder, "wheel").plan.works[""].parts[0].problem
+    still, half, turning = (problem.at_speed(share * 200.0 * np.pi) for share in (0.0, 0.5, 1.0))
+    plain = job(text.replace("at_speeds", "speed = 6000.0\nat_speeds"), folder, "wheel").plan.works[""].parts[0].problem
+    for n in (0, 3, 6):
+        a, b, c = (each.structure.at(n).K for each in (still, half, turning))
+        np.testing.assert_allclose(b - a, 0.25 * (c - a), atol=1e-9 * np.abs(a).max())
+        free, softened = (each.disk.at(n) for each in (plain, turning))
+        own = [np.sort(np.linalg.eigvals(np.linalg.solve(each.M, each.K)).real)[6] for each in (free, softened)]
+        assert 0.0 < own[0] - own[1] < 1.001 * (200.0 * np.pi) ** 2
+    assert 0.0 < np.abs(half.static_load).max() == pytest.approx(0.25 * np.abs(turning.static_load).max(), rel=1e-9)
+
+
+@pytest.mark.parametrize(("angle", "warns"), [(0.0, False), (0.003, False), (0.03, True)])
+def test_models_whose_soft_motions_differ_are_warned_of(folder, angle, warns, tmp_path, monkeypatch):
+    """K turned by an angle about the axis has the same frequencies and other soft motions: the mean of both has neither."""
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path))
+    with np.load(folder / "wheel_sector.npz") as arrays:
+        given = {**arrays}
+    turn, rows = np.eye(len(given["dofs"])), {str(dof): row for row, dof in enumerate(given["dofs"])}
+    for x, row in rows.items():
+        if x.endswith(".x"):
+            both = [row, rows[f"{x[:-2]}.y"]]
+            turn[np.ix_(both, both)] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    np.savez(folder / "turned.npz", **given | {"K": turn @ given["K"] @ turn.T})
+    said = " ".join(job(at_two_speeds(folder, "turned.npz"), folder, "wheel").notes)
+    assert ("Warning: In the shapes that all speeds share" in said) == warns
+    assert "In the shapes that all speeds share the 3 lowest frequencies at nodal diameter 0" in said
 
 
 def test_engine_orders_of_other_models_are_refused(tmp_path):

@@ -39,6 +39,8 @@ DIFFERENT_MEANING = {
     ("decay_prediction", "identification"): "in Python what was identified, in a file results to read it from, if any",
     ("decay_prediction", "amplitude"): "decays to compare with give it in a file; in Python they are compared afterwards",
     ("response_prediction", "identification"): "in Python what was identified, in a file results to read it from, if any",
+    ("campbell", "harmonics"): "three suffice for a diagram; a file has those of [sweep]",
+    ("run_up", "engine_orders"): "in Python a problem may hold its engine order",
     ("speed_sweep", "engine_orders"): "in Python a problem may hold its engine order",
 }
 """Keys that mean something else in a file than the argument of that name, or have their default for a reason."""

@@ -131,9 +131,6 @@ class FreeDecayWork(Settings):
     def words(self) -> tuple[str, ...]:
         return ("free decay",)
 
-    def prepare(self) -> None:
-        """Nothing: there is one case, and this process computes it."""
-
     def _begin(self) -> TimeStart:
         """The state at t = 0."""
         if self.start is not None:

@@ -14,7 +14,7 @@ from scipy import linalg
 
 from stickslip.model.disks.tuned import FullDisk, TunedDisk
 from stickslip.model.problem import Problem
-from stickslip.results.schema import Result, named
+from stickslip.results.schema import Result, described, named
 from stickslip.support.checks import between, fault, of_kind
 from stickslip.support.late import pd, xr
 
@@ -99,11 +99,13 @@ def _eigenvalue(M: NDArray[Any], K: NDArray[Any], C: NDArray[Any], shape: NDArra
 MODES = 6
 """Of each nodal diameter, unless given."""
 STATES = ("free", "stuck")
+OF_DISK = "interference_diagram"
+"""The table of `variables.toml` with what results of disks have."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NodalDiameters(Result):
-    """`dataset`: disk_frequency (state, nodal_diameter, mode) [Hz], without contacts and with all of them stuck."""
+    """`dataset`: disk_frequency (disk_state, nodal_diameter, disk_mode) [Hz], without contacts and with all of them stuck."""
 
     dataset: xr.Dataset
     problem: TunedDisk
@@ -123,11 +125,10 @@ def _held(disk: TunedDisk, modes: int) -> xr.Dataset:
             found = disk.modes(n, stuck=state == 1).frequencies
             lowest = found[found > 0.0][:modes]
             frequencies[state, n, : lowest.size] = lowest
-    variable = named(("state", "nodal_diameter", "mode"), frequencies, "natural frequency", "Hz")
-    coords: dict[str, Any] = {"state": list(STATES), "nodal_diameter": np.arange(frequencies.shape[1])}
+    coords = {"disk_state": list(STATES), "nodal_diameter": np.arange(frequencies.shape[1]), "disk_mode": np.arange(1, modes + 1)}
     attrs: dict[str, Any] = {"sectors": disk.sectors, "engine_order": disk.engine_order, "title": disk.heading}
     attrs["excited_orders"] = list(disk.excited_orders)
-    return xr.Dataset({"disk_frequency": variable}, coords, attrs)
+    return xr.Dataset(described(OF_DISK, {"disk_frequency": frequencies}), described(OF_DISK, coords), attrs)
 
 
 def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
@@ -143,7 +144,7 @@ def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     if not isinstance(problem, TunedDisk):
         return dataset
     dataset = dataset.assign_attrs(excited_orders=list(problem.excited_orders))
-    found = _held(problem, MODES).rename(state="disk_state", mode="disk_mode")
+    found = _held(problem, MODES)
     dataset = dataset.assign(disk_frequency=found["disk_frequency"]).assign_attrs(_static_normal_load(problem))
     if problem.aerodynamics:
         waves = damping_by_nodal_diameter(problem).dataset.rename(nodal_diameter="wave")

@@ -42,6 +42,9 @@ class StateOfFields:
         names = [field.name for field in fields(self)]  # type: ignore[arg-type]
         return {name: getattr(self, name) for name in names if name not in EXECUTION}
 
+    def prepare(self) -> None:
+        """Nothing that its cases share; works of which they share something say so."""
+
 
 class OneBalance(StateOfFields):
     """A work whose cases share one balance."""

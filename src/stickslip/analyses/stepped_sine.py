@@ -94,9 +94,6 @@ class SteppedSineWork(Settings):
     def words(self) -> tuple[str, ...]:
         return ("stepped sine",)
 
-    def prepare(self) -> None:
-        """Nothing: there is one case, and this process computes it."""
-
     def solve(self, case: int, report: Report) -> Arrays:
         """Along the frequencies what is left of each dwell, and the state at the end."""
         started, state = time.process_time(), from_rest(self.problem) if self.start is None else self.start

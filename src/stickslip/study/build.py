@@ -40,6 +40,7 @@ from stickslip.study.tables import (
     FrequenciesTable,
     LoadStepTable,
     MeanSpringTable,
+    OverSpeedTable,
     RotationTable,
     StructureTable,
 )
@@ -294,14 +295,14 @@ def check_orders(table: ExcitationTable, sectors: int) -> None:
         check_engine_order(table.engine_order, sectors)
 
 
-def check_speeds(table: Any, speed: float | None) -> None:
-    """What a table [speed_sweep] must not say beside a sector whose K was written at `speed` in rev/min, None where that is not
+def check_speeds(table: OverSpeedTable, speed: float | None) -> None:
+    """What a table over the speed must not say beside a sector whose K was written at `speed` in rev/min, None where that is not
     given."""
     if table.stiffness_at_rest is not None:
-        raise InputError("[speed_sweep]: stiffness_at_rest must stay away from a sector. Write at_speeds in [structure.sector].")
-    if speed is not None and abs(speed - table.reference_speed) > SAME_SPEED * table.reference_speed:
-        rule = f"must be the speed of the sector's model, {speed:g} rev/min"
-        raise fault("[speed_sweep]: reference_speed", rule, table.reference_speed)
+        raise InputError(f"[{table.key}]: stiffness_at_rest must stay away from a sector. Write at_speeds in [structure.sector].")
+    reference = table.reference_speed
+    if speed is not None and reference is not None and abs(speed - reference) > SAME_SPEED * reference:
+        raise fault(f"[{table.key}]: reference_speed", f"must be the speed of the sector's model, {speed:g} rev/min", reference)
 
 
 def lowest_order(table: ExcitationTable) -> int:
@@ -309,13 +310,14 @@ def lowest_order(table: ExcitationTable) -> int:
     return gcd(*_factors(table)) if table.engine_order is None else table.engine_order
 
 
-def rotation(table: RotationTable, others: Mapping[str, Any], units: Units) -> tuple[float, RotationAxis, bool]:
-    """Speed in rev/min, which a speed sweep begins from, axis in SI, and whether Coriolis forces act."""
-    reference = getattr(others.get("speed_sweep"), "reference_speed", table.speed)
-    if reference != table.speed:
-        raise fault("speed", f"must be the reference_speed of [speed_sweep], {reference:g} rev/min", table.speed)
-    if table.coriolis and "speed_sweep" in others:
-        raise fault("coriolis", "must stay away from a speed sweep, in which Coriolis forces are neglected", "true")
+def rotation(table: RotationTable, over: OverSpeedTable | None, units: Units) -> tuple[float, RotationAxis, bool]:
+    """Speed in rev/min, at which an analysis over the speed has its structure, axis in SI, and whether Coriolis forces act."""
+    if over is not None and over.reference_speed not in (None, table.speed):
+        rule = f"must be the reference_speed of [{over.key}], {over.reference_speed:g} rev/min"
+        raise fault("speed", rule, table.speed)
+    if table.coriolis and over is not None and over.key != "campbell":
+        rule = f"must stay away from [{over.key}], in which Coriolis forces are neglected"
+        raise fault("coriolis", rule, "true", "A Campbell diagram has them.")
     axis = RotationAxis.of((table.axis.point, table.axis.direction)).scaled(units.system.metres)
     return table.speed, axis, table.coriolis
 

@@ -56,6 +56,7 @@ from stickslip.study.tables import (
     ForceTable,
     LoadStepTable,
     MeanSpringTable,
+    OverSpeedTable,
     RotationTable,
     StructureTable,
     SweepTable,
@@ -130,6 +131,11 @@ class Tables:
     load_steps: tuple[LoadStepTable | None, ...] = ()
 
     @property
+    def over_speed(self) -> OverSpeedTable | None:
+        """The table of an analysis over the rotor speed."""
+        return next((table for table in self.own.values() if isinstance(table, OverSpeedTable)), None)
+
+    @property
     def rig(self) -> StructureTable | None:
         """The table that asks for a ready problem."""
         (only,) = self.structures if len(self.structures) == 1 else (None,)
@@ -187,7 +193,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
             sweep = sweep_of(tables, where, stated[0] if stated else None, found)
     if sweep and stated and stated[1] and tables.excitation is not None:
         notes += other_speed(sweep, next(iter(stated[1])), build.lowest_order(tables.excitation))
-    if sweep and "speed_sweep" not in tables.own:  # its static loads are those of each speed
+    if sweep and tables.over_speed is None:  # over the speed, static loads are those of each speed
         found.attempt("", check_static_loads, sweep.problem, notes)
     found.stop()
     disks = stated[1] if stated else {}
@@ -412,11 +418,10 @@ def from_rig(
 
 
 def acted_upon(problem: Problem | None, tables: Tables, found: Found, notes: list[str]) -> Problem | None:
-    """A disk under its engine orders and gas forces, of a speed sweep under the first of its orders; sliders where the loads
-    before have left them."""
-    orders = getattr(tables.own.get("speed_sweep"), "engine_orders", None)
-    if orders and isinstance(problem, TunedDisk):
-        problem = problem.with_engine_order(orders[0] % problem.sectors)
+    """A disk under its engine orders and gas forces, over the speed under the first of its orders; sliders where the loads before
+    have left them."""
+    if tables.over_speed is not None and isinstance(problem, TunedDisk):
+        problem = problem.with_engine_order(tables.over_speed.engine_orders[0] % problem.sectors)
     if problem is not None and tables.excitation is not None:
         problem = found.attempt("[excitation]", build.excited, problem, tables.excitation)
     if problem is not None and tables.aerodynamics is not None:
@@ -459,7 +464,8 @@ def from_model(
     asks_for_stress = any(table is not None and table.stress is not None for table in tables.structures)
     if asks_for_stress and tables.study is not None and tables.study.analysis not in WITH_STRESS:
         rule = f"must go with analysis = {' or '.join(WITH_STRESS)}, but the analysis is {tables.study.analysis!r}"
-        found.messages.append(f"[structure]: stress {rule}. Leave it out.")
+        remedy = "Leave it out." if tables.over_speed is None else "Ask a forced response at the speed of a peak for it."
+        found.messages.append(f"[structure]: stress {rule}. {remedy}")
     if "fatigue" in tables.own and not asks_for_stress and "stress" not in tables.own:
         found.messages.append(NO_STRESS)
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
@@ -469,7 +475,7 @@ def from_model(
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
     order = None if whole_disk or tables.aerodynamics or not tables.excitation else build.lowest_order(tables.excitation)
     meshed = meshed_surfaces(tables.contact) if modes_to is not None and tables.base is None and _on_stuck(damping) else ()
-    rotation = found.attempt("[rotation]", build.rotation, tables.rotation, tables.own, units) if tables.rotation else None
+    rotation = found.attempt("[rotation]", build.rotation, tables.rotation, tables.over_speed, units) if tables.rotation else None
     whole_of = Whole(damping, order, rotation)
     structures = structures_of(tables.structures, several, surfaces, whole_of, folder, units, found, messages, meshed)
     bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found, tables.rotation is not None)
@@ -541,20 +547,21 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
                     "stands beside another model."
                 )
         return
-    sweeps_speed = tables.study is not None and tables.study.analysis == "speed_sweep"
-    if sector.at_speeds and not sweeps_speed:
+    over = tables.over_speed
+    if sector.at_speeds and over is None:
         found.messages.append(
-            '[structure]: sector: at_speeds must go with analysis = "speed_sweep", but does not. Leave it out: [structure] model '
-            "is the model at the speed of this study."
+            "[structure]: sector: at_speeds must go with an analysis over the speed, such as speed_sweep, but does not. Leave it "
+            "out: [structure] model is the model at the speed of this study."
         )
-    if not sweeps_speed and "excitation" not in document:
+    if over is None and "excitation" not in document:
         found.messages.append("[excitation] must be given for a bladed disk, but is missing. Write engine_order = EO.")
     if tables.excitation is not None:
         found.attempt("[excitation]", build.check_orders, tables.excitation, sector.sectors)
-    if sweeps_speed and "excitation" in document:
-        found.messages.append("[excitation] must stay away from a speed sweep, whose engine_orders stand in [speed_sweep].")
-    if speeds := tables.own.get("speed_sweep"):
-        found.attempt("", build.check_speeds, speeds, sector.speed)
+    if over is not None:
+        if "excitation" in document:
+            words = "must stay away from an analysis over the speed, whose engine_orders stand in"
+            found.messages.append(f"[excitation] {words} [{over.key}].")
+        found.attempt("", build.check_speeds, over, sector.speed)
     for key in ("dashpot", "base"):
         if key in document:
             found.messages.append(f"{key} must go with another model than a sector of a bladed disk. Leave it out.")

@@ -18,7 +18,7 @@ from stickslip.model.readers.model import Content, Model, model_of
 from stickslip.model.readers.named_rows import with_names
 from stickslip.model.readers.read import read_content
 from stickslip.model.readers.reduction import WHOLE_SIZE, Progress, structure_of
-from stickslip.model.readers.sector import Faces, disks_of
+from stickslip.model.readers.sector import Faces, disks_of, held_alike
 from stickslip.model.readers.stress_places import Place as KeptPlace
 from stickslip.model.readers.stress_places import (
     StrainGauge,
@@ -126,11 +126,13 @@ def structure(
     if key not in models:
         model = _model(table, folder, own)
         models[key] = model if rotation is None else _rotating(model, rotation, table.sector is not None)
-    model = models[key]
+    model, others = models[key], []
+    if table.sector is not None:
+        model, *others = _at_speeds(model, table, folder, own, rotation)
     keep = {} if table.keep is None else table.keep
     stress = None if table.stress is None else stress_rows_of(model, _stress_places(table.stress), own.system.metres)
     if table.sector is not None:
-        return _disk(table, table.sector, model, surfaces, folder, own, progress, stress, whole)
+        return _disk(table, table.sector, [model, *others], surfaces, own, progress, stress, whole)
     besides = [name for name in surfaces if name in model.sets and name not in keep]
     rows = [row for name in meshed if name in model.sets for node in model.sets[name] for row in model.directions.get(node, ())]
     sparse = len(rows) >= MANY_KEPT and model.size > WHOLE_SIZE and model.C is None and model.coriolis is None
@@ -149,6 +151,20 @@ def _sets(model: Model, surfaces: Sequence[str], places: Sequence[KeptPlace]) ->
     """All sets of nodes of a model, and whether those of contacts and forces cover an area by its mesh."""
     nodes = {**model.sets, **{place.name: place.nodes for place in places}}
     return {name: model.covers(members) if name in surfaces else None for name, members in nodes.items()}
+
+
+def _at_speeds(model: Model, table: StructureTable, folder: Path, units: Units, rotation: Rotation | None) -> list[Model]:
+    """The model of a sector, and those at its other speeds, each with its own spin softening beside [rotation]."""
+    assert table.sector is not None
+    found = [model]
+    for each in table.sector.at_speeds:
+        other = _model(table.model_copy(update={"model": each.model}), folder, units)
+        found.append(_softened(other, each.speed, rotation[1], True) if rotation is not None and each.speed else other)
+    return held_alike(found, _faces(table.sector, units))
+
+
+def _faces(sector: SectorTable, units: Units) -> Faces:
+    return Faces(sector.sectors, sector.low, sector.high, _axis(sector.axis, units), sector.faces == "interpolated")
 
 
 def _rotating(model: Model, rotation: Rotation, sector: bool) -> Model:
@@ -178,26 +194,52 @@ def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> M
         elif not turning:
             follows = softening(model.M, model.dofs, axis)
             taken = (2.0 * np.pi * speed / 60.0) ** 2 * follows
-            lowered, warned = (OF_SECTOR, ()) if sector else _lowered(model, taken, speed)
+            lowered, warned = (OF_SECTOR, ()) if sector else _lowered(model, taken, speed, axis)
             done += lowered
             model = replace(model, K=model.K - taken, softening=follows, notes=(*model.notes, *warned))
         note = f"K contains no spin softening of {speed:g} rev/min: {done}. Its stress stiffening is that of the file"
     return replace(model, notes=(*model.notes, note))
 
 
-def _lowered(model: Model, taken: Any, speed: float) -> tuple[str, tuple[str, ...]]:
-    """What spin softening takes of a frequency, as the end of a note, and as a warning where it is much."""
-    lowest = [lowest_modes(model.M, K, 1) for K in (model.K, model.K - taken)]
-    before, after = (0.0 if modes is None or modes.negative else float(modes.frequencies[0]) for modes in lowest)
-    if not after:
+def _lowered(model: Model, taken: Any, speed: float, axis: RotationAxis) -> tuple[str, tuple[str, ...]]:
+    """What spin softening takes of a frequency, as the end of a note, and as a warning where it is much.
+
+    It takes at most Ω² of ω²: of the lowest modes those count that are slow enough, whichever way they move. A load that balances
+    itself, as that of a shaft about its own axis, stiffens nothing: Coriolis forces, and not K, then lack.
+    """
+    lowest = [lowest_modes(model.M, K) for K in (model.K, model.K - taken)]
+    hertz = [np.zeros(1) if modes is None or modes.negative else modes.frequencies for modes in lowest]
+    if not hertz[1][0]:
         remedy = "Take a K with the stress stiffening of this speed, or a lower one."
         raise fault("speed of [rotation]", "must leave a K without stress stiffening positive definite", speed, remedy)
-    lowered = f"lowers the lowest natural frequency from {before:.4g} to {after:.4g} Hz"
+    before, after = (each[: min(map(len, hertz))] for each in hertz)
+    most = int(np.argmax(1.0 - after / before))
+    lowered = f"lowers the lowest natural frequency from {before[0]:.4g} to {after[0]:.4g} Hz"
+    lowered += f", and mode {most + 1} from {before[most]:.4g} to {after[most]:.4g} Hz" if most else ""
+    if after[most] >= (1.0 - SOFTENED) * before[most]:
+        return f", and {lowered}", ()
+    if not _pulled_outwards(model, axis):
+        known = "Its load balances itself about the axis, as that of a shaft, which needs coriolis = true and hardly stiffens"
+        return f", and {lowered}. {known}: what parts far from the axis lack of stress stiffening is not known", ()
     remedy = "blades by more: take the matrices of a step with CENTRIF, else frequencies are too low"
     warned = (
         f"Warning: spin softening of {speed:g} rev/min {lowered}, and the file has no stress stiffening, which raises {remedy}."
     )
-    return f", and {lowered}", (warned,) if after < (1.0 - SOFTENED) * before else ()
+    return f", and {lowered}", (warned,)
+
+
+def _pulled_outwards(model: Model, axis: RotationAxis) -> bool:
+    """Whether the mass lies to one side of the axis, so that its load pulls one way: r_G² at least half of the mean r²."""
+    direction, moved = np.array(axis.direction), np.zeros((model.size, 4))
+    for row, dof in enumerate(model.dofs):
+        node, _, along = dof.rpartition(".")
+        if node in model.nodes:
+            away = np.array(model.nodes[node]) - axis.point
+            moved[row, "xyz".index(along)] = 1.0
+            moved[row, 3] = (away - (away @ direction) * direction)["xyz".index(along)]
+    products = moved.T @ (model.M @ moved)
+    mass = np.trace(products[:3, :3]) / 3.0
+    return bool(products[3, :3] @ products[3, :3] >= 0.5 * mass * products[3, 3])
 
 
 def _axis(table: AxisTable, units: Units) -> RotationAxis:
@@ -215,41 +257,41 @@ def _stress_places(asked: Mapping[str, Any]) -> dict[str, Any]:
 def _disk(
     table: StructureTable,
     sector: SectorTable,
-    model: Model,
+    models: Sequence[Model],
     surfaces: Sequence[str],
-    folder: Path,
     units: Units,
     progress: Progress,
     stress: StressRows | None,
     whole: Whole,
 ) -> Built:
-    """The disk of which a model is one sector; its damping follows, with the bodies."""
+    """The disk of which a model is one sector; its damping follows, with the bodies. models: at its other speeds, too."""
     if table.shift is not None:
         raise fault("shift", "must go with a whole structure", "beside [structure.sector]", "Leave it out.")
     given = [key for key in ("speed", "axis") if getattr(table, key) is not None]
     if given:
         raise fault(" and ".join(given), "must be given in [structure.sector] for a sector", "in [structure]")
-    keep = {} if table.keep is None else table.keep
+    keep, model = {} if table.keep is None else table.keep, models[0]
     places = places_of(model, keep, units.system.metres, [name for name in surfaces if name in model.sets and name not in keep])
     if not places:
         raise InputError("keep must name the places of outputs and loads of the sector, but is missing.")
     speeds = [] if sector.speed is None else [sector.speed]
     if whole.rotation is not None and speeds:
         raise fault("speed of [structure.sector]", "must be left out beside [rotation], which holds for all models", "given")
+    if whole.rotation is not None and sector.at_speeds:
+        speeds = [whole.rotation[0]]
     if sector.at_speeds and not speeds:
         raise InputError("sector: speed, of the model itself, must be given beside at_speeds, but is missing.")
     speeds += [each.speed for each in sector.at_speeds]
     if len(set(speeds)) < len(speeds):
         raise fault("sector: at_speeds", "must be of different speeds, and not of that of the model itself", speeds)
-    others = [_model(table.model_copy(update={"model": each.model}), folder, units) for each in sector.at_speeds]
-    faces = Faces(sector.sectors, sector.low, sector.high, _axis(sector.axis, units), sector.faces == "interpolated")
-    order = whole.engine_order
+    order, faces = whole.engine_order, _faces(sector, units)
     chosen = None if order is None else HeldDiameters.excited(sector.sectors, order)
-    disks, notes = disks_of([model, *others], faces, places, table.modes, None, progress, speeds, stress, chosen)
+    disks, notes = disks_of(models, faces, places, table.modes, None, progress, speeds, stress, chosen)
     if whole.rotation is not None:  # the model says what K held before its softening was added
         notes = tuple(note for note in notes if note != prestress_note(model, faces.axis, None))
     by_speed = dict(zip(speeds, disks, strict=bool(speeds)))
-    return Built(disks[0], (*notes, *model.notes, *implausible(model)), by_speed, _sets(model, surfaces, places))
+    own = (*(note for each in models for note in each.notes), *implausible(model))
+    return Built(disks[0], (*notes, *own), by_speed, _sets(model, surfaces, places))
 
 
 def _model(table: StructureTable, folder: Path, units: Units) -> Model:

@@ -45,6 +45,7 @@ else:
 
 Two = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
 Ends = Annotated[list[Positive], Field(min_length=2, max_length=2), Words("pair of numbers")]
+Order = Annotated[int, Field(ge=1, le=10_000)]
 Matrix = Annotated[list[list[Number]], Words("list of rows")]
 
 
@@ -97,6 +98,23 @@ Keep = Annotated[
 ]
 
 Matrices = Annotated[Annotated[str, Tag("<single>")] | Annotated[MatricesTable, Tag("<table>")], by_form()]
+
+
+class OverSpeedTable(Table):
+    """Engine orders EO excite with ω = EO Ω; stiffness and static forces go with the square of the rotor speed Ω."""
+
+    key: ClassVar[str] = ""
+    """Its name in a study, for messages."""
+
+    speed: Annotated[list[Positive], Field(min_length=2, max_length=2, description="[first, last] rotor speed, rev/min")]
+    engine_orders: Annotated[list[Order], Field(min_length=1, description="EO, one curve each")]
+    reference_speed: Positive | None = None
+    """speed at which [structure] and the static forces hold, rev/min; static forces go with Ω²; default: the speed of [rotation]
+    or [structure.sector]"""
+    stiffness_at_rest: (
+        Annotated[Annotated[str, Tag("<single>")] | Annotated[list[list[Number]], Tag("<list>")], by_form()] | None
+    ) = None
+    """K at speed 0, in the order of `dofs`, or a file .npz or .mat; default: K without spin softening that [rotation] adds"""
 
 
 class AxisTable(Table):
@@ -155,7 +173,7 @@ class SectorTable(Table):
     speed: NotNegative | None = None
     """rotor speed in rev/min that K holds: its stress stiffening, and spin softening as in CalculiX"""
     at_speeds: Annotated[list[AtSpeedTable], Words("list of tables")] = Field(default_factory=list)
-    """models at other speeds, for a speed sweep: K goes with the square of the speed"""
+    """models at other speeds, for analyses over the speed: K goes with the square of the speed"""
 
 
 class StructureTable(Table):

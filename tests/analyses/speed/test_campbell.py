@@ -25,7 +25,7 @@ def frequency(speed: np.ndarray, stuck: bool) -> np.ndarray:
 
 
 def test_frequencies_of_a_pair_of_models_are_those_of_k0_and_k1():
-    found = ss.campbell(PAIR, (0.0, 1500.0), [1, 2, 4]).dataset
+    found = ss.campbell(PAIR, (0.0, 1500.0), [1, 2, 4]).dataset.isel(mode=0)
     for state, stuck in (("free", False), ("stuck", True)):
         exact = np.broadcast_to(frequency(found["speed"].values, stuck), (3, 11))
         np.testing.assert_allclose(found["frequency"].sel(state=state).values, exact, rtol=1e-10)
@@ -36,21 +36,23 @@ def test_crossings_and_margins_are_those_of_the_closed_form():
     found = ss.campbell(PAIR, (0.0, 1500.0), [1, 2, 4], operating_speed=900.0)
     for order in (1, 2, 4):
         for state, k in (("free", K0), ("stuck", K0 + KT)):
-            one = found.dataset.sel(engine_order=order, state=state)
+            one = found.dataset.sel(engine_order=order, state=state, mode=1)
             margin = frequency(np.array(900.0), state == "stuck") / (order * 15.0) - 1.0
             assert float(one["margin"]) == pytest.approx(float(margin), rel=1e-10)
+            assert float(one["operating_frequency"]) == pytest.approx(float(margin + 1.0) * order * 15.0, rel=1e-10)
             if order == 1:
                 assert np.isnan(float(one["crossing_speed"]))
                 continue
             exact = np.sqrt(k / (order**2 - K1)) * 60.0 / (2.0 * np.pi)
             assert float(one["crossing_speed"]) == pytest.approx(exact, rel=1e-8)
             assert float(one["crossing_frequency"]) == pytest.approx(order * exact / 60.0, rel=1e-8)
+            assert float(one["speed_margin"]) == pytest.approx(exact / 900.0 - 1.0, rel=1e-8)
     assert len(found.table()) == 9
 
 
 @pytest.mark.slow
 def test_the_nonlinear_resonance_is_the_peak_of_a_forced_response_at_that_speed():
-    found = ss.campbell(mass, (200.0, 400.0), [4], force_level=1.2, points=3, harmonics=5).dataset
+    found = ss.campbell(mass, (200.0, 400.0), [4], force_level=1.2, points=3, harmonics=5).dataset.isel(mode=0)
     for k, speed in enumerate(found["speed"].values):
         low, high = (float(f) for f in frequency(np.array([speed, speed]), False) * [0.98, 1.2])
         swept = ss.forced_response(mass(speed), ss.hertz(low, high), [1.2], harmonics=5).peaks().iloc[0]
@@ -71,7 +73,7 @@ def test_a_level_beyond_the_mode_has_a_sentence_and_no_number():
 def test_each_engine_order_of_a_disk_meets_its_own_nodal_diameter():
     disk = ss.rigs.lumped_blisk("W", sectors=6)
     faster = replace(disk.structure, stiffnesses=1.1 * disk.structure.stiffnesses, K=1.1 * disk.structure.K)
-    found = ss.campbell({0.0: disk, 3000.0: disk.with_structure(faster)}, (0.0, 3000.0), [1, 2, 5], points=3).dataset
+    found = ss.campbell({0.0: disk, 3000.0: disk.with_structure(faster)}, (0.0, 3000.0), [1, 2, 5], points=3).dataset.isel(mode=0)
     for order in (1, 2, 5):
         for speed, structure in ((0.0, disk.structure), (3000.0, faster)):
             exact = disk.with_structure(structure).with_engine_order(order).frequencies(stuck=True)[0]
@@ -84,7 +86,7 @@ def test_progress_names_what_is_computed():
     ss.campbell(PAIR, (0.0, 1500.0), [1, 2], points=2, progress=lambda share, words: met.append((share, words)))
     shares = [share for share, _ in met]
     assert shares == sorted(shares)
-    assert met[0] == (0.0, "free, engine order 1, 0 rev/min")
+    assert met[0] == (0.0, "natural frequencies, engine order 1, 2")
     assert shares[-1] < 1.0
 
 

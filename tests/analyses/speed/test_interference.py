@@ -33,12 +33,12 @@ def test_waves_are_those_of_blades_that_pass_a_pattern_at_rest():
 def test_margins_are_those_of_the_nearest_mode_and_vanish_at_resonance():
     stuck = float(DISK.with_engine_order(2).frequencies(stuck=True)[0])
     found = ss.interference_diagram(DISK, 60.0 * stuck / 4.0, [4], modes=3)  # engine order 4 of 6 excites diameter 2
-    one = found.dataset.sel(state="stuck", engine_order=4)
-    assert float(one["margin"]) == pytest.approx(0.0, abs=1e-9)
+    one = found.dataset.sel(disk_state="stuck", engine_order=4)
+    assert float(one["disk_margin"]) == pytest.approx(0.0, abs=1e-9)
     assert int(one["nearest_mode"]) == 1
-    free = found.dataset["disk_frequency"].sel(state="free").values[2] / stuck - 1.0
+    free = found.dataset["disk_frequency"].sel(disk_state="free").values[2] / stuck - 1.0
     expected = free[np.nanargmin(np.abs(free))]
-    assert float(found.dataset["margin"].sel(state="free", engine_order=4)) == pytest.approx(expected, rel=1e-9)
+    assert float(found.dataset["disk_margin"].sel(disk_state="free", engine_order=4)) == pytest.approx(expected, rel=1e-9)
     assert len(found.table()) == 2
 
 

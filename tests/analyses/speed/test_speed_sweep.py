@@ -9,7 +9,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
-from stickslip.analyses.speed.campbell import at_reference_speed, synchronous
+from stickslip.analyses.speed.models import at_reference_speed, synchronous
 from stickslip.analyses.speed.speed_sweep import SpeedSweepSettings, SpeedSweepWork
 from stickslip.show.report.markup import presentation_of
 from stickslip.solve.balance.balance import HarmonicBalance, Point

@@ -231,9 +231,6 @@ class CycleWork(Driven):
     def words(self) -> Sequence[str]:
         return (self.rig.title,)
 
-    def prepare(self) -> None:
-        """One case needs no preparation."""
-
     def solve(self, case: int, report: Report) -> Arrays:
         """The march of the cycle."""
         return march_arrays(self.march)
@@ -429,9 +426,6 @@ class EvolutionWork(Driven):
     def rigs(self) -> tuple[BetweenPlatforms, ...]:
         """The damper with every set."""
         return tuple(self.rig.with_friction(mu) for mu in self.friction)
-
-    def prepare(self) -> None:
-        """One case needs no preparation."""
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The marches of all sets, by number."""

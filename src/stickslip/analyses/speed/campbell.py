@@ -1,304 +1,292 @@
 """Campbell diagram with friction: natural frequencies, stuck and free, and the nonlinear resonance over the rotor speed.
 
 Interference diagram (SAFE, ZZENF) of a bladed disk: which modes the engine orders excite at one rotor speed, and how near.
-
-A problem at every rotor speed, from models at some speeds: stiffness and static loads go with the square of the speed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import KW_ONLY, dataclass
+from functools import cache, cached_property, partial
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from stickslip.analyses.modes.nonlinear_modes import nonlinear_modes
-from stickslip.analyses.nodal_diameters import nodal_diameters
+from stickslip.analyses.modes.work import AMPLITUDES, ends_of, listed_modes
+from stickslip.analyses.nodal_diameters import MODES, OF_DISK, nodal_diameters
+from stickslip.analyses.settings import Execution, HarmonicNumbers, Samples, Setting, Whole, takes
+from stickslip.analyses.speed.models import Models, ProblemAt, problem_at
 from stickslip.model.disks.tuned import TunedDisk
-from stickslip.model.loads import BaseMotion, Force
 from stickslip.model.problem import Problem
-from stickslip.model.problem.speed import SpeedDependence
-from stickslip.model.structure.cyclic import CyclicStructure
-from stickslip.model.structure.matrices import Structure
-from stickslip.results.schema import Result, named
-from stickslip.runs.work import Progress, checked_progress
-from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, several, unique, vector
+from stickslip.model.structure.modes import gyroscopic_modes, natural_modes
+from stickslip.results.schema import Result, described
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Report
+from stickslip.support.checks import MOST, Array, Index, InputError, between, fault, of_kind, positive, several, unique, vector
 from stickslip.support.late import pd, xr
-from stickslip.support.machine import one_blas_thread
-
-ProblemAt = Callable[[float], Problem]
-ROUNDING = 1e-12
-"""Difference of the stiffness of two models, relative to it, that is none."""
-
-Models = Mapping[float, Problem] | ProblemAt
-"""Problems by speed in rev/min, or a function that makes the problem of a speed."""
-
-
-def problem_at(models: Models) -> ProblemAt:
-    """The problem of a speed in rev/min.
-
-    Of two speeds K(Ω) = K₀ + Ω² K₁, at any speed; of more, that between neighbours, refused beyond them. Static loads go with Ω²
-    likewise. Mass, damping, contacts and harmonic forces must be the same at all speeds.
-    """
-    if isinstance(models, Mapping):
-        return _table(models)
-    if not callable(models):
-        raise fault("models", "must be problems by speed, or a function of the speed", models)
-    return lambda speed: of_kind("The problem of a speed", models(speed), Problem)
-
-
-def _table(models: Mapping[float, Problem]) -> ProblemAt:
-    if len(models) < 2:
-        rule = "must hold problems at two speeds at least, which say how K goes with the speed"
-        raise fault("models", rule, f"{len(models)} of them", "K(Ω) = K0 + Ω² K1.")
-    speeds = sorted(finite("models, a speed", speed) for speed in models)
-    if speeds[0] < 0.0:
-        raise fault("models, a speed", "must not be negative", speeds[0])
-    problems = [of_kind("models, a problem", models[speed], Problem) for speed in speeds]
-    for speed, problem in zip(speeds[1:], problems[1:], strict=True):
-        _refuse_other(problems[0], problem, speed)
-
-    def at(speed: float) -> Problem:
-        if len(speeds) > 2 and not speeds[0] <= speed <= speeds[-1]:
-            raise fault("speed", f"must lie between {speeds[0]:g} and {speeds[-1]:g} rev/min, where there are models", speed)
-        k = int(np.clip(np.searchsorted(speeds, speed) - 1, 0, len(speeds) - 2))
-        share = (speed**2 - speeds[k] ** 2) / (speeds[k + 1] ** 2 - speeds[k] ** 2)
-        return _between(problems[k], problems[k + 1], share)
-
-    return at
-
-
-def _refuse_other(one: Problem, other: Problem, speed: float) -> None:
-    if one.structure.coriolis is not None or other.structure.coriolis is not None:
-        raise InputError("models must have no Coriolis forces, which are neglected over the speed. Leave them out.")
-    same = {
-        "degrees of freedom": one.structure.dofs == other.structure.dofs,
-        "contacts": repr(one.contacts) == repr(other.contacts),
-        "harmonic forces": [(f.coefficients, f.factors) for f in one.forces]
-        == [(f.coefficients, f.factors) for f in other.forces],
-        "damping": repr(one.structure.damping) == repr(other.structure.damping),
-    }
-    if same["degrees of freedom"]:
-        same["mass"] = np.allclose(one.structure.M, other.structure.M, rtol=1e-9, atol=1e-12 * np.abs(one.structure.M).max())
-        same["damping"] = same["damping"] and _alike(one.structure.C, other.structure.C)
-    different = [name for name, equal in same.items() if not equal]
-    if different:
-        remedy = " A normal load that is a number does not go with the speed: press the contact by a static force, with kn."
-        raise InputError(
-            f"models must differ in stiffness and static loads alone, but at {speed:g} rev/min differ in {different[0]}."
-            + (remedy if different[0] == "contacts" else "")
-        )
-
-
-def _alike(one: Any, other: Any) -> bool:
-    if one is None or other is None:
-        return one is other
-    return bool(np.allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(one).max()))
-
-
-def _between(one: Problem, other: Problem, share: float) -> Problem:
-    """The problem at a share of the way in Ω²."""
-    a, b = one.structure, other.structure
-    structure = replace(a, K=a.K + share * (b.K - a.K))
-    if isinstance(a, CyclicStructure) and isinstance(b, CyclicStructure):
-        assert a.stiffnesses is not None
-        assert b.stiffnesses is not None
-        structure = replace(structure, stiffnesses=a.stiffnesses + share * (b.stiffnesses - a.stiffnesses))  # type: ignore[call-arg]
-    loads = [replace(f, static=f.static + share * (g.static - f.static)) for f, g in zip(one.forces, other.forces, strict=True)]
-    return replace(one, structure=structure, forces=tuple(loads))
-
-
-def synchronous(models: Mapping[float, Problem]) -> Problem:
-    """The problem of two models by speed in rev/min, with stiffness and static loads that go with Ω² (`SpeedDependence`)."""
-    if len(of_kind("models", models, Mapping)) != 2:  # type: ignore[type-abstract]
-        raise fault("models", "must be problems at two speeds, {speed in rev/min: problem}", models)
-    (slow, one), (fast, other) = sorted((finite("models, a speed", speed), problem) for speed, problem in models.items())
-    if slow < 0.0:
-        raise fault("models, a speed", "must not be negative", slow)
-    _refuse_other(of_kind("models, a problem", one, Problem), of_kind("models, a problem", other, Problem), fast)
-    squares = [(2.0 * np.pi * speed / 60.0) ** 2 for speed in (slow, fast)]
-    grown = squares[1] - squares[0]
-    rates = [(g.static - f.static) / grown for f, g in zip(one.forces, other.forces, strict=True)]
-    added = _stiffness(other.structure) - _stiffness(one.structure)
-    added = np.where(np.abs(added).max() > ROUNDING * np.abs(one.structure.K).max(), added / grown, 0.0)
-    return _with_speed(_between(one, other, -squares[0] / grown), added, rates)
-
-
-def at_reference_speed(problem: Problem, speed: float, stiffness_at_rest: NDArray[Any] | None = None) -> Problem:
-    """A problem that holds at one speed in rad/s, with static forces, and K if that at rest is given, that go with Ω².
-
-    stiffness_at_rest: (n, n), of a cyclic structure one for each nodal diameter as its `stiffnesses`.
-    """
-    rates = [force.static / speed**2 for force in problem.forces]
-    if stiffness_at_rest is None:
-        if not any(rates):
-            raise InputError(
-                "A speed sweep must have something that goes with the speed, but there is neither a static force nor a stiffness "
-                "at rest. Without them the response over a band of frequencies says the same."
-            )
-        added = np.zeros((1, 1))
-    else:
-        added = (_stiffness(problem.structure) - stiffness_at_rest) / speed**2
-        structure = problem.structure
-        problem = problem.with_structure(
-            replace(structure, K=stiffness_at_rest[0].real, stiffnesses=stiffness_at_rest.astype(complex))
-            if isinstance(structure, CyclicStructure)
-            else replace(structure, K=stiffness_at_rest)
-        )
-    return _with_speed(problem.with_forces([replace(force, static=0.0) for force in problem.forces]), added, rates)
-
-
-def _with_speed(at_rest: Problem, added: NDArray[Any], rates: Sequence[float]) -> Problem:
-    """The problem at rest with K₁ = added, unless it is zero, and static parts of its forces per Ω²."""
-    loads = []
-    for force, rate in zip(at_rest.forces, rates, strict=True):
-        if rate and isinstance(force, BaseMotion):
-            raise fault("The static acceleration of the base", "must be the same at all speeds", "one that goes with the speed")
-        loads += [Force(force.coefficients, static=rate)] if rate else []
-    return replace(at_rest, speed=SpeedDependence(1, added if added.any() else None, tuple(loads)))
-
-
-def _stiffness(structure: Structure) -> NDArray[Any]:
-    """K, of a cyclic structure that of each nodal diameter."""
-    if isinstance(structure, CyclicStructure):
-        assert structure.stiffnesses is not None
-        return structure.stiffnesses
-    return structure.K
-
 
 STATES = ("free", "stuck", "nonlinear")
+LINEAR = STATES[:2]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Campbell(Result):
-    """`dataset`: frequency (state, engine_order, speed) [Hz], state free, stuck or nonlinear; amplitude (engine_order, speed) of
-    the nonlinear resonance [m]; crossing_speed [rev/min] and crossing_frequency [Hz] (state, engine_order), NaN without one;
-    margin (state, engine_order) at the operating speed, f/(EO Ω) − 1; message (engine_order, speed)."""
+    """`dataset`: frequency (state, mode, engine_order, speed) [Hz], state free, stuck or nonlinear; amplitude (mode,
+    engine_order, speed) of the first output at the nonlinear resonance [m]; crossing_speed [rev/min] and crossing_frequency [Hz]
+    (state, mode, engine_order), the lowest in the range, NaN without one; margin, f/(EO Ω) − 1, and speed_margin,
+    crossing_speed/Ω − 1, at the operating speed Ω (state, mode, engine_order); message (mode, engine_order, speed).
+
+    With Coriolis forces whirl (state, mode, engine_order, speed): 1 where the motion goes in circles with the rotation, −1 where
+    it goes against it, and 0 where they do not act. Frequencies are those in the rotating frame. Of a tuned disk
+    excited_diameter (engine_order).
+    """
 
     dataset: xr.Dataset
 
     def table(self) -> pd.DataFrame:
-        """Crossings and margins, a row for each engine order and state."""
-        names = [name for name in ("crossing_speed", "crossing_frequency", "margin") if name in self.dataset]
-        return self.dataset[names].to_dataframe().reset_index()
+        """Crossings and margins, a row for each state, mode and engine order."""
+        wanted = ("crossing_speed", "crossing_frequency", "margin", "speed_margin")
+        return self.dataset[[name for name in wanted if name in self.dataset]].to_dataframe().reset_index()
 
 
-def campbell(
-    models: Models,
-    speed: tuple[float, float],
-    engine_orders: Sequence[int],
-    mode: int = 1,
-    *,
-    force_level: float | None = None,
-    operating_speed: float | None = None,
-    points: int = 11,
-    amplitude: float | tuple[float, float] | None = None,
-    harmonics: int | Sequence[int] = 3,
-    samples: int = 256,
-    progress: Progress = lambda fraction, text: None,
-) -> Campbell:
-    """Natural frequencies over the rotor speed with engine-order lines EO Ω, where they cross, and margins at a speed.
+def _models(name: str, models: Any) -> ProblemAt:
+    return problem_at(models)
 
-    models: {speed in rev/min: problem} at two speeds or more, K(Ω) = K₀ + Ω² K₁ between them and static loads likewise, or a
-    function of the speed. speed: (lowest, highest), rev/min. mode: number of the stuck mode, and of the free one among those that
-    are not rigid; of a `TunedDisk` at the nodal diameter of each engine order. force_level: with it the resonance peak of that
-    level from the nonlinear mode (`nonlinear_modes`, whose arguments amplitude, harmonics and samples are), and its amplitude.
-    operating_speed: for margins, rev/min. points: speeds of the curves. Crossings are solved at their own speed, not
-    interpolated. Coriolis terms are neglected. progress: called with the share done and what is computed.
-    """
-    low, high = vector("speed", speed, 2).tolist()
+
+def _speeds(name: str, speed: Any) -> tuple[float, float]:
+    low, high = vector(name, speed, 2).tolist()
     if not 0.0 <= low < high:
-        raise fault("speed", "must be (lowest, highest), not negative", speed)
-    orders = tuple(between("engine_orders", order, 1) for order in several("engine_orders", engine_orders))
-    unique("engine_orders", orders)
-    if not orders:
-        raise fault("engine_orders", "must hold at least one", "none")
-    if force_level is not None:
-        positive("force_level", force_level)
-    if operating_speed is not None:
-        positive("operating_speed", operating_speed)
-    speeds = np.linspace(low, high, between("points", points, 2))
-    resonance = _Resonance(
-        problem_at(models), mode, force_level, {"amplitude": amplitude, "harmonics": harmonics, "samples": samples}
-    )
-    checked_progress(progress)
-    with one_blas_thread():
-        return Campbell(_dataset(resonance, speeds, orders, operating_speed, progress))
+        raise fault(name, "must be (lowest, highest) in rev/min, not negative", speed)
+    return low, high
+
+
+def engine_orders_of(name: str, orders: Any) -> tuple[int, ...]:
+    """Engine orders, checked: at least one, each once."""
+    found = tuple(between(name, order, 1) for order in several(name, np.atleast_1d(orders).tolist()))
+    unique(name, found)
+    if not found:
+        raise fault(name, "must hold at least one", "none")
+    return found
 
 
 @dataclass(frozen=True, eq=False)
-class _Resonance:
-    """Frequencies of one mode at a speed and engine order."""
+class CampbellWork(Execution):
+    """The arguments of `campbell`, and its curves as cases.
 
-    problem_at: Callable[[float], Problem]
-    mode: int
-    force_level: float | None
-    arguments: dict[str, Any]
+    Engine orders that excite the same nodal diameter share their cases; without a disk all do. The first case has the natural
+    frequencies, and each other one the resonance of a mode at the force level.
+    """
 
-    def at(self, state: str, order: int, speed: float) -> tuple[float, float, str]:
-        """Frequency in Hz, amplitude of the nonlinear resonance in m, and why there is none."""
-        problem = self.problem_at(speed)
-        if isinstance(problem, TunedDisk):
-            problem = problem.with_engine_order(order % problem.sectors)
-        if state == "nonlinear":
-            if self.force_level is None:
-                return np.nan, np.nan, ""
-            try:
-                peaks = nonlinear_modes(problem, self.mode, **self.arguments).peaks([self.force_level])
-            except InputError as reason:
-                return np.nan, np.nan, str(reason)
-            return float(peaks["frequency"][0]), float(peaks["amplitude"][0]), ""
-        found = problem.frequencies(stuck=state == "stuck")
-        elastic = found[found > 0.0] if state == "free" else found
-        return float(elastic[between("mode", self.mode, 1, elastic.size) - 1]), np.nan, ""
+    models: Annotated[Models, Setting(_models)]
+    speed: Annotated[tuple[float, float], Setting(_speeds)]
+    engine_orders: Annotated[Sequence[int], Setting(engine_orders_of)]
+    mode: Annotated[
+        int | Sequence[int] | None,
+        Setting(listed_modes, f"number of a mode, or a list, rigid motions left out; default: the lowest {MODES}"),
+    ] = None
+    _: KW_ONLY
+    force_level: Annotated[
+        float | None, Setting(positive, "force level whose resonances are computed with friction; default: none")
+    ] = None
+    operating_speed: Annotated[float | None, Setting(positive, "rotor speed to which margins are stated, rev/min")] = None
+    points: Annotated[int, Setting(Whole(2, MOST), "number of speeds of the curves, equally spaced")] = 11
+    amplitude: Annotated[float | tuple[float, float] | None, Setting(ends_of, AMPLITUDES)] = None
+    harmonics: HarmonicNumbers = 3
+    samples: Samples = 256
 
-    def crossing(self, state: str, order: int, speeds: Array, frequencies: Array) -> tuple[float, float]:
-        """Speed in rev/min and frequency in Hz of the first crossing with the line of an engine order."""
-        misses = frequencies - order * speeds / 60.0
-        for k in np.flatnonzero(misses[:-1] * misses[1:] <= 0.0):
-            ends = float(speeds[k]), float(speeds[k + 1])
-            found = float(brentq(lambda speed: self.at(state, order, speed)[0] - order * speed / 60.0, *ends, rtol=1e-9))
-            return found, order * found / 60.0
-        return np.nan, np.nan
+    @property
+    def speeds(self) -> list[float]:
+        """Of the curves, then the operating speed, rev/min."""
+        curves: list[float] = np.linspace(*self.speed, self.points).tolist()
+        return curves if self.operating_speed is None else [*curves, self.operating_speed]
+
+    def problem(self, speed: float, order: int) -> Problem:
+        """The problem of a speed under an engine order."""
+        assert isinstance(self.models, ProblemAt)
+        found = self.models(speed)
+        return found.with_engine_order(order % found.sectors) if isinstance(found, TunedDisk) else found
+
+    @cached_property
+    def first(self) -> Problem:
+        """The problem at the lowest speed."""
+        return self.problem(self.speed[0], self.engine_orders[0])
+
+    @cached_property
+    def modes(self) -> tuple[int, ...]:
+        """The numbers of the modes, of those that there are at the lowest speed."""
+        there = max(_natural(self.first, state == "stuck", self.speed[0])[0].size for state in LINEAR)
+        modes = range(1, min(MODES, there) + 1) if self.mode is None else listed_modes("mode", self.mode)
+        between("mode", max(modes), 1, there)
+        return tuple(modes)
+
+    @cached_property
+    def places(self) -> list[tuple[tuple[int, ...], int]]:
+        """Engine orders and mode of each case, mode 0 for the natural frequencies of all modes."""
+        waves: dict[int, list[int]] = {}
+        for order in self.engine_orders:
+            waves.setdefault(order % self.first.sectors if isinstance(self.first, TunedDisk) else 0, []).append(order)
+        modes = (0, *self.modes) if self.force_level is not None else (0,)
+        return [(tuple(orders), mode) for orders in waves.values() for mode in modes]
+
+    @property
+    def names(self) -> list[str]:
+        return [f"{words}: {self.identity()}" for words in self.words]
+
+    @property
+    def words(self) -> list[str]:
+        kinds = {0: "natural frequencies"} | {mode: f"resonance of mode {mode}" for mode in self.modes}
+        return [f"{kinds[mode]}, engine order {', '.join(map(str, orders))}" for orders, mode in self.places]
+
+    def prepare(self) -> None:
+        """Refuse what the problem does not have."""
+        _ = self.modes, self.problem(self.speed[1], self.engine_orders[0])
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """Frequency, whirl and amplitude (3, curve, speed), and where the engine orders meet the curves (curve, order)."""
+        orders, mode = self.places[case]
+        solved = cache(partial(self._resonance, orders[0], mode) if mode else partial(self._natural_modes, orders[0]))
+        assert isinstance(self.models, ProblemAt)
+        moves = mode or self.models.stiffens
+
+        def at(speed: float) -> tuple[Array, str]:
+            return solved(speed if moves else self.speed[0])
+
+        found: list[tuple[Array, str]] = []
+        for speed in self.speeds:
+            report(0.5 * len(found) / len(self.speeds))
+            found.append(at(speed))
+        values = np.stack([each for each, _ in found], axis=-1)
+        crossings = np.full((values.shape[1], len(orders)), np.nan)
+        for done, (curve, k) in enumerate(np.ndindex(crossings.shape)):
+            report(0.5 + 0.5 * done / crossings.size)
+            crossings[curve, k] = _crossing(partial(_one, at, curve), orders[k], self.speeds[: self.points])
+        return {"values": values, "crossing": crossings, "message": np.array([message for _, message in found], dtype=np.str_)}
+
+    def _natural_modes(self, order: int, speed: float) -> tuple[Array, str]:
+        """The modes without contacts, then the stuck ones; NaN of modes that a state does not have."""
+        problem, numbers = self.problem(speed, order), np.array(self.modes) - 1
+        found = np.full((3, len(LINEAR), numbers.size), np.nan)
+        for s, state in enumerate(LINEAR):
+            both = np.array(_natural(problem, state == "stuck", speed))
+            there = numbers < both.shape[1]
+            found[:2, s, there] = both[:, numbers[there]]
+        return found.reshape(3, -1), ""
+
+    def _resonance(self, order: int, mode: int, speed: float) -> tuple[Array, str]:
+        """The resonance of a mode with friction, and what is to be known of it."""
+        settings: dict[str, Any] = {"amplitude": self.amplitude, "harmonics": self.harmonics, "samples": self.samples}
+        try:
+            peaks = nonlinear_modes(self.problem(speed, order), mode, **settings).peaks([self.force_level or 0.0])
+        except InputError as reason:
+            return np.full((3, 1), np.nan), str(reason)
+        solved = "solved_" if np.isfinite(peaks["solved_amplitude"][0]) else ""
+        found = [peaks[f"{solved}frequency"][0], np.nan, peaks[f"{solved}amplitude"][0]]
+        return np.reshape(found, (3, 1)), "" if solved else UNSOLVED
+
+    def gathered(self, results: Sequence[Arrays]) -> Campbell:
+        """The diagram."""
+        shape = len(STATES), len(self.modes), len(self.engine_orders)
+        values, crossing = np.full((3, *shape, len(self.speeds)), np.nan), np.full(shape, np.nan)
+        message = np.full((*shape[1:], self.points), "", dtype=object)
+        for (orders, mode), arrays in zip(self.places, results, strict=True):
+            for k, order in enumerate(orders):
+                m, o = self.modes.index(mode) if mode else 0, self.engine_orders.index(order)
+                curves = (2, slice(m, m + 1), o) if mode else (slice(0, 2), slice(None), o)
+                values[:, *curves] = arrays["values"].reshape(values[:, *curves].shape)
+                crossing[curves] = arrays["crossing"][:, k].reshape(crossing[curves].shape)
+                if mode:
+                    message[m, o] = arrays["message"][: self.points]
+        return Campbell(self._dataset(values, crossing, message))
+
+    def _dataset(self, values: Array, crossing: Array, message: NDArray[Any]) -> xr.Dataset:
+        orders, (frequency, whirls, amplitude) = np.array(self.engine_orders), values[..., : self.points]
+        found = {"frequency": frequency, "amplitude": amplitude[2], "message": message.astype(np.str_)}
+        found |= {"crossing_speed": crossing, "crossing_frequency": orders * crossing / 60.0}
+        found |= {"whirl": whirls} if np.isfinite(whirls).any() else {}
+        attrs: dict[str, Any] = {"title": self.first.title, "harmonics": str(self.harmonics), "samples": self.samples}
+        attrs |= {} if self.force_level is None else {"force_level": self.force_level}
+        if (operating := self.operating_speed) is not None:
+            there = values[0, ..., -1]
+            found |= {"operating_frequency": there, "margin": there / (orders * operating / 60.0) - 1.0}
+            found |= {"speed_margin": crossing / operating - 1.0}
+            attrs["operating_speed"] = operating
+        coords = {"state": list(STATES), "mode": list(self.modes), "engine_order": orders, "speed": self.speeds[: self.points]}
+        dataset = xr.Dataset(described("campbell", found), described("campbell", coords), attrs)
+        if not isinstance(self.first, TunedDisk):
+            return dataset
+        if operating is None or not self.first.disk.diameters.complete:
+            excited = _excited_diameters(orders, self.first.sectors)
+            return dataset.assign(described(OF_DISK, {"excited_diameter": excited}))
+        diagram = interference_diagram(self.models, operating, self.engine_orders).dataset
+        return dataset.assign(diagram.variables).assign_attrs(sectors=self.first.sectors)
 
 
-def _dataset(
-    resonance: _Resonance, speeds: Array, orders: tuple[int, ...], operating: float | None, progress: Progress
-) -> xr.Dataset:
-    shape = len(STATES), len(orders), speeds.size
-    frequencies, amplitudes, messages = np.full(shape, np.nan), np.full(shape[1:], np.nan), np.full(shape[1:], "", dtype=object)
-    crossings, margins = np.full((2, *shape[:2]), np.nan), np.full(shape[:2], np.nan)
-    for done, (s, o, k) in enumerate(np.ndindex(shape)):
-        speed = float(speeds[k])
-        progress(done / frequencies.size, f"{STATES[s]}, engine order {orders[o]}, {speed:.5g} rev/min")
-        frequencies[s, o, k], size, message = resonance.at(STATES[s], orders[o], speed)
-        if STATES[s] == "nonlinear":
-            amplitudes[o, k], messages[o, k] = size, message
-    for s, o in np.ndindex(shape[:2]):
-        state, order = STATES[s], orders[o]
-        crossings[:, s, o] = resonance.crossing(state, order, speeds, frequencies[s, o])
-        if operating is not None:
-            margins[s, o] = resonance.at(state, order, operating)[0] / (order * operating / 60.0) - 1.0
-    both, curve = ("state", "engine_order"), ("engine_order", "speed")
-    data: dict[str, Any] = {
-        "frequency": named(("state", *curve), frequencies, "natural frequency, or that of the resonance", "Hz"),
-        "amplitude": named(curve, amplitudes, "amplitude of the nonlinear resonance", "m"),
-        "crossing_speed": named(both, crossings[0], "speed at which an engine order meets it", "rev/min"),
-        "crossing_frequency": named(both, crossings[1], "frequency at the crossing", "Hz"),
-        "message": named(curve, messages.astype(np.str_), "why there is no nonlinear resonance"),
-    }
-    attrs: dict[str, Any] = {"title": resonance.problem_at(float(speeds[0])).title, "mode": resonance.mode}
-    if operating is not None:
-        data["margin"] = named(both, margins, "frequency over that of the engine order, less 1")
-        attrs["operating_speed"] = finite("operating_speed", operating)
-    if resonance.force_level is not None:
-        attrs["force_level"] = resonance.force_level
-    coords: dict[str, Any] = {"state": list(STATES), "engine_order": list(orders)}
-    coords["speed"] = named("speed", speeds, "rotor speed", "rev/min")
-    return xr.Dataset(data, coords, attrs)
+def _excited_diameters(orders: Index, sectors: int) -> Index:
+    """The nodal diameter that each engine order excites."""
+    return np.asarray(np.minimum(orders % sectors, -orders % sectors))
+
+
+UNSOLVED = "By the mode alone: no forced motion was found at this peak."
+
+
+@takes(CampbellWork)
+def campbell(settings: CampbellWork) -> Campbell:
+    """Natural frequencies over the rotor speed with engine-order lines EO Ω, where they cross, and margins at a speed.
+
+    models: {speed in rev/min: problem} at two speeds or more, K(Ω) = K₀ + Ω² K₁ between them and static loads likewise; or a
+    function of the speed. Coriolis forces go with Ω. speed: (lowest, highest), rev/min. mode: numbers of modes
+    from 1 on, of the stuck structure and of the free one, rigid motions left out; the lowest six unless given; of a `TunedDisk`
+    at the nodal diameter of each engine order. force_level: with it the resonance peak of that level and its amplitude, found
+    along the nonlinear mode (`nonlinear_modes`, whose arguments amplitude, harmonics and samples are) and solved as a forced
+    motion. operating_speed: for margins, rev/min. points: speeds of the curves. Crossings are solved at their own speed, not
+    interpolated. workers, checkpoint, progress: as for `forced_response`.
+    """
+    settings.prepare()
+    return settings.gathered(all_cases(settings, settings.checkpoint, settings.workers, settings.progress))
+
+
+def _natural(problem: Problem, stuck: bool, speed: float) -> tuple[Array, Array]:
+    """Natural frequencies in Hz, rigid motions left out, and the whirl of each mode, NaN without Coriolis forces."""
+    skew = problem.structure.coriolis
+    if skew is None:
+        frequencies = problem.frequencies(stuck=stuck)
+        moving = frequencies[frequencies > 0.0]
+        return moving, np.full(moving.size, np.nan)
+    M, K = problem.structure.M, problem.stuck_stiffness if stuck else problem.structure.K
+    modes = gyroscopic_modes(natural_modes(M, K), skew)
+    elastic = modes.frequencies > np.finfo(float).eps * modes.squares.size * modes.frequencies[-1]  # less is rounding of zero
+    return modes.frequencies[elastic], whirl(modes.shapes[:, elastic], M, skew, 2.0 * np.pi * speed / 60.0)
+
+
+def whirl(shapes: NDArray[Any], M: Array, skew: Array, rate: float) -> Array:
+    """How a motion Re(φ exp iωt) circles about the axis at a rotor speed Ω in rad/s, (modes,): −iφᴴGφ / (2Ω φᴴMφ), −1 to 1.
+
+    Where M q̈ + G q̇ + K q = 0, ω² φᴴMφ − ω iφᴴGφ = φᴴKφ: in the rotating frame, Coriolis forces lower the frequency of what
+    circles with the rotation and raise that of what circles against it.
+    """
+    circling = np.einsum("ik,ij,jk->k", shapes.conj(), -1j * skew, shapes).real
+    energy = np.einsum("ik,ij,jk->k", shapes.conj(), M, shapes).real
+    return np.asarray(circling / (2.0 * rate * energy) if rate else 0.0 * energy)
+
+
+def _one(at: Callable[[float], tuple[Array, str]], curve: int, speed: float) -> float:
+    """The frequency of one curve."""
+    return float(at(speed)[0][0, curve])
+
+
+def _crossing(at: Callable[[float], float], order: int, speeds: Sequence[float]) -> float:
+    """Speed in rev/min of the first crossing with the line of an engine order, NaN without one."""
+
+    def miss(speed: float) -> float:
+        return at(speed) - order * speed / 60.0
+
+    misses = np.array([miss(speed) for speed in speeds])
+    for k in np.flatnonzero(misses[:-1] * misses[1:] <= 0.0).tolist():
+        return float(brentq(miss, speeds[k], speeds[k + 1], rtol=1e-9))
+    return np.nan
 
 
 WAVES = ("standing", "backward", "forward")
@@ -307,20 +295,20 @@ WAVES = ("standing", "backward", "forward")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InterferenceDiagram(Result):
-    """`dataset`: disk_frequency (state, nodal_diameter, mode) [Hz]; of each engine order excited_diameter, wave and
-    excitation_frequency EO Ω [Hz]; mode of the nearest frequency at that diameter and its margin f/(EO Ω) − 1, both
-    (state, engine_order)."""
+    """`dataset`: disk_frequency (disk_state, nodal_diameter, disk_mode) [Hz]; of each engine order excited_diameter, wave and
+    excitation_frequency EO Ω [Hz]; mode of the nearest frequency at that diameter and its margin f/(EO Ω) − 1, nearest_mode and
+    disk_margin (disk_state, engine_order)."""
 
     dataset: xr.Dataset
 
     def table(self) -> pd.DataFrame:
         """Nearest modes and margins, a row for each engine order and state."""
-        names = ["excited_diameter", "wave", "excitation_frequency", "nearest_mode", "margin"]
+        names = ["excited_diameter", "wave", "excitation_frequency", "nearest_mode", "disk_margin"]
         return self.dataset[names].to_dataframe().reset_index()
 
 
 def interference_diagram(
-    disk: TunedDisk | Models, speed: float, engine_orders: Sequence[int] | None = None, modes: int = 6
+    disk: TunedDisk | Models | ProblemAt, speed: float, engine_orders: Sequence[int] | None = None, modes: int = 6
 ) -> InterferenceDiagram:
     """Natural frequencies over the nodal diameter, and where the engine orders meet them at a rotor speed.
 
@@ -335,26 +323,16 @@ def interference_diagram(
     of_kind("disk", problem, TunedDisk)
     assert isinstance(problem, TunedDisk)
     given = range(1, problem.sectors + 1) if engine_orders is None else several("engine_orders", engine_orders)
-    orders = np.array([between("engine_orders", order, 1) for order in given])
-    unique("engine_orders", orders.tolist())
-    if not orders.size:
-        raise fault("engine_orders", "must hold at least one", "none")
-    found, sectors = nodal_diameters(problem, modes).dataset, problem.sectors
-    diameters = np.minimum(orders % sectors, -orders % sectors)
-    excitation = orders * speed / 60.0
+    orders = np.array(engine_orders_of("engine_orders", given))
+    diagram, sectors = nodal_diameters(problem, modes).dataset, problem.sectors
+    diameters, excitation = _excited_diameters(orders, sectors), orders * speed / 60.0
     # Where a diameter has fewer modes than others, NaN stands in their place.
-    off = found["disk_frequency"].values[:, diameters] / excitation[:, None] - 1.0
+    off = diagram["disk_frequency"].values[:, diameters] / excitation[:, None] - 1.0
     nearest = np.argmin(np.where(np.isfinite(off), np.abs(off), np.inf), axis=2)
-    margins = np.take_along_axis(off, nearest[..., None], axis=2)[..., 0]
-    own, both = "engine_order", ("state", "engine_order")
     folded = orders % sectors
     kinds = np.where(2 * folded < sectors, 1, 2)
     kinds[(folded == 0) | (2 * folded == sectors)] = 0
-    data: dict[str, Any] = {
-        "excited_diameter": named(own, diameters, "nodal diameter that an engine order excites"),
-        "wave": named(own, np.asarray(WAVES)[kinds], "how the excited wave travels"),
-        "excitation_frequency": named(own, excitation, "frequency of the excitation", "Hz"),
-        "nearest_mode": named(both, nearest + 1, "mode of that nodal diameter nearest in frequency"),
-        "margin": named(both, margins, "its frequency over that of the excitation, less 1"),
-    }
-    return InterferenceDiagram(found.assign(data).assign_coords(engine_order=orders).assign_attrs(speed=float(speed)))
+    found: dict[str, Any] = {"excited_diameter": diameters, "wave": np.asarray(WAVES)[kinds], "excitation_frequency": excitation}
+    found |= {"nearest_mode": nearest + 1, "disk_margin": np.take_along_axis(off, nearest[..., None], axis=2)[..., 0]}
+    both = diagram.assign(described(OF_DISK, found)).assign_coords(described(OF_DISK, {"engine_order": orders}))
+    return InterferenceDiagram(both.assign_attrs(speed=float(speed)))

@@ -6,26 +6,39 @@ Run-up and run-down in time: the motion integrated while the rotor speed changes
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from math import lcm
 from typing import Annotated, Any
 
 import numpy as np
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
-from stickslip.analyses.settings import Execution, Fineness, ForcedResponseSettings, Setting, Settings, StateOfFields, takes
-from stickslip.analyses.speed.campbell import synchronous
+from stickslip.analyses.response_dataset import levels_are_newtons
+from stickslip.analyses.settings import (
+    Execution,
+    Fineness,
+    ForcedResponseSettings,
+    ForceLevels,
+    Setting,
+    Settings,
+    StateOfFields,
+    Whole,
+    force_levels,
+    takes,
+)
+from stickslip.analyses.speed.campbell import engine_orders_of
+from stickslip.analyses.speed.models import synchronous
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.results.quantities import ERRORS
-from stickslip.results.schema import Result, named
+from stickslip.results.schema import Result, described, named, stacked
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.balance.fourier import MOST_SAMPLES
 from stickslip.solve.time.march import March, MarchOutcome, TimeStart, from_rest, loads_of_steps, march, no_history, state_at
-from stickslip.solve.time.period import DEFAULT_METHOD, Method, march_period, settle, time_model
-from stickslip.support.checks import Array, InputError, between, fault, finite, of_kind, positive, several, unique, vector
+from stickslip.solve.time.period import DEFAULT_METHOD, Method, march_period, refuse_waves, settle, time_model
+from stickslip.support.checks import MOST, Array, InputError, between, fault, of_kind, positive, vector
 from stickslip.support.late import pd, xr
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
@@ -67,14 +80,6 @@ def _ends(name: str, speed: Any) -> tuple[float, float]:
     return first, last
 
 
-def _orders(name: str, orders: Any) -> tuple[int, ...]:
-    found = tuple(between(name, order, 1) for order in several(name, np.atleast_1d(orders).tolist()))
-    unique(name, found)
-    if not found:
-        raise fault(name, "must hold at least one", "none")
-    return found
-
-
 def _with_speed(name: str, models: Any) -> Problem:
     problem = models if isinstance(models, Problem) else synchronous(models)
     if problem.speed is None:
@@ -88,7 +93,7 @@ class OverSpeed(Settings):
 
     models: Annotated[Problem | Mapping[float, Problem], Setting(_with_speed)]
     speed: Annotated[tuple[float, float], Setting(_ends)]
-    engine_orders: Annotated[int | Sequence[int] | None, Setting(_orders)] = None
+    engine_orders: Annotated[int | Sequence[int] | None, Setting(engine_orders_of)] = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +128,7 @@ class SpeedSweepWork(StateOfFields):
         """The work of settings."""
         problem = of_kind("models", settings.models, Problem)
         assert problem.speed is not None
-        orders = _orders("engine_orders", settings.engine_orders or problem.speed.engine_order)
+        orders = engine_orders_of("engine_orders", settings.engine_orders or problem.speed.engine_order)
         fineness = settings.fineness | {"samples": samples_for(problem, orders, settings.samples)}
         bands = [Band(*(order * end / 60.0 for end in settings.speed)) for order in orders]
         parts = [
@@ -246,63 +251,123 @@ STEADY = 1e-4
 """Relative distance from the steady motion at which a run begins."""
 
 
+RUN = ("time", "speed", "frequency", "amplitude", "max_abs")
+"""What a run has of each cycle."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class RunUp(Result):
-    """`dataset`, axis cycle, the cycles of the excitation one by one: time [s], speed [rev/min] and frequency [Hz] at the middle
-    of the cycle; amplitude (cycle, output) of the first harmonic of a cycle [m], max_abs (cycle, output) [m]. attrs outcome and
-    message say how the integration ended."""
+    """`dataset`, axes case, a run for each engine order and force level (`engine_order`, `force_level`), and cycle, the cycles of
+    the excitation one by one: time [s], speed [rev/min] and frequency [Hz] at the middle of the cycle; amplitude (case, cycle,
+    output) of the first harmonic of a cycle [m], max_abs (case, cycle, output) [m]; NaN behind the last cycle of a run. outcome
+    and message (case,) say how the integration ended."""
 
     dataset: xr.Dataset
     problem: Problem
 
 
-def run_up(
-    models: Problem | Mapping[float, Problem],
-    speed: tuple[float, float],
-    duration: float,
-    engine_order: int | None = None,
-    force: float = 1.0,
-    *,
-    steps_per_period: int = 200,
-    method: Method = DEFAULT_METHOD,
-    start_periods: int = 1000,
-) -> RunUp:
+@dataclass(frozen=True, eq=False)
+class RunUpWork(Execution):
+    """The arguments of `run_up`; a case is a run of one engine order and force level, one engine order after the other."""
+
+    models: Annotated[Problem | Mapping[float, Problem], Setting(_with_speed)]
+    speed: Annotated[tuple[float, float], Setting(_ends)]
+    duration: Annotated[float, Setting(positive, "time in which the speed goes evenly from the first to the last one, s")]
+    engine_orders: Annotated[int | Sequence[int] | None, Setting(engine_orders_of)] = None
+    force: ForceLevels = 1.0
+    _: KW_ONLY
+    steps_per_period: Annotated[int, Setting(Whole(8, MOST_SAMPLES), "time steps of a cycle of the excitation")] = 200
+    method: Method = DEFAULT_METHOD
+    start_periods: Annotated[
+        int, Setting(Whole(2, MOST), "most periods from rest to the steady motion at the first speed, with which a run begins")
+    ] = 1000
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        refuse_waves(self.problem.at_speed(2.0 * np.pi / 60.0 * self.speed[0]))
+        for order, _ in self.places:
+            self._course(order)
+
+    @property
+    def problem(self) -> Problem:
+        """That whose speed changes."""
+        assert isinstance(self.models, Problem)
+        return self.models
+
+    @property
+    def places(self) -> list[tuple[int, float]]:
+        """Engine order and force level of each case."""
+        orders = engine_orders_of("engine_orders", self.engine_orders or _order(self.problem))
+        return [(order, level) for order in orders for level in force_levels(self.force)]
+
+    @property
+    def names(self) -> list[str]:
+        return [f"{words}: {self.identity()}" for words in self.words]
+
+    @property
+    def words(self) -> list[str]:
+        return [f"engine order {order}, force level {level:g}" for order, level in self.places]
+
+    def _course(self, order: int) -> tuple[float, float, Array]:
+        """Angular frequency of an engine order at the beginning of a run, its rate, rad/s², and the ends of its cycles, s."""
+        ends = 2.0 * np.pi / 60.0 * order * np.array(self.speed)
+        rate = float(ends[1] - ends[0]) / self.duration
+        cycles = int((ends.mean() * self.duration) // (2.0 * np.pi))
+        if cycles < FEWEST:
+            found = f"{self.duration:g} s, {cycles} cycles"
+            raise fault("duration", f"must hold {FEWEST} cycles of the excitation at least", found)
+        return float(ends[0]), rate, _times(float(ends[0]), rate, cycles)
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """One run, from the steady motion at its first speed."""
+        order, level = self.places[case]
+        problem, (first, rate, times) = excited(self.problem, order), self._course(order)
+        settings, begin = March(self.steps_per_period, self.method, STEADY, self.start_periods), problem.at_frequency(first)
+        steady = march(begin, first, level, from_rest(begin), settings)
+        if steady.outcome in (MarchOutcome.STEP_FAILED, MarchOutcome.UNBOUNDED):
+            where = f"at {self.speed[0]:g} rev/min, but found none. {steady.sentence}"
+            raise InputError(f"The run must begin with a steady motion {where}")
+        rows: list[tuple[Array, Array]] = []
+        with one_blas_thread():
+            for row in _marched(problem, first, rate, times, level, steady.end, settings):
+                report(len(rows) / times.size)
+                rows.append(row)
+        count, outputs = len(rows), len(problem.output_names)
+        complete = count == times.size - 1
+        message = "Complete." if complete else f"No step was found in cycle {count + 1}: take more steps per period."
+        if steady.outcome != MarchOutcome.PERIODIC:
+            message += f" The motion that it begins with was not yet steady. {steady.sentence}"
+        middle = 0.5 * (times[1 : count + 1] + times[:count])
+        hertz = (first + rate * middle) / (2.0 * np.pi)
+        sizes = (np.abs(np.reshape([row[k] for row in rows], (count, outputs))) for k in range(2))
+        values = dict(zip(RUN, (middle, 60.0 / order * hertz, hertz, *sizes), strict=True))
+        return values | {"outcome": np.array("complete" if complete else "step_failed"), "message": np.array(message)}
+
+    def gathered(self, results: Sequence[Arrays]) -> RunUp:
+        """All runs side by side."""
+        data = {name: stacked([arrays[name] for arrays in results]) for name in RUN}
+        data |= {name: np.array([str(arrays[name]) for arrays in results]) for name in ("outcome", "message")}
+        orders, levels = zip(*self.places, strict=True)
+        cycles, outputs = np.arange(1, data["time"].shape[1] + 1), list(self.problem.output_names)
+        coords: dict[str, Any] = described("run_up", {"engine_order": list(orders), "output": outputs, "cycle": cycles})
+        newtons = "N" if levels_are_newtons(self.problem) else "1"
+        coords["force_level"] = named("case", list(levels), "factor on every harmonic force", newtons)
+        attrs = {"title": self.problem.heading, "duration": self.duration, "steps_per_period": self.steps_per_period}
+        return RunUp(xr.Dataset(described("run_up", data), coords, attrs), self.problem)
+
+
+@takes(RunUpWork)
+def run_up(settings: RunUpWork) -> RunUp:
     """Integrate the motion while the rotor speed goes from `speed[0]` to `speed[1]`, in rev/min, evenly within `duration`, s.
 
-    The phase of the excitation is EO ∫Ω dt. models: as of `speed_sweep`. engine_order: that of the problem's `speed` unless
-    given. A first speed above the last one is a run-down. The run begins with the steady motion of the first speed,
-    marched from rest for `start_periods` at most. steps_per_period: steps of each cycle of the excitation; stiffness and constant
-    loads are those of the speed at its middle. Vibration that grows without bound, or a step without solution, ends the run
-    (`dataset.attrs["message"]`). One sector of a tuned disk has no equation of motion in time: take `disk.full()`.
+    The phase of the excitation is EO ∫Ω dt. models: as of `speed_sweep`. engine_orders: that of the problem's `speed` unless
+    given; of several, and of several force levels, a run each. A first speed above the last one is a run-down. A run begins with
+    the steady motion of the first speed, marched from rest for `start_periods` at most. steps_per_period: steps of each cycle of
+    the excitation; stiffness and constant loads are those of the speed at its middle. Vibration that grows without bound, or a
+    step without solution, ends the run (`message`). One sector of a tuned disk has no equation of motion in time: take
+    `disk.full()`. workers, checkpoint, progress: as for `forced_response`.
     """
-    problem = models if isinstance(models, Problem) else synchronous(models)
-    if of_kind("models", problem, Problem).speed is None:
-        raise fault("models", "must be a problem with `speed`, or two models by speed", "a problem at one speed")
-    if engine_order is not None:
-        problem = excited(problem, between("engine_order", engine_order, 1))
-    assert problem.speed is not None
-    first, last = (float(positive("speed", value)) for value in vector("speed", speed, 2))
-    if first == last:
-        raise fault("speed", "must be two different speeds", speed, "At one speed, time_response integrates.")
-    # rad/s of the excitation, and its rate.
-    ends = 2.0 * np.pi / 60.0 * problem.speed.engine_order * np.array([first, last])
-    rate = (ends[1] - ends[0]) / positive("duration", duration)
-    cycles = int((ends.mean() * duration) // (2.0 * np.pi))
-    if cycles < FEWEST:
-        raise fault("duration", f"must hold {FEWEST} cycles of the excitation at least", f"{duration:g} s, {cycles} cycles")
-    settings = March(steps_per_period, method, STEADY, start_periods)
-    level = finite("force", force)
-    begin = problem.at_frequency(float(ends[0]))
-    steady = march(begin, float(ends[0]), level, from_rest(begin), settings)
-    if steady.outcome in (MarchOutcome.STEP_FAILED, MarchOutcome.UNBOUNDED):
-        raise InputError(f"The run must begin with a steady motion at {first:g} rev/min, but found none. {steady.sentence}")
-    times = _times(float(ends[0]), rate, cycles)
-    with one_blas_thread():
-        rows = list(_marched(problem, float(ends[0]), rate, times, level, steady.end, settings))
-    dataset = _dataset(problem, float(ends[0]), rate, times, rows, level, duration)
-    if steady.outcome != MarchOutcome.PERIODIC:
-        dataset.attrs["message"] += f" The motion that it begins with was not yet steady. {steady.sentence}"
-    return RunUp(dataset, problem)
+    return settings.gathered(all_cases(settings, settings.checkpoint, settings.workers, settings.progress))
 
 
 def _times(omega: float, rate: float, cycles: int) -> Array:
@@ -338,40 +403,3 @@ def _marched(
             return
         start = TimeStart(model.shapes @ state.motion, model.shapes @ state.velocity, state.contacts.intercept.copy())
         yield harmonics_of(history.outputs, 1)[:, 1], np.max(np.abs(history.outputs), axis=1)
-
-
-def _dataset(
-    problem: Problem,
-    omega: float,
-    rate: float,
-    times: Array,
-    rows: list[tuple[Array, Array]],
-    level: float,
-    duration: float,
-) -> xr.Dataset:
-    assert problem.speed is not None
-    count = len(rows)
-    middle = 0.5 * (times[1 : count + 1] + times[:count])
-    hertz = (omega + rate * middle) / (2.0 * np.pi)
-    per_speed = problem.speed.engine_order / 60.0
-    complete = count == times.size - 1
-    message = "Complete." if complete else f"No step was found in cycle {count + 1}: take more steps per period."
-    outputs = len(problem.output_names)
-    first = np.reshape([harmonic for harmonic, _ in rows], (count, outputs))
-    largest = np.reshape([size for _, size in rows], (count, outputs))
-    data = {
-        "time": named(("cycle",), middle, "time at the middle of the cycle", "s"),
-        "speed": named(("cycle",), hertz / per_speed, "rotor speed", "rev/min"),
-        "frequency": named(("cycle",), hertz, "excitation frequency", "Hz"),
-        "amplitude": named(("cycle", "output"), np.abs(first), "amplitude of the first harmonic", "m"),
-        "max_abs": named(("cycle", "output"), largest, "largest displacement in the cycle", "m"),
-    }
-    attrs = {
-        "title": problem.heading,
-        "engine_order": problem.speed.engine_order,
-        "force_level": level,
-        "duration": duration,
-        "outcome": "complete" if complete else "step_failed",
-        "message": message,
-    }
-    return xr.Dataset(data, {"output": list(problem.output_names), "cycle": np.arange(1, count + 1)}, attrs)

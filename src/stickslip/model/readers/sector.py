@@ -24,11 +24,12 @@ from stickslip.model.readers.sector_faces import interpolation_error, paired
 from stickslip.model.structure.centrifugal import Z_AXIS, AxisLike, CentrifugalLoads, RotationAxis
 from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic
-from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names, reduced_waves
+from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names, partners, reduced_waves
 from stickslip.model.structure.matrices import Damping
+from stickslip.model.structure.modes import natural_modes
 from stickslip.model.structure.solid import Solid
 from stickslip.model.structure.sparse import Sparse
-from stickslip.support.checks import Index, InputError, between, counted, fault, first_of, nearest, not_negative
+from stickslip.support.checks import Array, Index, InputError, between, counted, fault, first_of, nearest, not_negative
 from stickslip.support.units import UnitSystem, unit_system
 
 MODES = 30
@@ -37,6 +38,9 @@ SAME_MASS = 1e-6
 """Difference of two mass matrices, relative to their largest entry, that is rounding of printed numbers."""
 OTHER_SUPPORT = 100.0
 """Ratio of two entries on the diagonals of K beyond which a support has changed and not the speed."""
+LOWEST, SHARED = 3, 0.01
+"""Natural frequencies that are compared, and their relative error beyond which models at two speeds are warned of: margins to a
+speed are judged to some per cent."""
 AT_SPEEDS, SAME_SUPPORTS = "The models of a sector at several speeds", "Fix the same nodes at every speed."
 WAVE = ("M", "K", "stress", "count", "loads")
 """What is kept of the reduction of a nodal diameter."""
@@ -139,14 +143,47 @@ def read_sector_at_speeds(
     if len(speeds) < 2:
         raise fault("paths", "must be models at two speeds at least, {speed in rev/min: path}", dict(paths))
     system = unit_system(units)
-    models = [read_model(paths[speed], units=system, names=names) for speed in speeds]
     joint = Faces(sectors, *faces, RotationAxis.of(axis).scaled(system.metres), interpolated)
+    models = held_alike([read_model(paths[speed], units=system, names=names) for speed in speeds], joint)
     recovered = None if stress is None else stress_places.stress_rows_of(models[0], stress, system.metres)
     places = stress_places.places_of(models[0], keep, system.metres)
     disks, notes = disks_of(models, joint, places, modes, damping, progress, speeds, recovered)
     for note in notes:
         progress(1.0, note)
     return dict(zip(speeds, disks, strict=True))
+
+
+def held_alike(models: Sequence[Model], faces: Faces) -> list[Model]:
+    """The models of one sector at several speeds without the rows on one face that a model alone has and whose partner it holds.
+
+    CalculiX refuses supports on the dependent face of a cyclic step, which a model without such a step has. A pair of nodes is
+    held where one of them is.
+    """
+    common = set.intersection(*(set(model.dofs) for model in models))
+    found = []
+    for model in models:
+        extra = {name for name in model.dofs if name not in common}
+        nodes = sorted({name.rpartition(".")[0] for name in extra})
+        if nodes and _held_by_partners(model, nodes, faces):
+            rows = [row for row, name in enumerate(model.dofs) if name not in extra]
+            held = f"{counted(len(nodes), 'node')} on one face held, as at the other speeds"
+            notes = (*model.notes, f"{model.file}: {held}: {first_of(nodes)}")
+            M, K = (sparse.csc_array(matrix[rows][:, rows]) for matrix in (model.M, model.K))
+            model = replace(model, M=M, K=K, dofs=tuple(model.dofs[row] for row in rows), notes=notes)
+        found.append(model)
+    return found
+
+
+def _held_by_partners(model: Model, nodes: Sequence[str], faces: Faces) -> bool:
+    """Whether nodes lie on one face, and those nearest to them on the other one, turned, are held."""
+    for own, other, steps in ((faces.low, faces.high, 1), (faces.high, faces.low, -1)):
+        across = [*model.sets.get(other, ())]
+        if across and {*nodes} <= {*model.sets.get(own, ())} and {*nodes, *across} <= {*model.nodes}:
+            points = np.array([model.nodes[node] for node in (*nodes, *across)])
+            numbers = np.arange(len(points))
+            _, near = partners(points, numbers[: len(nodes)], numbers[len(nodes) :], faces.axis, faces.sectors, steps)
+            return all(across[k] not in model.directions for k in near)
+    return False
 
 
 def disks_of(
@@ -210,6 +247,7 @@ def disks_of(
     if faces.interpolated:
         error = 100.0 * float(arrays["error"])
         notes.append(f"The lowest frequencies change by up to {error:.1g} % if the other face follows instead")
+    notes += _shared_notes(arrays["shared"], models, diameters.held[0])
     speed_of: Sequence[float | None] = speeds or [None] * len(models)
     notes += filter(
         None, (stress_places.prestress_note(each, faces.axis, own) for each, own in zip(models, speed_of, strict=True))
@@ -263,18 +301,48 @@ def _reduced(
             "loads": np.zeros(0) if own is None else own.table,
         }
         to_cache(files[n], waves[n])
-    rest = from_cache(files[""], ("error", "rotation"))
+    rest = from_cache(files[""], ("error", "rotation", "shared"))
     if rest is None:
         rest = {
             "error": np.array(interpolation_error(sector) if faces.interpolated else 0.0),
             "rotation": np.zeros(0)
             if rows is None or not speed
             else stress_places.rotation_stress(sector, rows, faces.axis, speed),
+            "shared": _raised(sector, stiffnesses, kept, modes, diameters.held[0], waves[diameters.held[0]]),
         }
         to_cache(files[""], rest)
     M, K, recovery = (np.array([waves[n][part] for n in diameters.held], dtype=complex) for part in ("M", "K", "stress"))
     counts = np.array([waves[n]["count"] for n in diameters.held])
     return {"M": M, "K": K.swapaxes(0, 1), "stress": recovery, "counts": counts, "loads": waves[0]["loads"], **rest}
+
+
+def _raised(sector: Sector, stiffnesses: Sequence[Sparse], kept: Mapping[str, int], modes: int, n: int, wave: Any) -> Array:
+    """By how much the lowest natural frequencies of each model are higher in the shapes that all speeds share than in its own,
+    relatively, at a nodal diameter; empty for one model.
+
+    Where the load bends a thin blade as far as its thickness, each K has other soft motions, which no K between has.
+    """
+    raised = []
+    for k, K in enumerate(stiffnesses if len(stiffnesses) > 1 else ()):
+        own = next(reduced_waves(replace(sector, solid=replace(sector.solid, K=K)), kept, modes, [n]))
+        apart, shared = (natural_modes(*pair).frequencies for pair in ((own.M, own.K), (wave["M"], wave["K"][k])))
+        lowest = np.flatnonzero(apart > 0.0)[:LOWEST]
+        raised.append(float(np.max(shared[lowest] / apart[lowest] - 1.0)))
+    return np.array(raised)
+
+
+def _shared_notes(raised: Array, models: Sequence[Model], n: int) -> Iterator[str]:
+    """What the shapes that all speeds share change at the speeds of the models."""
+    if not raised.size:
+        return
+    most = int(np.argmax(raised))
+    where = f"the {LOWEST} lowest frequencies at nodal diameter {n} are up to {100.0 * max(raised[most], 0.0):.2g} % higher"
+    said = f"In the shapes that all speeds share {where} than in those of {models[most].file} alone"
+    if raised[most] <= SHARED:
+        yield said
+        return
+    remedy = "Frequencies at all speeds are too high by about as much: compute each speed from its own model"
+    yield f"Warning: {said}: the steady deformation changes which motions are soft. {remedy}."
 
 
 def _count_notes(counts: Mapping[int, ModeCount], modes: int) -> Iterator[str]:

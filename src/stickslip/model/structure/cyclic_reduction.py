@@ -359,7 +359,8 @@ def _reduced_wave(sector: Sector, kept: Index, modes: int, nodal_diameter: int, 
     basis[interior, kept.size :] = shapes
     inside = (T.conj().T @ acting)[interior]
     beyond = np.zeros((independent.size, acting.shape[1]), dtype=K.dtype)
-    beyond[interior] = body.solve(inside) - shapes @ ((shapes.conj().T @ inside) / squares[:, None])
+    if inside.size:  # PARDISO takes no empty right-hand side
+        beyond[interior] = body.solve(inside) - shapes @ ((shapes.conj().T @ inside) / squares[:, None])
     mass_of_basis, stiffness = (hermitian(basis.conj().T @ (A @ basis)) for A in (M, K))
     return ReducedWave(mass_of_basis, stiffness, T @ basis, squares, found.count, T @ beyond)
 

@@ -1,4 +1,4 @@
-"""Figures of bladed disks: mode shape, dampers, nodal diameters, Campbell diagram, damping of waves, mean normal loads; of
+"""Figures of bladed disks: mode shape, dampers, nodal diameters, damping of waves, mean normal loads; of
 mistuned ones all blades with their envelope, distribution of the amplification, the most loaded blade and damper."""
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.results.view import level_text, representatives, shown_unit
 from stickslip.show.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule, band
-from stickslip.show.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, Style, contact, headed, house_style, level, state_colour
+from stickslip.show.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, Style, contact, headed, house_style, state_colour
 from stickslip.show.plots.response_curves import HERTZ, force_axis, size_label
 from stickslip.support.checks import Array, InputError, fault
 from stickslip.support.late import Axes, Figure, xr
@@ -138,33 +138,6 @@ def nodal_diameter_diagram(dataset: xr.Dataset) -> Chart:
         layers.append(Rule(n, Style("grey", width=0.9), f"engine order {order}"))
     panel = Panel(Axis("nodal diameter"), Axis("natural frequency", "Hz", log=True), layers, height=3.7)
     return Chart("Nodal diameters", [panel])
-
-
-def campbell(dataset: xr.Dataset, orders: tuple[int, ...] | None = None) -> Chart:
-    """Stuck natural frequencies (not stiffened by rotation) over the speed; dots where an engine order meets its own wave."""
-    stuck = dataset["disk_frequency"].values[1]
-    excited, sectors = _excited(dataset), int(dataset.attrs["sectors"])
-    order = excited[0]
-    near = orders or (tuple(range(max(order - 2, 1), order + 4)) if len(excited) == 1 else excited)
-    met = {k: float(stuck[min(k % sectors, -k % sectors), 0]) for k in near}
-    shown = [k for k in near if np.isfinite(met[k])]  # the others meet nodal diameters that were not reduced
-    if not shown:
-        raise fault("orders", "must hold one whose nodal diameter the disk holds", list(near))
-    highest = 1.3 * float(np.nanmax(stuck[:, 0]))
-    speed = 60.0 * highest / min(max(order, 1), max(shown))
-    layers: list[Layer] = [
-        Rule(float(frequency), contact(0, width=0.6, opacity=0.35 + 0.5 * (n in _folded(dataset))), along="y")
-        for n, frequency in enumerate(stuck[:, 0])
-        if np.isfinite(frequency)
-    ]
-    for place, k in enumerate(shown):
-        style, label = level(place, len(shown), width=1.0), f"engine order {k}"
-        layers.append(Line([0.0, speed], [0.0, k * speed / 60.0], style, label))
-        layers.append(
-            Line([60.0 * met[k] / k], [met[k]], replace(style, dash="none", marker="circle", size=5.0), label, listed=False)
-        )
-    axes = Axis("speed", "rev/min", limits=(0.0, speed)), Axis("frequency", "Hz", limits=(0.0, highest))
-    return Chart("Campbell diagram, first family", [Panel(*axes, layers, height=3.9)])
 
 
 def wave_damping(dataset: xr.Dataset) -> Chart:

@@ -12,7 +12,7 @@ from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.analyses.variability.samples import has_percentiles
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.contacts import contact_states, dissipation, hysteresis_loops, loss_factor
-from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
+from stickslip.show.plots.disk import damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.response_curves import haigh_diagram, peaks_over_force, response_curves, stress_curves
 from stickslip.show.plots.time_response import bound_cycles, contact_forces, force_ratios, loops
@@ -48,7 +48,7 @@ def figures_of(dataset: xr.Dataset) -> Figures:
         figures["bounds_loops"] = lambda whole: loops(detached(whole))
     if has_disk(dataset) and dataset.sizes["contact"]:
         figures |= {"dampers": damper_ring, "mean_normal_load": mean_normal_load}
-    figures |= {"nodal_diameters": nodal_diameter_diagram, "campbell": campbell} if "disk_frequency" in dataset.variables else {}
+    figures |= {"nodal_diameters": nodal_diameter_diagram} if "disk_frequency" in dataset.variables else {}
     figures |= {"disk_mode": disk_mode} if "disk_shape" in dataset.variables else {}
     figures |= {"stress": stress_curves} if has_stress(dataset) else {}
     figures |= {"haigh": haigh_diagram} if has_fatigue(dataset) else {}

@@ -108,8 +108,8 @@ def resonances(dataset: xr.Dataset) -> Chart:
     speeds, orders = dataset["speed"].values, dataset["engine_order"].values
     layers: list[Layer] = []
     for s, (state, dash) in enumerate({"free": "dot", "stuck": "solid", "nonlinear": "dash"}.items()):
-        curves = dataset["frequency"].sel(state=state).values
-        shown = np.unique(curves, axis=0) if np.isfinite(curves).all() else curves[np.isfinite(curves).any(axis=1)]
+        curves = dataset["frequency"].sel(state=state).values.reshape(-1, speeds.size)
+        shown = np.unique(curves[np.isfinite(curves).any(axis=1)], axis=0)
         layers += [Line(speeds, curve, contact(s, dash=dash), state, listed=k == 0) for k, curve in enumerate(shown)]
     for o, order in enumerate(orders.tolist()):
         style = level(o, orders.size, width=1.0)
@@ -122,9 +122,10 @@ def resonances(dataset: xr.Dataset) -> Chart:
             layers.append(Line(x, y, dots, f"engine order {order}", listed=False))
     if "operating_speed" in dataset.attrs:
         layers.append(Rule(float(dataset.attrs["operating_speed"]), Style("grey", "dash", 1.0), "operating speed"))
-    highest = 1.3 * float(np.nanmax(dataset["frequency"].values))
+    met = orders.max() * max(speeds[-1], dataset.attrs.get("operating_speed", 0.0)) / 60.0
+    highest = 1.3 * min(float(np.nanmax(dataset["frequency"].values)), max(met, float(np.nanmin(dataset["frequency"].values))))
     axes = Axis("speed", "rev/min"), Axis("frequency", "Hz", limits=(0.0, highest))
-    return Chart(str(dataset.attrs["title"]), [Panel(*axes, layers, height=3.9)], note=f"mode {dataset.attrs['mode']}")
+    return Chart(str(dataset.attrs["title"]), [Panel(*axes, layers, height=3.9)])
 
 
 @FIGURES.of("InterferenceDiagram")
@@ -140,10 +141,10 @@ def interference(dataset: xr.Dataset) -> Chart:
     orders = np.arange(int(dataset["engine_order"].max()) + 1)
     turns = orders[(orders % sectors == 0) | (2 * orders % sectors == 0) | (orders == orders[-1])]
     ends = np.unique(np.concatenate([turns, 0.5 * sectors * np.arange(2 * int(orders[-1]) // sectors + 1)]))
-    speed = float(dataset.attrs["speed"])
+    speed = float(dataset.attrs["operating_speed" if "operating_speed" in dataset.attrs else "speed"])
     folded = np.minimum(ends % sectors, -ends % sectors)
     layers.append(Line(folded, ends * speed / 60.0, Style("grey", width=1.0), f"excitation at {speed:g} rev/min"))
-    margins = dataset["margin"].sel(state="stuck").values
+    margins = dataset["disk_margin"].sel(disk_state="stuck").values
     for place, o in enumerate(np.argsort(np.abs(margins))[:NEAREST]):
         order, dots = dataset.isel(engine_order=int(o)), level(place, NEAREST, marker="circle", dash="none", size=6.0)
         label = f"engine order {int(order['engine_order'])}: {100.0 * margins[o]:+.1f} %"
@@ -155,13 +156,15 @@ def interference(dataset: xr.Dataset) -> Chart:
 
 @FIGURES.of("RunUp")
 def run_up(dataset: xr.Dataset) -> Chart:
-    """Amplitude of the first harmonic of every cycle over the speed, a curve for each output."""
-    names, values = [str(name) for name in dataset["output"].values], dataset["amplitude"].values
-    unit = unit_for(float(np.nanmax(values, initial=0.0)))
-    hover = {"time in s": dataset["time"].values, "frequency in Hz": dataset["frequency"].values}
-    lines = [
-        Line(dataset["speed"].values, values[:, k] / unit.metres, level(k, len(names)), name, hover=hover)
-        for k, name in enumerate(names)
-    ]
-    note = f"{dataset.attrs['duration']:g} s, engine order {dataset.attrs['engine_order']}"
-    return Chart(str(dataset.attrs["title"]), [Panel(SPEED, Axis("amplitude", unit.name), lines, height=4.1)], note=note)
+    """Amplitude of the first harmonic of every cycle over the speed, a curve for each output, engine order and force level."""
+    unit = unit_for(float(np.nanmax(dataset["amplitude"].values, initial=0.0)))
+    names, lines = [str(name) for name in dataset["output"].values], []
+    for case in range(dataset.sizes["case"]):
+        run = dataset.isel(case=case)
+        hover = {"time in s": run["time"].values, "frequency in Hz": run["frequency"].values}
+        label = f"engine order {int(run['engine_order'])}, {level_text(dataset, case)}"
+        for k, name in enumerate(names):
+            look, values = level(case * len(names) + k, dataset.sizes["case"] * len(names)), run["amplitude"].values[:, k]
+            lines.append(Line(run["speed"].values, values / unit.metres, look, f"{name}, {label}", hover=hover))
+    panel = Panel(SPEED, Axis("amplitude", unit.name), lines, height=4.1)
+    return Chart(str(dataset.attrs["title"]), [panel], note=f"within {dataset.attrs['duration']:g} s")

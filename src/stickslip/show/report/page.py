@@ -33,7 +33,7 @@ from stickslip.results.schema import Row, system_of
 from stickslip.results.view import level_text, spread
 from stickslip.show.plots.animation import Animation
 from stickslip.show.plots.deformed_shape import DeformedShape
-from stickslip.show.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, wave_damping
+from stickslip.show.plots.disk import damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, wave_damping
 from stickslip.show.plots.moving_picture import MovingPicture, step_script
 from stickslip.show.report import sections
 from stickslip.show.report.answer import warnings_at_a_glance
@@ -164,7 +164,6 @@ def disk(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
             if "wave_damping_ratio" in dataset.variables:
                 description = "Damping of the waves of the first stuck mode over the nodal diameter"
                 parts.append(charts.drawn(f"chart-wave-damping-{k}", wave_damping(dataset), description))
-            parts.append(charts.drawn(f"chart-campbell-{k}", campbell(dataset), "Campbell diagram"))
     return section("disk", "Disk", OF_DISK, *parts)
 
 

@@ -133,9 +133,6 @@ class ResponseIdentificationWork(Sampled):
     def words(self) -> tuple[str, ...]:
         return ("fitting responses",)
 
-    def prepare(self) -> None:
-        """Nothing: there is one case, and this process computes it."""
-
     def fit(self) -> ResponseFit:
         """The least squares, before its first evaluation."""
         fine = fineness_of(self.harmonics, self.samples)
