@@ -212,7 +212,7 @@ def identify(
     from stickslip.study.measured_curves import with_loops
     from stickslip.study.run import Run
 
-    job = with_loops(read_job(damper), loops, law or (), load_removal or ())
+    job = with_loops(damper, loops, law or (), load_removal or ())
     folder = free_folder(out, [""], resume, overwrite)
     say(f"{job.title}: {job.plan.summary}.")
     carry_out(Run({"": job}, folder, resume, 1), figures)

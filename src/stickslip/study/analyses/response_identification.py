@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -25,7 +24,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.analysis import Asked, Kind, Plan, content_of
 from stickslip.study.contacts import RuleOrRules
 from stickslip.study.fields import Column, Number, Positive, Seed, Table
 from stickslip.study.tables import Ends
@@ -293,8 +292,7 @@ class ResponseIdentificationPlan(Plan):
     @property
     def content(self) -> str:
         """Identifies the curves, as far as they exist."""
-        files = [self.folder / name for name in self.table.files]
-        return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
+        return content_of(self.folder / name for name in self.table.files)
 
     @property
     def summary(self) -> str:
