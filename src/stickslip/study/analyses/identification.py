@@ -95,8 +95,16 @@ def plan(asked: Asked) -> Works:
         cases = table.cases(asked.folder, asked.units)
         zeros = str([sorted(case.zero_errors.items()) for case in cases]) if removals else ""
         digest = sha256(b"".join(case.harmonics.tobytes() for case in cases) + zeros.encode()).hexdigest()[:12]
-        refits, name = {"resamples": table.resamples, "seed": table.seed}, f"identification {digest}"
-        return IdentificationWork(cases, rig, unknown=unknown, errors=errors, laws=tuple(table.law), name=name, **refits)
+        return IdentificationWork(
+            cases,
+            rig,
+            unknown=unknown,
+            errors=errors,
+            resamples=table.resamples,
+            seed=table.seed,
+            name=f"identification {digest}",
+            laws=tuple(table.law),
+        )
 
     zeroed_by = ", zeros by load removal" if removals else ""
     summary = f"{counted(len(table.loops), 'loop')}{zeroed_by}, unknown {', '.join(unknown)}, {' or '.join(table.law)}"

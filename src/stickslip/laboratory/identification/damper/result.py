@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stickslip.laboratory.identification.damper.fit import COARSE, EVALUATIONS, DamperFit
-from stickslip.laboratory.identification.damper.model import Clues
 from stickslip.laboratory.measurement.cycles import synthesis
 from stickslip.laboratory.measurement.reconstruction import reconstruct
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
@@ -38,8 +37,8 @@ FEWEST = 2
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(Result):
     """values {name: SI}, intervals {name: (low, high)} at 95 %, correlation of the logarithms (unknowns, unknowns); the law they
-    belong to, and the error of every law on loops held out, in standard deviations; what the start stages found (`clues`),
-    relative misfit of each case and channel in `dataset`, warnings.
+    belong to, and the error of every law on loops held out, in standard deviations; relative
+    misfit of each case and channel in `dataset`, warnings.
 
     Intervals are NaN where the refits that they rest on failed; a warning then has the reason. `held_out` is empty where only one
     law was asked for, since no loop was held out. `dataset` has the lag of the forces and the zeros of the cells as well, with
@@ -48,7 +47,6 @@ class Identification(Result):
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]]
     correlation: Array
-    clues: Clues
     warnings: tuple[str, ...]
     fit: DamperFit
     replicates: Array
