@@ -60,21 +60,6 @@ class Identification(Result):
         """
         return over_cycles(self.fit, np.log([self.values[p.name] for p in self.fit.unknowns]), points)
 
-    def __str__(self) -> str:
-        rows = []
-        for name, value in self.values.items():
-            low, high = self.intervals[name]
-            factor, unit = (1.0, "") if name.startswith(("mu", "gaps")) else (1e-6, " N/µm")
-            known = f"{low * factor:.4g} to {high * factor:.4g}{unit}" if np.isfinite(low) else "no interval"
-            rows.append(f"{name:<6} {value * factor:.4g}{unit}  ({known})")
-        rows += (
-            [f"law    {self.law}, of {', '.join(f'{law} {error:.3g}' for law, error in self.held_out.items())}"]
-            if self.held_out
-            else []
-        )
-        rows += [*chain_sentences(self.dataset), *(f"Warning: {warning}" for warning in self.warnings)]
-        return "\n".join(rows)
-
 
 def identification_dataset(
     fit: DamperFit, theta: Array, intervals: Mapping[str, tuple[float, float]], replicates: Array, errors: tuple[float, Array]

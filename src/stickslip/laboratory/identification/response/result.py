@@ -226,10 +226,6 @@ class ResponseIdentification(SavedResult):
         arguments are those of `predict_decay`."""
         return predict_decay(self, amplitude, **settings)
 
-    def __str__(self) -> str:
-        """Parameters with intervals, misfit of each test, notes."""
-        return "\n".join(summary(self.dataset))
-
 
 def dataset_of_fit(
     fit: ResponseFit, x: Array, statistics: FitStatistics, held_out: Array, solution: Mapping[str, Any]
