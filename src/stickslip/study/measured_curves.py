@@ -80,7 +80,7 @@ def _sweep(given: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]
     has no effect on it: the study only states the problem, and its own analysis may have used the rest."""
     found = {key: value for key, value in given.items() if key not in KIND.without}
     if "frequency" not in found and "at" not in found:
-        checked = parsed(ResponseIdentificationTable, dict(table))
+        checked: Any = parsed(ResponseIdentificationTable, dict(table))
         all_of_them = [np.asarray(curve.frequency) for curve in measured_curves(checked, Path())]
         ends = min(map(np.min, all_of_them)), max(map(np.max, all_of_them))
         found["frequency"] = [float(ends[0]) * (1.0 - BESIDE), float(ends[1]) * (1.0 + BESIDE)]
