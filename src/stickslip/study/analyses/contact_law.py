@@ -1,6 +1,5 @@
 """Contact law in a study: the table [contact_law], from measured loops of one contact to kt, mu and law."""
 
-from dataclasses import asdict
 from functools import partial
 from typing import Annotated, Literal
 
@@ -9,8 +8,8 @@ from pydantic import Field
 from stickslip.laboratory.identification.contact_law.fit import LoopErrors
 from stickslip.laboratory.identification.contact_law.work import contact_law_work
 from stickslip.study.analysis import Asked, Kind, Works, content_of
-from stickslip.study.fields import FORCE, STIFFNESS, Column, Number, Positive, Table, in_si
-from stickslip.support.checks import counted, fault, nearest
+from stickslip.study.fields import FORCE, STIFFNESS, Column, Number, Positive, Table, errors_of, in_si
+from stickslip.support.checks import counted
 
 LawName = Literal["jenkins", "iwan", "dahl", "array", "valanis"]
 DEFAULT: list[LawName] = ["jenkins", "iwan", "dahl", "array"]
@@ -42,11 +41,7 @@ class ContactLawTable(Table):
 
     def loop_errors(self) -> LoopErrors:
         """The errors that loops cannot show."""
-        known = list(asdict(LoopErrors()))
-        for name in self.errors:
-            if name not in known:
-                raise fault("[contact_law] errors", "must be known ones", name, nearest(name, known))
-        return LoopErrors(**self.errors)
+        return errors_of(LoopErrors, self.errors, "contact_law")
 
 
 def plan(asked: Asked) -> Works:

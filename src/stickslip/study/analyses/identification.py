@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Literal
@@ -17,8 +16,8 @@ from stickslip.laboratory.measurement.records import read_record
 from stickslip.solve.platforms.relaxation import elements_of
 from stickslip.study.analyses.damper_cycle import DamperTable, suitable
 from stickslip.study.analysis import Asked, Kind, Works, content_of
-from stickslip.study.fields import FORCE, FREQUENCY, LENGTH, Number, Positive, Seed, Table, Units, in_si
-from stickslip.support.checks import MOST, InputError, counted, fault, nearest
+from stickslip.study.fields import FORCE, FREQUENCY, LENGTH, Number, Positive, Seed, Table, Units, errors_of, in_si
+from stickslip.support.checks import MOST, InputError, counted, fault
 
 LawName = Literal["macroslip", "iwan", "microslip"]
 MACROSLIP: LawName = "macroslip"
@@ -51,11 +50,7 @@ class IdentificationTable(Table):
 
     def rig_errors(self) -> RigErrors:
         """The errors of the rig."""
-        known = list(asdict(RigErrors()))
-        for name in self.errors:
-            if name not in known:
-                raise fault("[identification] errors", "must be known ones", name, nearest(name, known))
-        return RigErrors(**self.errors)
+        return errors_of(RigErrors, self.errors, "identification")
 
     def cases(self, folder: Path, units: Units) -> tuple[CycleSet, ...]:
         """The loops as cycles."""
