@@ -9,10 +9,10 @@ from functools import cache
 
 import numpy as np
 
-from stickslip.analyses.damper_alone.cycle import CycleModel, DamperCycle, damper_cycle
+from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle
 from stickslip.laboratory.identification.contact_law.fit import ContactLoop, force_lag
 from stickslip.laboratory.identification.contact_law.work import contact_law
-from stickslip.laboratory.identification.damper.model import LINE_LAWS, stiffness_from_slopes
+from stickslip.laboratory.identification.damper.model import LINE_LAWS
 from stickslip.laboratory.identification.damper.result import Identification
 from stickslip.laboratory.identification.damper.work import identify
 from stickslip.laboratory.measurement.contact_record import ContactRecord
@@ -26,10 +26,9 @@ from stickslip.laboratory.measurement.reconstruction import (
 from stickslip.laboratory.measurement.records import Record
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion
-from stickslip.model.dampers.laboratory import ThreePoint
 from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.support.checks import InputError
-from verify.row import CLOSED, Row, at_most
+from verify.row import Row, at_most
 
 TITLE = "From the rig to the parameters"
 ABOUT = (
@@ -156,7 +155,6 @@ def outcome(task: tuple[str, int]) -> Outcome | None:
 
 def rows() -> Iterator[Row]:
     yield from exact_rows()
-    yield from slope_rows()
     yield from law_rows()
     yield from law_choice_rows()
     yield from record_rows()
@@ -273,26 +271,6 @@ def noisy_rows(name: str, outcomes: list[Outcome]) -> Iterator[Row]:
     missed = 1.0 - float(np.mean([list(covered.values()) for _, _, covered, _ in outcomes]))
     yield at_most(f"{name}: share of truths outside their 95 % interval", missed, 0.2, "at least 80 % are promised inside")
     yield at_most(f"{name}: processor seconds, longest", max(seconds for _, _, _, seconds in outcomes), 120.0, "two minutes")
-
-
-def slope_rows() -> Iterator[Row]:
-    """kt and kn from exact stuck slopes of 500 random geometries; refused ones are counted."""
-    generator, worst, refused = np.random.default_rng(7), 0.0, 0
-    for _ in range(500):
-        angle, other = map(float, generator.uniform(15.0, 70.0, 2))
-        lengths = map(float, generator.uniform((4e-3, 6e-3, 8e-3, -3e-3), (10e-3, 16e-3, 20e-3, 3e-3)))
-        kt, kn = 10.0 ** generator.uniform(6.7, 8.3, 2)
-        damper = ThreePoint(*lengths, left_angle=angle, right_angle=other).damper(pull=80.0)
-        rig = BetweenPlatforms.macroslip(damper, kt, kn, 0.3)
-        K = CycleModel.of(rig).stuck_stiffness()
-        try:
-            one = stiffness_from_slopes(rig, K[0, 0], K[1, 1])
-        except InputError:
-            refused += 1
-            continue
-        worst = max(worst, abs(one.kt / kt - 1.0), abs(one.kn / kn - 1.0))
-    yield at_most("Explicit inversion of stuck slopes: worst of 500 geometries", worst, 1e-10, CLOSED)
-    yield at_most("Explicit inversion: refused near a singular geometry, of 500", float(refused), 50.0, "stated")
 
 
 def law_rows() -> Iterator[Row]:

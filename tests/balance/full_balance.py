@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from balance.compiled_parts import receptance_of
 from laws.marching import Motion, harmonics_of, sampled, steady_traction
 from laws.quadrature import normal_harmonics
 from laws.samples import Element
@@ -30,7 +31,7 @@ def full_matrix(balance: HarmonicBalance, evaluation: Evaluation) -> np.ndarray:
     """J = I + E G' on all rows and harmonics, (rows (2H+1), rows (2H+1))."""
     rows, size = balance.rows, balance.columns
     everything = np.arange(rows)
-    parts = balance.linear.receptance(evaluation.point.omega, balance.highest, everything, everything)
+    parts = receptance_of(balance.linear, evaluation.point.omega, balance.highest, everything, everything)
     G = np.block([[real_block((parts[0] + 1j * parts[1])[:, r, c]) for c in everything] for r in everything])
     E = np.zeros((rows * size, rows * size))
     for r in everything:

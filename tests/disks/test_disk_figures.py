@@ -15,9 +15,9 @@ from stickslip.model.structure.matrices import ModalDamping, Structure
 from stickslip.results.files import open_results, save
 from stickslip.show.plots.chart import Chart
 from stickslip.show.plots.disk import damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, placed_sectors
-from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.report.markup import Charts
 from stickslip.show.report.page import disk as disk_section
+from stickslip.show.report.responses import figures_of
 
 
 @pytest.fixture(scope="module")

@@ -72,7 +72,7 @@ def test_the_command_of_the_page_is_the_identification_of_these_tests(tmp_path, 
     )
     monkeypatch.chdir(tmp_path)
     runs = []
-    monkeypatch.setattr(sys.modules["stickslip.cli.identification"], "carry_out", lambda run, figures: runs.append(run))
+    monkeypatch.setattr(sys.modules["stickslip.cli.studies"], "carry_out", lambda run, figures: runs.append(run))
     (command,) = re.findall(r"^stickslip (identify-response jointed_mode (?:.*\\\n)*.*)", PAGE.read_text(encoding="utf-8"), re.M)
     shown = CliRunner().invoke(app, shlex.split(command.replace("\\\n", " ")))
     assert shown.exit_code == 0, shown.output

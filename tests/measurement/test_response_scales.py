@@ -1,11 +1,9 @@
 """What measured responses say of their units: those that were assumed, and tests a thousand times apart."""
 
-from dataclasses import replace
-
 import numpy as np
 
 import stickslip as ss
-from stickslip.laboratory.measurement.measured_response import assumed_units, joined, mixed_units
+from stickslip.laboratory.measurement.measured_response import assumed_units, joined
 
 FREQUENCY = np.linspace(60.0, 100.0, 21)
 
@@ -33,19 +31,6 @@ def test_assumed_units_are_listed_once_for_files_alike(tmp_path):
         lambda kt: ss.rigs.single_mass(kt=kt), {"kt": (0.5, 0.1, 3.0)}, tests[2:3], tries=0, evaluations=1
     )
     assert "No unit is stated of acceleration in c: m/s2 is assumed." in str(found)
-
-
-def test_tests_a_thousand_times_apart_are_named():
-    """Not those that friction moves, those of another band, or of another quantity."""
-    tests = [response_of("low"), response_of("middle", 76.0, 0.1), response_of("high", 72.0, 0.03)]
-    assert mixed_units(tests) == []
-    (said,) = mixed_units([tests[0], response_of("mm", factor=1e3), tests[2]])
-    assert said.startswith("The responses per force of mm are about 1000 times those of low, high at the same frequencies.")
-    (said,) = mixed_units([response_of("mm", 77.0, 0.1, 1e3), tests[0], tests[2]])
-    assert said.startswith("The responses per force of mm are about 1000 times those of low, high")
-    other = response_of("second mode", 800.0, factor=1e3, frequency=10.0 * FREQUENCY)
-    assert mixed_units([tests[0], other]) == []
-    assert mixed_units([tests[0], replace(response_of("mm", factor=1e3), quantity="velocity")]) == []
 
 
 def test_sentences_that_differ_in_the_name_alone_are_one():

@@ -54,10 +54,10 @@ def test_pyuff_reads_the_same(tmp_path, binary):
     cases = [(x, y, double) for x in (EVEN, UNEVEN) for y in (accelerance(x), abs(accelerance(x))) for double in (False, True)]
     cases = [case for case in cases if not (binary and case[0] is UNEVEN and case[2])]
     places = {1: (0.0, 0.1, 0.2), 12: (0.5, -1.0, 1e-3)}
-    sets = [write.header(), write.units(5, 1e3, 1e3), write.nodes(places), write.nodes_in_double(places), write.mode(15.0, RATIO)]
+    sets = [write.header(), write.units(5, 1e3, 1e3), write.nodes(places), write.nodes_in_double(places)]
     path = written(tmp_path, *sets, *(write.function(x, y, double=double, binary=binary) for x, y, double in cases))
     ours, theirs = read_universal(path), pyuff.UFF(str(path)).read_sets()
-    for one, other in zip(ours.functions, theirs[5:], strict=True):
+    for one, other in zip(ours.functions, theirs[4:], strict=True):
         assert np.array_equal(one.x, other["x"])
         assert np.array_equal(one.y, other["data"])
         assert (one.kind, one.abscissa.kind, one.ordinate.kind) == (other["func_type"], 18, other["ordinate_spec_data_type"])
@@ -65,7 +65,6 @@ def test_pyuff_reads_the_same(tmp_path, binary):
     for nodes in theirs[2:4]:
         assert ours.nodes == dict(zip(nodes["node_nums"], zip(*(nodes[axis] for axis in "xyz"), strict=True), strict=True))
     assert (ours.functions[0].units.length, ours.functions[0].units.force) == (theirs[1]["length"], theirs[1]["force"])
-    assert ours.modes == ((theirs[4]["freq"], theirs[4]["modal_damp_vis"]),) == ((15.0, RATIO),)
 
 
 @pytest.mark.parametrize(
@@ -97,13 +96,12 @@ def test_units_and_quantities(tmp_path, ordinate, denominator, sets, order, fact
 
 def test_what_the_file_says_and_is_not_obeyed_is_noted(tmp_path):
     other = write.data_set(82, "         1         2         0")
-    sets = (write.header("ANALYSER 3"), write.units(), write.mode(15.0, RATIO), other)
+    sets = (write.header("ANALYSER 3"), write.units(), other)
     path = written(tmp_path, *sets, write.function(EVEN, accelerance(EVEN), response=(12, -3), ordinate=(12, "g")))
     notes = " ".join(ss.read_measured_response(path, force=1.0).notes)
     for said in (
         "Program and date of test.unv: ANALYSER 3, 02-Jan-26 13:00:00.",
         "not read: 82",
-        "Natural frequencies and damping ratios in test.unv: 15 Hz (2 %).",
         "taken for g, its label, though data set 164 says 1 m/s2",
         "Function 1 of test.unv is read, 12:-Z / 1:+X: H, Run 1.",
         "along 12:-Z",
@@ -111,31 +109,6 @@ def test_what_the_file_says_and_is_not_obeyed_is_noted(tmp_path):
         assert said in notes
     assumed = ss.read_measured_response(written(tmp_path, write.function(EVEN, accelerance(EVEN))), force=1.0)
     assert [key for key, unit in assumed.units.items() if unit.assumed] == ["acceleration"]
-
-
-def test_complex_modes(tmp_path):
-    """A data set 55 of an eigenvalue, λ = -ζω + iω√(1 - ζ²)."""
-    eigenvalue = OMEGA0 * (-RATIO + 1j * np.sqrt(1.0 - RATIO**2))
-    lines = ["NONE"] * 5 + [f"{1:10d}{3:10d}{2:10d}{8:10d}{5:10d}{3:10d}", f"{2:10d}{6:10d}{0:10d}{1:10d}"]
-    path = written(tmp_path, write.data_set(55, *lines, f"{eigenvalue.real:13.5E}{eigenvalue.imag:13.5E}", f"{1:10d}"))
-    assert read_universal(path).modes[0] == pytest.approx((15.0, RATIO), rel=1e-4)
-
-
-@pytest.mark.parametrize("mass", [1.0, 0.7])
-@pytest.mark.parametrize("with_b", [False, True])
-@pytest.mark.parametrize("in_hertz", [False, True])
-def test_modal_a_and_b_show_the_unit_of_an_eigenvalue(tmp_path, in_hertz, with_b, mass):
-    """A = 2iωm and B = −λA of a mode that is damped as its mass. Of an unknown modal mass A alone shows nothing."""
-    eigenvalue = OMEGA0 * (-RATIO + 1j * np.sqrt(1.0 - RATIO**2))
-    a = 2j * eigenvalue.imag * mass
-    written_value = eigenvalue / (2.0 * np.pi) if in_hertz else eigenvalue
-    numbers = [written_value, a, -eigenvalue * a] if with_b else [written_value, a]
-    lines = ["NONE"] * 5 + [f"{1:10d}{3:10d}{2:10d}{8:10d}{5:10d}{3:10d}", f"{2:10d}{6:10d}{0:10d}{1:10d}"]
-    line = "".join(f"{part:13.5E}" for value in numbers for part in (value.real, value.imag))
-    file = read_universal(written(tmp_path, write.data_set(55, *lines, line, f"{1:10d}")))
-    shown = with_b or mass == 1.0
-    assert file.modes[0] == pytest.approx((15.0 if shown or not in_hertz else 15.0 / (2.0 * np.pi), RATIO), rel=1e-4)
-    assert any("does not show whether" in note for note in file.notes) is not shown
 
 
 def swapped(path):

@@ -47,13 +47,6 @@ def nodes_in_double(places):
     return data_set(2411, *lines)
 
 
-def mode(frequency, damping_ratio):
-    """Data set 55 of a normal mode, at one node."""
-    numbers = "".join(f"{value:13.5E}" for value in (frequency, 1.0, damping_ratio, 0.0))
-    lines = ["NONE"] * 5 + ["".join(f"{k:10d}" for k in (1, 2, 2, 8, 2, 3)), "".join(f"{k:10d}" for k in (2, 4, 0, 1))]
-    return data_set(55, *lines, numbers, f"{1:10d}", "".join(f"{value:13.5E}" for value in (0.0, 0.0, 1.0)))
-
-
 def function(
     x,
     y,

@@ -67,7 +67,6 @@ MODULE_IN_TEXT = re.compile(r"stickslip\.[.\w]+$")
 """A text that is the name of a module, or how an f-string that makes one begins."""
 
 IMPORTS_BY_NAME = {
-    "model/readers/matlab.py": "a reader of its own folder, by the version of the file",
     "support/late.py": "a library, by the name that it gives",
     "model/readers/process.py": "the reader that another process is told to use",
     "show/plots/catalogue.py": "every module of its own folder",

@@ -11,9 +11,9 @@ from report.synthetic import KINDS, poor
 
 from stickslip.results.schema import Result
 from stickslip.show.plots.contacts import hysteresis_loops
-from stickslip.show.plots.forced_response import FIGURES, figures_of
 from stickslip.show.plots.paper import write_figures
 from stickslip.show.plots.response_curves import response_curves
+from stickslip.show.report.responses import FIGURES, figures_of
 from stickslip.support.checks import InputError
 from stickslip.support.renderers import FIGURES as REGISTERED
 

@@ -18,11 +18,10 @@ from stickslip.model.structure.stress import COMPONENTS
 from stickslip.results.files import SavedResult
 from stickslip.results.schema import Result
 from stickslip.results.view import representatives, spread
-from stickslip.show.plots.forced_response import figures_of
 from stickslip.show.plots.look import MOST_ENTRIES, PAGE
 from stickslip.show.plots.response_curves import haigh_diagram, stress_curves
 from stickslip.show.report.page import page
-from stickslip.show.report.responses import sentences
+from stickslip.show.report.responses import figures_of, sentences
 from stickslip.show.report.sections import MOST_SHOWN
 
 MANY = 40

@@ -17,7 +17,7 @@ import typer
 
 from stickslip.cli.app import claimed, free_folder, guarded
 from stickslip.cli.results import refuse_existing
-from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out, finish
+from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out_one, finish
 from stickslip.support.checks import InputError, existing, fault, finite, nearest
 from stickslip.support.console import progress_bar, say
 from stickslip.support.files import only_own_files
@@ -63,7 +63,6 @@ def contact_law(
 ) -> None:
     """Find law, stiffness and friction of one contact, with intervals, from its measured loops."""
     from stickslip import study
-    from stickslip.study.run import Run
     from stickslip.study.toml_text import toml_text
 
     existing("FILES", files)
@@ -73,9 +72,7 @@ def contact_law(
     table |= {"column_units": pairs("--unit", unit or (), "displacement=um") or None}
     about = {"title": f"Law of a contact: {files[0].stem}", "analysis": "contact_law"}
     job = study.job(toml_text({"study": about, "contact_law": table}), Path(), "contact law")
-    folder = free_folder(out or Path("results") / files[0].stem, [""], resume, overwrite)
-    carry_out(Run({"": job}, folder, resume, 1), figures)
-    say(f"Results: {folder}")
+    carry_out_one(job, out or Path("results") / files[0].stem, resume, overwrite, figures)
 
 
 def pairs(option: str, given: Sequence[str], example: str) -> dict[str, str]:
@@ -222,7 +219,6 @@ def identify_response(
     """Find contact parameters, with intervals, from measured frequency responses."""
     from stickslip import study
     from stickslip.study.measured_curves import document_of, with_curves
-    from stickslip.study.run import Run
     from stickslip.study.toml_text import toml_text
 
     existing("CURVES", curves)
@@ -240,10 +236,7 @@ def identify_response(
     arguments = {name: argument_of(value) for name, value in pairs("--set", argument or (), "kt=2e5").items()}
     text = toml_text(with_curves(document, curves, free or (), arguments, table))
     job = study.job(text, folder, "responses")
-    place = free_folder(out or Path("results") / Path(problem).stem, [""], resume, overwrite)
-    say(f"{job.title}: {job.plan.summary}.")
-    carry_out(Run({"": job}, place, resume, 1), figures)
-    say(f"Results: {place}")
+    carry_out_one(job, out or Path("results") / Path(problem).stem, resume, overwrite, figures)
 
 
 def settings_of(given: Sequence[str], count: int | None) -> list[dict[str, float]] | None:
@@ -274,6 +267,14 @@ def number(option: str, text: str) -> float:
         if isinstance(error, InputError):
             raise
         raise fault(option, "must give numbers", text) from None
+
+
+def low_and_high(option: str, text: str, rule: str) -> tuple[float, float]:
+    """The two numbers of LOW:HIGH; rule: their unit, and what else may be given."""
+    ends = [number(option, end) for end in text.split(":")]
+    if len(ends) != 2:
+        raise fault(option, f"must be LOW:HIGH in {rule}", text)
+    return ends[0], ends[1]
 
 
 @guarded
@@ -317,11 +318,7 @@ def decay(
     if study is None and output is not None:
         raise fault("--output", "must go with --study, which names the outputs", output)
     settings: dict[str, Any] = {"cycles": cycles, "begin": begin}
-    if band is not None:
-        ends = [number("--band", end) for end in band.split(":")]
-        if len(ends) != 2:
-            raise fault("--band", "must be LOW:HIGH in Hz", band)
-        settings["band"] = (ends[0], ends[1])
+    settings |= {} if band is None else {"band": low_and_high("--band", band, "Hz")}
     columns, units = pairs("--column", column or (), "signal=2"), pairs("--unit", unit or (), "signal=g")
     decay = read_decay(file, columns=columns, units=units, quantity=quantity, **settings)
     folder = free_folder(out or Path("results") / file.stem, [""], False, overwrite)

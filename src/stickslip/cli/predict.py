@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stickslip.cli.app import free_folder, guarded
-from stickslip.cli.identification import number, pairs
-from stickslip.cli.studies import Figures, Overwrite, Resume, Workers, carry_out, cores
+from stickslip.cli.app import guarded
+from stickslip.cli.identification import low_and_high, number, pairs
+from stickslip.cli.studies import Figures, Overwrite, Resume, Workers, carry_out_one, cores
 from stickslip.support.checks import InputError, existing, fault
-from stickslip.support.console import say
 from stickslip.support.late import xr
 
 if TYPE_CHECKING:
@@ -108,7 +107,6 @@ def predict(
     from stickslip import study
     from stickslip.results.files import open_results
     from stickslip.study.reading import units_of
-    from stickslip.study.run import Run
     from stickslip.study.toml_text import toml_text
 
     existing("--compare", compare or [])
@@ -140,10 +138,8 @@ def predict(
     job = study.job(toml_text(document), folder, "prediction")
     own = identification if identification.is_dir() else identification.parent
     own = own if own.name not in ("", "..") else own.resolve()
-    place = free_folder(out or own.with_name(f"{own.name}_prediction"), [""], resume, overwrite, job.plan.reads)
-    say(f"{job.title}: {job.plan.summary}.")
-    carry_out(Run({"": job}, place, resume, cores() if workers is None else workers), figures)
-    say(f"Results: {place}")
+    place = out or own.with_name(f"{own.name}_prediction")
+    carry_out_one(job, place, resume, overwrite, figures, cores() if workers is None else workers)
 
 
 def one_kind_of_level(options: Mapping[str, list[str]], compared: bool, measured: str) -> None:
@@ -170,9 +166,7 @@ def of_decay(given: list[str], units: Units) -> dict[str, Any]:
     existing("--decay", [Path(text) for text in ranges if ":" not in text])
     if len(ranges) > 1:
         raise fault("--decay", "must give one range of amplitudes at most", ", ".join(ranges))
-    ends = [number("--decay", one) for text in ranges for one in text.split(":")]
-    if ranges and len(ends) != 2:
-        raise fault("--decay", "must be LOW:HIGH in m, or a file", ranges[0])
+    ends = [end for text in ranges for end in low_and_high("--decay", text, "m, or a file")]
     return {"amplitude": [end / units.factor(LENGTH) for end in ends], "compare": [str(Path(text).resolve()) for text in files]}
 
 
@@ -205,9 +199,6 @@ def with_prediction(document: Mapping[str, Any], analysis: str, table: Mapping[s
     found = {**document, "study": {**document["study"], "analysis": analysis, "title": f"{title}: prediction"}}
     found[analysis] = dict(table)
     if band is not None:
-        ends = [number("--band", one) for one in band.split(":")]
-        if len(ends) != 2:
-            raise fault("--band", "must be LOW:HIGH in Hz", band)
         sweep = {key: value for key, value in document["sweep"].items() if key != "at"}
-        found["sweep"] = {**sweep, "frequency": ends}
+        found["sweep"] = {**sweep, "frequency": [*low_and_high("--band", band, "Hz")]}
     return found

@@ -210,12 +210,8 @@ def identify(
 ) -> None:
     """Find contact stiffness and friction of a damper, with intervals, from measured loops."""
     from stickslip.study.measured_curves import with_loops
-    from stickslip.study.run import Run
 
-    job = with_loops(read_job(damper), loops, law or (), load_removal or ())
-    folder = free_folder(out, [""], resume, overwrite)
-    say(f"{job.title}: {job.plan.summary}.")
-    carry_out(Run({"": job}, folder, resume, 1), figures)
+    carry_out_one(with_loops(damper, loops, law or (), load_removal or ()), out, resume, overwrite, figures)
 
 
 def cluster(address: str, workers: int | None) -> DaskCluster:
@@ -276,6 +272,16 @@ def prepared(job: Job, say: Callable[[str], None] = say) -> Job:
         if isinstance(work, ForcedResponseWork) and work.choice:
             say(f"Chosen: {in_words(work.harmonics)}, {work.samples} samples.")
     return job
+
+
+def carry_out_one(job: Job, folder: Path, resume: bool, overwrite: bool, figures: bool, workers: int = 1) -> None:
+    """Compute the study that a command stands for, and say where its results are."""
+    from stickslip.study.run import Run
+
+    place = free_folder(folder, [""], resume, overwrite, job.plan.reads)
+    say(f"{job.title}: {job.plan.summary}.")
+    carry_out(Run({"": job}, place, resume, workers), figures)
+    say(f"Results: {place}")
 
 
 def carry_out(run: Run, figures: bool = False) -> None:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import io as scipy_io
 
-from stickslip.model.readers.matlab_73 import refuse_other_files, refuse_too_much
+from stickslip.model.readers.matlab import refuse_other_files, refuse_too_much
 from stickslip.results.quantities import as_quantity
 from stickslip.results.schema import (
     FILE_FORMAT,

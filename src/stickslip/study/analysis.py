@@ -6,9 +6,10 @@ module there, whose `KIND` describes it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -104,6 +105,11 @@ class Works:
         if self.search is None:
             return self.dataset(results)
         return self.search(self.works[""], results[""], checkpoint, workers, progress)
+
+
+def content_of(files: Iterable[Path]) -> str:
+    """Identifies the content of files, as far as they exist."""
+    return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
 
 
 def summary_of(sweep: ForcedResponseSettings) -> str:

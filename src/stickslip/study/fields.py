@@ -10,8 +10,9 @@ Each field of a table carries its `Dimension`; one function scales them all. Ang
 Tables of studies from the settings of analyses: keys, ranges, defaults and meanings are those of Python.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, asdict, dataclass, fields
+from inspect import signature
 from math import pi
 from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_type_hints
 
@@ -19,7 +20,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field
 from pydantic_core import PydanticCustomError
 
 from stickslip.analyses.settings import Settings, Whole, Within, marks, not_given
-from stickslip.support.checks import LARGEST, LARGEST_SEED, SMALLEST, Faults, InputError
+from stickslip.support.checks import LARGEST, LARGEST_SEED, SMALLEST, Faults, InputError, fault, nearest
 from stickslip.support.units import UNIT_SYSTEMS, UnitSystem
 
 Groups = tuple[tuple[str, ...], ...]
@@ -221,6 +222,18 @@ def scaled(value: Any, factor: float) -> Any:
     if isinstance(value, list):
         return [scaled(item, factor) for item in value]
     return value * factor if isinstance(value, float) and factor != 1.0 else value
+
+
+AnyErrors = TypeVar("AnyErrors")
+
+
+def errors_of(kind: Callable[..., AnyErrors], given: Mapping[str, float], what: str) -> AnyErrors:
+    """Errors of a rig by the names of their class."""
+    known = list(signature(kind).parameters)
+    for name in given:
+        if name not in known:
+            raise fault(f"[{what}] errors", "must be known ones", name, nearest(name, known))
+    return kind(**given)
 
 
 def table_of(kind: type[Settings], introduction: str, base: type[Table] = Table, **forms: Any) -> type[Table]:

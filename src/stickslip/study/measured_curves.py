@@ -5,15 +5,12 @@ Measured loops from the command line, which replace those of a study.
 
 import inspect
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stickslip.laboratory.identification.damper.model import LINE_LAWS
 from stickslip.model.rigs import RIGS
-from stickslip.study.analyses.identification import IdentificationPlan
 from stickslip.study.analyses.response_identification import (
     FACTORS,
     KIND,
@@ -24,8 +21,12 @@ from stickslip.study.analyses.response_identification import (
 )
 from stickslip.study.analysis import COMMON_KEYS
 from stickslip.study.faults import parsed
-from stickslip.study.reading import Job, text_of, toml
+from stickslip.study.reading import Job, job, text_of, toml
+from stickslip.study.toml_text import toml_text
 from stickslip.support.checks import existing, fault, nearest, similar_file
+
+LOOPS = "identification"
+"""The analysis of measured loops, and its table."""
 
 UNSTATED = 10.0
 """Factor to either side of its value between which a parameter is searched that has no bounds."""
@@ -79,7 +80,7 @@ def _sweep(given: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]
     has no effect on it: the study only states the problem, and its own analysis may have used the rest."""
     found = {key: value for key, value in given.items() if key not in KIND.without}
     if "frequency" not in found and "at" not in found:
-        checked = parsed(ResponseIdentificationTable, dict(table))
+        checked: Any = parsed(ResponseIdentificationTable, dict(table))
         all_of_them = [np.asarray(curve.frequency) for curve in measured_curves(checked, Path())]
         ends = min(map(np.min, all_of_them)), max(map(np.max, all_of_them))
         found["frequency"] = [float(ends[0]) * (1.0 - BESIDE), float(ends[1]) * (1.0 + BESIDE)]
@@ -135,16 +136,17 @@ def _of_rig(name: str, values: Sequence[float], present: Any) -> list[float]:
     return [start_between(number, low, high), low, high]
 
 
-def with_loops(job: Job, loops: Sequence[Path], laws: Sequence[str] = (), removals: Sequence[Path] = ()) -> Job:
-    """A job for other loops than those of its study with their own load removals if there are any, and other laws if named."""
-    if not isinstance(job.plan, IdentificationPlan):
-        raise fault("--damper", 'must be a study with analysis = "identification"', job.analysis)
+def with_loops(study: Path, loops: Sequence[Path], laws: Sequence[str], removals: Sequence[Path]) -> Job:
+    """The job of a study for other loops than its own, which count from the working folder, and other laws if named.
+
+    Load removals belong to their loops: those of the study do not go with others.
+    """
+    document = toml(text_of(study))
+    if (analysis := document.get("study", {}).get("analysis")) != LOOPS:
+        raise fault("--damper", f'must be a study with analysis = "{LOOPS}"', analysis)
     for what, paths in (("LOOPS", loops), ("--load-removal", removals)):
         existing(what, paths)
-    for law in laws:
-        if law not in LINE_LAWS:
-            raise fault("--law", "must be a known one", law, nearest(law, LINE_LAWS))
-    note = f"# loops: {', '.join(map(str, loops))}; law: {', '.join(laws) or 'as above'}"
-    note += f"; load removals: {', '.join(map(str, removals)) or 'none'}"
-    plan = job.plan.with_loops(loops, laws, removals)
-    return replace(job, plan=plan, content=plan.content, text=f"{job.text}{note}\n")
+    table = {**document.get(LOOPS, {}), "loops": [str(path.resolve()) for path in loops]}
+    table["load_removal"] = [str(path.resolve()) for path in removals] or None
+    table |= {"law": list(laws)} if laws else {}
+    return job(toml_text({**document, LOOPS: table}), study.parent, study.stem)

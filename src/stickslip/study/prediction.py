@@ -8,7 +8,6 @@ from abc import abstractmethod
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -22,7 +21,7 @@ from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.response_identification import TABLE as IDENTIFICATION
 from stickslip.study.analyses.response_identification import ResponseIdentificationPlan, free_parameters, known_settings
-from stickslip.study.analysis import Asked, Plan
+from stickslip.study.analysis import Asked, Plan, content_of
 from stickslip.study.faults import with_new_names
 from stickslip.study.fields import Number, Seed, Table
 from stickslip.support.checks import MOST, InputError, counted, fault, listed
@@ -76,8 +75,7 @@ class PredictionPlan(Plan):
     def content(self) -> str:
         """Identifies the curves and the results that the study names, as far as they exist."""
         files = (*self.reads, *(results_at(self.base.folder / name) for name in self.table.compare))
-        digest = sha256(b"".join(file.read_bytes() for file in files if file.is_file()))
-        return digest.hexdigest() + ("" if self.reads else self.base.content)
+        return content_of(files) + ("" if self.reads else self.base.content)
 
     @property
     @abstractmethod

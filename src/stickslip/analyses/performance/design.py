@@ -269,7 +269,7 @@ def damper_design(settings: DesignSettings) -> DamperDesign:
     four times the time (`searched_peak`); a sample may miss the worst. Either way the designs computed compete over all start
     states: each that may be the best, and each known one, is searched under every friction coefficient; the optimum is the best.
     objective: the peak itself, or per force level. constraints: {name: function of a `Trial` that is positive where met},
-    such as `NoJamming`, `NoLiftOff`, `LargestForce`, `LinePressure`; a design that breaks one in any case is not allowed.
+    such as `NoJamming`, `NoLiftOff`, `LargestForce`; a design that breaks one in any case is not allowed.
     quantity, measure: what the peak is of, as for `forced_response`; receptance, mobility and inertance are per force level.
     known: designs {name: value} to compute first, such as the damper as built.
 

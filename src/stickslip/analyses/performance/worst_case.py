@@ -2,14 +2,14 @@
 
 Operating conditions of a design: force levels, friction coefficients and start states.
 
-Constraints of damper design: no jamming, no lift-off, bounded contact forces and pressures.
+Constraints of damper design: no jamming, no lift-off, bounded contact forces.
 
 A constraint is a function of a `Trial` that is positive where it is met, of order one.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import pi, radians, sqrt, tan
+from math import radians, tan
 from typing import ClassVar
 
 import numpy as np
@@ -91,32 +91,6 @@ class LargestForce:
 
     def __call__(self, trial: Trial) -> float:
         return 1.0 - max((float(force.max()) for force in trial.normal_forces.values()), default=0.0) / self.limit
-
-
-@dataclass(frozen=True)
-class LinePressure:
-    """Hertz pressure p0 = √(P E*/(π R)) of a line contact below `limit` [Pa], P the force per length.
-
-    contacts: the beginning of the names of the points of one line ("left cylinder"); length, radius [m]; modulus: E* [Pa],
-    1/E* = 2 (1 − ν²)/E for equal materials. Source: Hertz; K. L. Johnson, Contact Mechanics, chapter 4.
-    """
-
-    limit: float
-    contacts: str
-    length: float
-    radius: float
-    modulus: float = 210e9 / (2.0 * (1.0 - 0.3**2))
-
-    def __post_init__(self) -> None:
-        for key in ("limit", "length", "radius", "modulus"):
-            positive(key, getattr(self, key))
-
-    def __call__(self, trial: Trial) -> float:
-        line = [force for name, force in trial.normal_forces.items() if name.startswith(self.contacts)]
-        if not line:
-            raise fault("contacts", "must begin the names of some contacts", self.contacts)
-        per_length = float(np.sum(line, axis=0).max()) / self.length
-        return 1.0 - sqrt(per_length * self.modulus / (pi * self.radius)) / self.limit
 
 
 Case = tuple[float, float, int]

@@ -1,6 +1,6 @@
 """Measured frequency responses: stepped sines of one output under a measured force, with amplitude and, if known, phase.
 
-What they say of their units by themselves: units that were assumed, tests a thousand times apart, flat tops of clipped sensors.
+What they say by themselves: units that were assumed, flat tops of clipped sensors.
 
 The peak of a response curve, computed or measured: frequency, size, and damping ratio from the width at half power.
 """
@@ -8,7 +8,6 @@ The peak of a response curve, computed or measured: frequency, size, and damping
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
@@ -24,11 +23,8 @@ LARGEST_PHASE = 20.0
 """rad; a curve turns by π at each resonance, and in degrees the first one already goes beyond."""
 
 THOUSAND = (300.0, 3000.0)
-"""Ratio of the responses per force of two tests that a unit a thousand times another explains: friction moves them by less than
-three, but for the resonance."""
-
-SAMPLES = 50
-"""Frequencies at which two tests are compared."""
+"""Ratio of two responses per force that a unit a thousand times another explains: friction moves them by less than three, but for
+the resonance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,39 +157,6 @@ def joined(notes: Sequence[tuple[str, str]]) -> list[str]:
         else:
             alike.setdefault((note, ""), {})
     return [f"{start}{first_of(list(names))}{end}" for (start, end), names in alike.items()]
-
-
-def mixed_units(tests: Sequence[MeasuredResponse]) -> list[str]:
-    """A sentence where the responses per force of some tests are about 1000 times those of others at the same frequencies."""
-    found = []
-    for quantity, output in dict.fromkeys((test.quantity, test.output) for test in tests):
-        alike = [test for test in tests if (test.quantity, test.output) == (quantity, output)]
-        ratios = {test.name: ratio for test in alike if (ratio := _ratio(test, alike[0])) is not None}
-        groups = [
-            [name for name, ratio in ratios.items() if low <= ratio <= high]
-            for low, high in ((1.0 / THOUSAND[1], 1.0 / THOUSAND[0]), (0.2, 5.0), THOUSAND)
-        ]
-        for small, large in pairwise(groups):
-            if small and large:
-                found.append(
-                    f"The responses per force of {first_of(large)} are about 1000 times those of "
-                    f"{first_of(small)} at the same frequencies. Are the units of {quantity} and force the same?"
-                )
-    return found
-
-
-def _ratio(test: MeasuredResponse, other: MeasuredResponse) -> float | None:
-    """The median ratio of the responses per force of two tests at the frequencies of both; None where they have none."""
-    curves = []
-    for one in (test, other):
-        order = np.argsort(np.asarray(one.frequency), kind="stable")
-        curves.append((np.asarray(one.frequency)[order], np.log(np.abs(one.per_force))[order]))
-    low, high = max(f[0] for f, _ in curves), min(f[-1] for f, _ in curves)
-    if not low < high:
-        return None
-    at = np.linspace(low, high, SAMPLES)
-    sizes = [np.interp(at, f, size) for f, size in curves]
-    return float(np.exp(np.median(sizes[0] - sizes[1])))
 
 
 def at_frequencies(wanted: Array, frequency: Array, size: Array) -> Array:

@@ -3,9 +3,7 @@
 Units of measured responses: frequency, force, phase, and motions, by themselves or per force.
 """
 
-import json
 import re
-import tempfile
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.model.readers.matlab import OBJECT_NAMES, arrays_of_several
 from stickslip.model.readers.numbers import number_of
-from stickslip.model.readers.process import arrays_of
 from stickslip.support.checks import Array, counted, fault, first_of, nearest
 
 DEGREE = np.pi / 180.0
@@ -448,16 +446,13 @@ def matlab_tables(paths: Sequence[Path]) -> list[NumberTable]:
 
 
 def matlab_arrays(paths: Sequence[Path]) -> list[dict[str, Any]]:
-    """The arrays of each of several MATLAB files by name, those of structs as "FRF.f", read in one process of their own."""
-    with tempfile.TemporaryDirectory() as folder:
-        listed = Path(folder) / "files.json"
-        listed.write_text(json.dumps([str(path.absolute()) for path in paths]), encoding="utf-8")
-        found = arrays_of(listed, "stickslip.model.readers.matlab")
-    own: list[dict[str, Any]] = [{} for _ in paths]
-    for key, values in found.items():
-        number, name = key.split(":", 1)
-        own[int(number)][name] = values
-    return own
+    """The arrays of each of several MATLAB files by name, those of structs as "FRF.f"."""
+    found = arrays_of_several(paths)
+    for path, own in zip(paths, found, strict=True):
+        if (objects := list(map(str, own.pop(OBJECT_NAMES, ())))) and not own:
+            remedy = "Save its numbers as arrays: save('test.mat', 'f', 'H')."
+            raise fault(path.name, "must hold arrays; objects are not read", ", ".join(objects), remedy)
+    return found
 
 
 def _matlab_table(name: str, arrays: dict[str, Any]) -> NumberTable:

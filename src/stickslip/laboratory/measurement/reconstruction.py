@@ -128,8 +128,8 @@ def damper_motion(cycles: CycleSet, distance: float, offset: float = 0.0) -> Cyc
 @dataclass(frozen=True, eq=False)
 class Geometry:
     """Of a damper between platforms: at the left the tangent from the first foot to the last, the normal into the damper and the
-    middle of the feet; at the right tangent, normal and arm (NaN with several lines: forces do not determine where theirs acts);
-    distance of the feet [m]."""
+    middle of the feet; at the right tangent, normal and arm, NaN with several lines, since forces do not determine where theirs
+    acts."""
 
     left_tangent: Array
     left_normal: Array
@@ -138,7 +138,6 @@ class Geometry:
     right_normal: Array
     right_arm: Array
     right_radius: float
-    feet: float
 
     @classmethod
     def of(cls, rig: BetweenPlatforms) -> Geometry:
@@ -150,7 +149,7 @@ class Geometry:
         arm = one.arm if len(right) == 1 else (np.nan, np.nan)
         values = (tangent, left[0].normal, arms.mean(axis=0), one.tangent, one.normal, arm)
         t, n, middle, right_t, right_n, place = (np.asarray(value, dtype=float) for value in values)
-        return cls(t, n, middle, right_t, right_n, place, one.radius, float(np.hypot(*feet)))
+        return cls(t, n, middle, right_t, right_n, place, one.radius)
 
 
 def reconstructed(rig: BetweenPlatforms, signals: dict[str, Array], pull: float, kn: float | None = None) -> dict[str, Array]:
@@ -196,12 +195,6 @@ def right_motion(g: Geometry, rotation: Array, damper_y: Array, approach: Array 
     translation = (damper_y + axis[0] * rotation + approach * normal[1]) / tangent[1]
     found = {"right_rolling": rolling, "right_translation": translation, "right_slip": translation - rolling}
     return {name: values - values.mean() for name, values in found.items()}
-
-
-def feet_loads(rig: BetweenPlatforms, left_normal: Array, left_place: Array) -> tuple[Array, Array]:
-    """Normal loads of the lower and the upper foot [N] by the lever rule."""
-    share = left_place / Geometry.of(rig).feet
-    return left_normal * (0.5 - share), left_normal * (0.5 + share)
 
 
 def reconstruct(

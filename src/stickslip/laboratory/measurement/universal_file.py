@@ -1,4 +1,4 @@
-"""Universal files (UFF, UNV): functions of data sets 58 and 58b, and what sets 15, 55, 151, 164 and 2411 say of them.
+"""Universal files (UFF, UNV): functions of data sets 58 and 58b, and what sets 15, 151, 164 and 2411 say of them.
 
 Formats by the documents of SDRC: lines with fields of fixed width; 58b holds its values as bytes, which its first line counts.
 """
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.model.readers.numbers import CUT_SHORT, within_memory
-from stickslip.support.checks import Array, InputError, fault, first_of
+from stickslip.support.checks import Array, InputError, fault
 
 ENDINGS = (".uff", ".unv", ".uf", ".unf")
 MARK = re.compile(rb"^ {4}-1[ \t]*\r?$", re.MULTILINE)
@@ -24,8 +24,8 @@ BLANK = re.compile(rb"(?:[ \t]*\r?\n)*(?:[ \t]*\Z)?")
 """Empty lines between data sets."""
 HEADER = 11
 """Lines of a data set 58 before its values."""
-READ = {15, 55, 58, 151, 164, 2411}
-"""Numbers of the data sets that are read."""
+NODES = (15, 2411)
+"""Data sets of coordinates."""
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd]?[+-]\d+|[EeDd]\d+)?|[+-]?(?:nan|inf(?:inity)?)", re.ASCII | re.IGNORECASE)
 WITHOUT_LETTER = re.compile(r"(?<=[\d.])(?=[+-])")
@@ -39,10 +39,6 @@ COUNTS = (6, 6, 12, 12)
 """Columns of order of bytes, floating point format, lines of the header and bytes after it, in the first line of a 58b."""
 LINES_OF_UNITS = 3
 LITTLE_ENDIAN, BIG_ENDIAN, IEEE = 1, 2, 2
-NORMAL_MODE, COMPLEX_MODES = 2, (3, 7)
-"""Types of analysis of a data set 55."""
-AGREE = 1e-2
-"""Relative difference up to which modal A and B belong to an eigenvalue."""
 DAMAGED = "The file is damaged."
 DIRECTIONS = ("S", "X", "Y", "Z", "RX", "RY", "RZ")
 
@@ -105,12 +101,11 @@ class UniversalFunction:
 
 @dataclass(frozen=True)
 class UniversalFile:
-    """Functions, coordinates of nodes in units of the file, natural frequencies [Hz] with damping ratios, and notes."""
+    """Functions, coordinates of nodes in units of the file, and notes."""
 
     name: str
     functions: tuple[UniversalFunction, ...]
     nodes: dict[int, tuple[float, ...]]
-    modes: tuple[tuple[float, float], ...]
     notes: tuple[str, ...]
 
 
@@ -159,7 +154,6 @@ def read_universal(path: Path) -> UniversalFile:
     within_memory(path.name, 6 * path.stat().st_size)
     functions: list[UniversalFunction] = []
     nodes: dict[int, tuple[float, ...]] = {}
-    modes: list[tuple[float, float]] = []
     notes: list[str] = []
     others: set[int] = set()
     units: FileUnits | None = None
@@ -170,22 +164,16 @@ def read_universal(path: Path) -> UniversalFile:
             units = _units(path.name, one)
         elif one.number == 151:
             notes += _origin(path.name, one)
-        elif one.number in READ:
+        elif one.number in NODES:
             try:
-                if one.number == 55:
-                    modes += _mode(path.name, one, notes)
-                else:
-                    nodes |= _nodes(path.name, one)
+                nodes |= _nodes(path.name, one)
             except InputError as error:
                 notes.append(f"Data set {one.number} is not read: {error}")
         else:
             others.add(one.number)
     if others:
         notes.append(f"Data sets of {path.name} that are not read: {', '.join(map(str, sorted(others)))}.")
-    if modes:
-        shown = first_of([f"{frequency:.6g} Hz ({100.0 * ratio:.3g} %)" for frequency, ratio in modes])
-        notes.append(f"Natural frequencies and damping ratios in {path.name}: {shown}.")
-    return UniversalFile(path.name, tuple(functions), nodes, tuple(modes), tuple(dict.fromkeys(notes)))
+    return UniversalFile(path.name, tuple(functions), nodes, tuple(dict.fromkeys(notes)))
 
 
 def _data_sets(name: str, data: bytes) -> Iterator[_DataSet]:
@@ -454,36 +442,3 @@ def _nodes(name: str, one: _DataSet) -> dict[int, tuple[float, ...]]:
     for first, second, width in pairs:
         found[_integer(what, first[:10].strip())] = tuple(_float(what, cell) for cell in _cells(second, (width,) * 3))
     return found
-
-
-def _mode(name: str, one: _DataSet, assumed: list[str]) -> list[tuple[float, float]]:
-    """Natural frequency [Hz] and damping ratio of a data set 55 that holds a mode; a sentence if its unit is not shown."""
-    what, lines = f"Data set 55 of {name}", [_text(line) for line in one.lines[:8]]
-    if len(lines) < 8:
-        raise fault(what, "must have eight lines or more", len(lines), DAMAGED)
-    analysis = _integer(what, lines[5][10:20].strip())
-    first, second, third = (_float(what, cell or "0") for cell in _cells(lines[7], (SINGLE,) * 3))
-    if analysis == NORMAL_MODE:
-        return [(first, third)]
-    size = float(np.hypot(first, second))
-    if analysis in COMPLEX_MODES and size > 0.0:
-        hertz = _hertz(first, second, lines[7])
-        if hertz is None:
-            assumed.append(
-                f"Data set 55 of {name} does not show whether its eigenvalue is in rad/s, as the format says, or in Hz."
-            )
-        return [((hertz or 0.5 / np.pi) * size, -first / size)]
-    return []
-
-
-def _hertz(first: float, second: float, line: str) -> float | None:
-    """What turns a complex eigenvalue λ into Hz: 1/2π by the format, 1 where modal A or B show that it is in Hz; None where they
-    show nothing. By the format B = −λA, and A = 2iω of an undamped mode of unit modal mass."""
-    parts = [_float("Modal A and B", cell or "0") for cell in _cells(line, (SINGLE,) * 6)[2:]]
-    of_a, of_b = abs(complex(parts[0], parts[1])), abs(complex(parts[2], parts[3]))
-    rate = of_b / of_a if of_a and of_b else 0.5 * of_a
-    size = np.hypot(first, second) if of_b else abs(second)
-    for unit, factor in ((0.5 / np.pi, 1.0), (1.0, 2.0 * np.pi)):
-        if np.isclose(rate, factor * size, rtol=AGREE):
-            return unit
-    return None

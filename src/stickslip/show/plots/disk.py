@@ -69,19 +69,6 @@ def disk_mode(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def disk_mode_3d(dataset: xr.Dataset) -> Any:
-    """The same as a plotly figure that can be turned: `.show()` or `.write_html(path)`."""
-    from plotly.graph_objects import Figure as Interactive
-    from plotly.graph_objects import Mesh3d
-
-    corners, sizes = placed_sectors(dataset)
-    x, y, z = corners.reshape(-1, 3).T
-    first = 4 * np.arange(sizes.size)
-    i, j, k = (np.concatenate([first + a, first + b]) for a, b in ((0, 0), (1, 2), (2, 3)))
-    mesh = Mesh3d(x=x, y=y, z=z, i=i, j=j, k=k, intensity=np.tile(sizes, 2), intensitymode="cell", colorscale="Viridis")
-    return Interactive(mesh).update_layout(scene_aspectmode="data", scene_xaxis_visible=False, scene_yaxis_visible=False)
-
-
 def damper_ring(dataset: xr.Dataset) -> Figure:
     """Dampers around the disk at the largest amplitude, a ring for each force level; colours mix shares of stick, slip, open."""
     from matplotlib.patches import Wedge

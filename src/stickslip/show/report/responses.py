@@ -1,4 +1,5 @@
-"""Presentations of forced responses, with bounds or samples if present, and of controlled responses.
+"""Presentations of forced responses, with bounds or samples if present, and of controlled responses: their figures, sentences and
+tables.
 
 Report sections on response variability: bounds over the start states, and percentiles of sampled ones, each as a figure and a
 table.
@@ -6,11 +7,14 @@ table.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from stickslip.analyses.isolated import APART
+from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.stress import has_fatigue, has_gauges, has_stress
 from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds import detached, has_bounds
@@ -33,10 +37,20 @@ from stickslip.results.view import (
     spread,
     words_of,
 )
-from stickslip.show.plots.forced_response import figures_of
+from stickslip.show.plots.chart import Chart
+from stickslip.show.plots.contacts import contact_states, dissipation, hysteresis_loops, loss_factor
+from stickslip.show.plots.disk import damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
 from stickslip.show.plots.paper import Figures
-from stickslip.show.plots.response_curves import controlled_response, resonances
-from stickslip.show.plots.variability import response_bounds, response_percentiles
+from stickslip.show.plots.response_curves import (
+    controlled_response,
+    haigh_diagram,
+    peaks_over_force,
+    resonances,
+    response_curves,
+    stress_curves,
+)
+from stickslip.show.plots.time_response import bound_cycles, contact_forces, force_ratios, loops
+from stickslip.show.plots.variability import loss_factors, response_bounds, response_cloud, response_percentiles
 from stickslip.show.report.conclusions import bounds_failures, bounds_warnings, further_curves_sentence, reached_sentences
 from stickslip.show.report.markup import Charts, Presentation, framed, hertz, presents, section
 from stickslip.show.report.stress import (
@@ -50,8 +64,45 @@ from stickslip.show.report.stress import (
 from stickslip.solve.balance.fourier import of_attribute
 from stickslip.solve.balance.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.support.checks import counted, in_percent
-from stickslip.support.late import pd, xr
+from stickslip.support.late import Figure, pd, xr
 from stickslip.support.outcome import Outcome
+
+FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {
+    "response": response_curves,
+    "response_linear_scale": partial(response_curves, log=False),
+    "response_per_force": partial(response_curves, per_force=True),
+    "response_acceleration": partial(response_curves, quantity="acceleration"),
+    "peaks": peaks_over_force,
+    "loops": hysteresis_loops,
+    "states": contact_states,
+    "dissipation": dissipation,
+    "loss_factor": loss_factor,
+}
+"""Name of the file: function that draws it."""
+
+
+def figures_of(dataset: xr.Dataset) -> Figures:
+    """The figures that a result has."""
+    figures = dict(FIGURES)
+    if has_bounds(dataset):
+        figures |= {
+            "bounds": lambda whole: response_bounds(detached(whole)),
+            "bounds_loss_factor": lambda whole: loss_factors(detached(whole)),
+            "bounds_contact_forces": lambda whole: contact_forces(detached(whole)),
+        }
+        # The ratio of friction to normal force needs a normal force that is known.
+        if bound_cycles(detached(dataset)).contacts:
+            figures["bounds_force_ratios"] = lambda whole: force_ratios(detached(whole))
+        figures["bounds_loops"] = lambda whole: loops(detached(whole))
+    if has_disk(dataset) and dataset.sizes["contact"]:
+        figures |= {"dampers": damper_ring, "mean_normal_load": mean_normal_load}
+    figures |= {"nodal_diameters": nodal_diameter_diagram} if "disk_frequency" in dataset.variables else {}
+    figures |= {"disk_mode": disk_mode} if "disk_shape" in dataset.variables else {}
+    figures |= {"stress": stress_curves} if has_stress(dataset) else {}
+    figures |= {"haigh": haigh_diagram} if has_fatigue(dataset) else {}
+    figures |= {"samples": response_cloud} if "start_variable" in dataset.variables else {}
+    return figures | ({"percentiles": response_percentiles} if has_percentiles(dataset) else {})
+
 
 NOTE = (
     '<p class="note">Friction forces of sticking contacts are not unique, so neither is the response. The bounds are the highest '

@@ -44,7 +44,6 @@ from stickslip.solve.balance.receptance import (
     modal_states,
     motion,
     motion_slope,
-    pulled,
     receptance,
 )
 from stickslip.solve.balance.resonances import Resonances
@@ -350,18 +349,10 @@ class LinearPart:
         """Change of motion −G'δλ (rows, 2H+1) for a change of forces δλ."""
         return _change(self.modes, self.highest, np.ascontiguousarray(forces), omega)
 
-    def receptance(self, omega: float, harmonics: int, rows: Index, columns: Index) -> Array:
-        """G' (2, H+1, rows, columns), real and imaginary part."""
-        return np.ascontiguousarray(_receptance(self.modes, omega, harmonics, rows, columns).transpose(1, 2, 0, 3))
-
     def first_harmonics(self, omegas: Array, columns: Index) -> tuple[Complex, Complex]:
         """X_1 of the motion per unit force level (k, rows), and G' of harmonic 1 to all rows (k, rows, columns), at frequencies
         (k,)."""
         return _first_harmonics(self.modes, omegas, columns)
-
-    def pulled(self, omega: float, weighted: Array, columns: Index) -> Array:
-        """−weightedᵀ G' (columns, 2H+1) for weights on the motion (rows, 2H+1)."""
-        return _pulled(self.modes, omega, weighted, columns)
 
     def whole_motion(self, forces: Array, omega: float, level: float) -> Array:
         """Motion of every coordinate of the structure (n, 2H+1), m: of every degree of freedom, unless these are more."""
@@ -391,12 +382,6 @@ def _change(given: Modes, harmonics: int, forces: Array, omega: float) -> Array:
 
 
 @kernel
-def _receptance(given: Modes, omega: float, harmonics: int, rows: Index, columns: Index) -> Array:
-    modes = view(given)
-    return boxed(receptance(modes, driven_states(modes, frequency_gains(modes, omega, harmonics), omega, columns), rows))
-
-
-@kernel
 def _first_harmonics(given: Modes, omegas: Array, columns: Index) -> tuple[Complex, Complex]:
     modes = view(given)
     rows = np.arange(modes.shape.shape[0])
@@ -412,12 +397,6 @@ def _first_harmonics(given: Modes, omegas: Array, columns: Index) -> tuple[Compl
             for c in range(columns.size):
                 response[k, r, c] = complex(driven[r, 0, 1, c], driven[r, 1, 1, c])
     return boxed((found, response))
-
-
-@kernel
-def _pulled(given: Modes, omega: float, weighted: Array, columns: Index) -> Array:
-    modes, harmonics = view(given), (weighted.shape[1] - 1) // 2
-    return boxed(pulled(modes, driven_states(modes, frequency_gains(modes, omega, harmonics), omega, columns), weighted))
 
 
 _SHARED: WeakKeyDictionary[HarmonicSystems, States] = WeakKeyDictionary()

@@ -1,16 +1,15 @@
 """Contact law in a study: the table [contact_law], from measured loops of one contact to kt, mu and law."""
 
-from dataclasses import asdict
-from hashlib import sha256
+from functools import partial
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from stickslip.laboratory.identification.contact_law.fit import LoopErrors
 from stickslip.laboratory.identification.contact_law.work import contact_law_work
-from stickslip.study.analysis import Asked, Kind, Works
-from stickslip.study.fields import FORCE, STIFFNESS, Column, Number, Positive, Table, in_si
-from stickslip.support.checks import counted, fault, nearest
+from stickslip.study.analysis import Asked, Kind, Works, content_of
+from stickslip.study.fields import FORCE, STIFFNESS, Column, Number, Positive, Table, errors_of, in_si
+from stickslip.support.checks import counted
 
 LawName = Literal["jenkins", "iwan", "dahl", "array", "valanis"]
 DEFAULT: list[LawName] = ["jenkins", "iwan", "dahl", "array"]
@@ -42,11 +41,7 @@ class ContactLawTable(Table):
 
     def loop_errors(self) -> LoopErrors:
         """The errors that loops cannot show."""
-        known = list(asdict(LoopErrors()))
-        for name in self.errors:
-            if name not in known:
-                raise fault("[contact_law] errors", "must be known ones", name, nearest(name, known))
-        return LoopErrors(**self.errors)
+        return errors_of(LoopErrors, self.errors, "contact_law")
 
 
 def plan(asked: Asked) -> Works:
@@ -55,10 +50,8 @@ def plan(asked: Asked) -> Works:
     given = in_si(table, asked.units) | {"errors": table.loop_errors()}
     files, given["units"] = [asked.folder / name for name in given.pop("files")], given.pop("column_units")
     summary = f"{counted(len(files), 'file')}, {' or '.join(table.laws)}"
-    content = sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()  # of those that exist
-    return Works(
-        lambda: contact_law_work(files, **given), summary, lambda work, arrays: work.contact_law(arrays[0]).dataset, content
-    )
+    work = partial(contact_law_work, files, **given)
+    return Works(work, summary, lambda work, arrays: work.contact_law(arrays[0]).dataset, content_of(files))
 
 
 KIND = Kind(plan, {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False)

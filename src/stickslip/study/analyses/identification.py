@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Literal
@@ -16,14 +13,11 @@ from stickslip.laboratory.identification.damper.work import IdentificationWork
 from stickslip.laboratory.measurement.cycles import CycleSet, read_load_removal, whole_cycles, zeroed
 from stickslip.laboratory.measurement.reconstruction import RigErrors, damper_motion
 from stickslip.laboratory.measurement.records import read_record
-from stickslip.model.dampers.between_platforms import BetweenPlatforms
-from stickslip.runs.work import Arrays
 from stickslip.solve.platforms.relaxation import elements_of
 from stickslip.study.analyses.damper_cycle import DamperTable, suitable
-from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import FORCE, FREQUENCY, LENGTH, Number, Positive, Seed, Table, Units, in_si
-from stickslip.support.checks import MOST, InputError, counted, fault, nearest
-from stickslip.support.late import xr
+from stickslip.study.analysis import Asked, Kind, Works, content_of
+from stickslip.study.fields import FORCE, FREQUENCY, LENGTH, Number, Positive, Seed, Table, Units, errors_of, in_si
+from stickslip.support.checks import MOST, InputError, counted, fault
 
 LawName = Literal["macroslip", "iwan", "microslip"]
 MACROSLIP: LawName = "macroslip"
@@ -56,11 +50,7 @@ class IdentificationTable(Table):
 
     def rig_errors(self) -> RigErrors:
         """The errors of the rig."""
-        known = list(asdict(RigErrors()))
-        for name in self.errors:
-            if name not in known:
-                raise fault("[identification] errors", "must be known ones", name, nearest(name, known))
-        return RigErrors(**self.errors)
+        return errors_of(RigErrors, self.errors, "identification")
 
     def cases(self, folder: Path, units: Units) -> tuple[CycleSet, ...]:
         """The loops as cycles."""
@@ -84,78 +74,41 @@ class IdentificationTable(Table):
         return zeroed(found, removals, self.rig_errors().calibration)
 
 
-@dataclass(frozen=True, eq=False)
-class IdentificationPlan(Plan):
-    """Loops and damper, read."""
+def plan(asked: Asked) -> Works:
+    """Loops and damper; the loops are read when the work begins."""
+    damper, table = asked.tables["damper"], asked.tables["identification"]
+    assert isinstance(damper, DamperTable)
+    assert isinstance(table, IdentificationTable)
+    if damper.law != MACROSLIP:
+        remedy = "The laws that are fitted stand in [identification] law."
+        raise fault("[damper] law", "must be macroslip in an identification", damper.law, remedy)
+    rig, errors, removals = damper.rig(asked.units), table.rig_errors(), table.load_removal or []
+    unknown = tuple(table.unknown or usual_unknowns(rig))
+    elements_of(rig), parameters(unknown, rig, {})
 
-    rig: BetweenPlatforms
-    table: IdentificationTable
-    folder: Path
-    units: Units
-
-    @classmethod
-    def of(cls, asked: Asked) -> IdentificationPlan:
-        """The plan of a study."""
-        damper, table = asked.tables["damper"], asked.tables["identification"]
-        if not isinstance(damper, DamperTable) or not isinstance(table, IdentificationTable):
-            raise AssertionError("the tables of an identification")
-        if damper.law != MACROSLIP:
-            remedy = "The laws that are fitted stand in [identification] law."
-            raise fault("[damper] law", "must be macroslip in an identification", damper.law, remedy)
-        rig = damper.rig(asked.units)
-        elements_of(rig), table.rig_errors(), parameters(table.unknown or usual_unknowns(rig), rig, {})
-        return cls(rig, table, asked.folder, asked.units)
-
-    def with_loops(self, loops: Sequence[Path], laws: Sequence[str] = (), removals: Sequence[Path] = ()) -> IdentificationPlan:
-        """A copy for other files, which count from the working folder, and for other laws if named. Load removals belong to their
-        loops: those of the study are dropped."""
-        changes: dict[str, list[str] | None] = {"loops": [str(path.resolve()) for path in loops]}
-        changes["load_removal"] = [str(path.resolve()) for path in removals] or None
-        if laws:
-            changes["law"] = list(laws)
-        return replace(self, table=self.table.model_copy(update=changes))
-
-    @property
-    def unknown(self) -> tuple[str, ...]:
-        """What is looked for."""
-        return tuple(self.table.unknown or usual_unknowns(self.rig))
-
-    @property
-    def content(self) -> str:
-        """Identifies the loops, as far as they exist."""
-        files = [self.folder / name for name in (*self.table.loops, *(self.table.load_removal or ()))]
-        return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
-
-    @property
-    def summary(self) -> str:
-        laws = " or ".join(self.table.law)
-        zeros = ", zeros by load removal" if self.table.load_removal else ""
-        return f"{counted(len(self.table.loops), 'loop')}{zeros}, unknown {', '.join(self.unknown)}, {laws}"
-
-    @cached_property
-    def works(self) -> Mapping[str, IdentificationWork]:
-        cases, errors = self.table.cases(self.folder, self.units), self.table.rig_errors()
-        zeros = str([sorted(case.zero_errors.items()) for case in cases]) if self.table.load_removal else ""
+    def work() -> IdentificationWork:
+        cases = table.cases(asked.folder, asked.units)
+        zeros = str([sorted(case.zero_errors.items()) for case in cases]) if removals else ""
         digest = sha256(b"".join(case.harmonics.tobytes() for case in cases) + zeros.encode()).hexdigest()[:12]
-        work = IdentificationWork(
+        return IdentificationWork(
             cases,
-            self.rig,
-            unknown=self.unknown,
+            rig,
+            unknown=unknown,
             errors=errors,
-            resamples=self.table.resamples,
-            seed=self.table.seed,
+            resamples=table.resamples,
+            seed=table.seed,
             name=f"identification {digest}",
-            laws=tuple(self.table.law),
+            laws=tuple(table.law),
         )
-        return {"": work}
 
-    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        work = self.works[""]
-        return work.identification(results[""][0]).dataset
+    zeroed_by = ", zeros by load removal" if removals else ""
+    summary = f"{counted(len(table.loops), 'loop')}{zeroed_by}, unknown {', '.join(unknown)}, {' or '.join(table.law)}"
+    content = content_of([asked.folder / name for name in (*table.loops, *removals)])
+    return Works(work, summary, lambda work, arrays: work.identification(arrays[0]).dataset, content)
 
 
 KIND = Kind(
-    IdentificationPlan.of,
+    plan,
     {"damper": DamperTable, "identification": IdentificationTable},
     required=("damper", "identification"),
     checks={"damper": suitable},

@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -25,9 +24,9 @@ from stickslip.model.problem import Problem
 from stickslip.model.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
-from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.analysis import Asked, Kind, Plan, content_of
 from stickslip.study.contacts import RuleOrRules
-from stickslip.study.fields import Column, Number, Positive, Seed, Table
+from stickslip.study.fields import Column, Number, Positive, Table, table_of, values_of
 from stickslip.study.tables import Ends
 from stickslip.support.checks import MOST, Index, counted, fault, nearest
 from stickslip.support.late import xr
@@ -36,15 +35,12 @@ FACTORS = ("kt", "kn", "mu", "preload", "damping", "mass", "stiffness")
 WITHOUT = {"kn": "A contact has kn where it has a normal direction and its law a stiffness kn; else leave it out."}
 """Remedies for factors on what no contact has."""
 
-OF_THE_FIT = ("start_states", "rule", "share", "start_deviation", "leave_one_out", "tries", "seed", "evaluations")
-"""Keys that the fit takes as they are."""
-
 ColumnName = Literal["frequency", "amplitude", "real", "imaginary", "phase", "force"]
 Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
 
 
-class ResponseIdentificationTable(Table):
-    """Measured curves, and the parameters that are fitted to them; points outside the band of [sweep] are not used."""
+class CurvesTable(Table):
+    """Measured curves, how they are read, and what is free."""
 
     files: Annotated[list[str], Field(min_length=1)]
     """curves (text, .mat, .unv): frequency, amplitude, force, phase if known"""
@@ -91,22 +87,18 @@ class ResponseIdentificationTable(Table):
     """the error is relative to the largest response of a curve, not to the point"""
     free_gain: Annotated[bool, Field(description="a constant factor of each measured curve is found too")] = False
     free_phase: Annotated[bool, Field(description="a constant phase of each measured curve is found too")] = False
-    start_states: Annotated[
-        Literal["virgin", "free"], Field(description="of the contacts: as the problem says, or of each test its own")
-    ] = "virgin"
-    rule: RuleOrRules = "traction_ratio"
-    """quantity that a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0"""
-    share: Literal["element", "direction", "contact", "all"] = "element"
-    """which friction elements share a start variable"""
-    start_deviation: Positive = 0.5
-    """standard deviation of free start variables about 0, their prior"""
-    leave_one_out: Annotated[bool, Field(description="predict each curve, or each joint, by the others too")] = False
-    tries: Annotated[int, Field(ge=0, le=MOST, description="further starts of the fit, of which the best is taken")] = 8
-    seed: Annotated[Seed, Field(description="of these starts")] = 0
-    evaluations: Annotated[int, Field(ge=1, le=MOST, description="of the residuals in one fit, at most")] = 60
 
 
-def free_parameters(table: ResponseIdentificationTable) -> dict[str, FreeParameter]:
+ResponseIdentificationTable = table_of(
+    ResponseIdentificationWork,
+    "Measured curves, and the parameters that are fitted to them; points outside the band of [sweep] are not used.",
+    CurvesTable,
+    rule=RuleOrRules,
+    start_deviation=Positive,
+)
+
+
+def free_parameters(table: CurvesTable) -> dict[str, FreeParameter]:
     """The free parameters by name, arguments of a rig or factors."""
     factors = {name: ends for name in FACTORS if (ends := getattr(table, name)) is not None}
     if not factors and not table.rig:
@@ -150,7 +142,7 @@ def own_values(problem: Problem, name: str) -> tuple[tuple[float, ...], str]:
     return ends, "" if name == "mu" else "N/m"
 
 
-def measured_curves(table: ResponseIdentificationTable, folder: Path, **about: Any) -> list[MeasuredResponse]:
+def measured_curves(table: CurvesTable, folder: Path, **about: Any) -> list[MeasuredResponse]:
     """The curves of all files, one each, or those that the column `by` distinguishes; about: other arguments of them all."""
     how = about_columns(table)
     if table.by is None:
@@ -171,7 +163,7 @@ def measured_curves(table: ResponseIdentificationTable, folder: Path, **about: A
     return sets[0] if len(sets) == 1 else [own[k] for k, own in enumerate(sets)]
 
 
-def about_columns(table: ResponseIdentificationTable) -> list[dict[str, Any]]:
+def about_columns(table: CurvesTable) -> list[dict[str, Any]]:
     """How each file is read: arguments of `read_measured_response`; force levels of the curves of one file aside."""
     about: dict[str, Any] = {"quantity": table.quantity, "phase_of": table.phase_of}
     about |= {"columns": {str(key): which for key, which in table.columns.items()}}
@@ -222,7 +214,7 @@ def _with_structure(problem: Problem, factors: Mapping[str, float]) -> Problem:
     return problem.with_structure(replace(structure, M=mass * structure.M, K=stiffness * structure.K, C=C, damping=None))
 
 
-def known_settings(key: str, names: Iterable[str], table: ResponseIdentificationTable, rig: str) -> None:
+def known_settings(key: str, names: Iterable[str], table: CurvesTable, rig: str) -> None:
     """Settings of a key name arguments of the rig or factors, none of which is free."""
     free = free_parameters(table)
     named = (*(inspect.signature(RIGS[rig]).parameters if rig else ()), *FACTORS)
@@ -265,7 +257,7 @@ class ResponseIdentificationPlan(Plan):
     """Curves, and what is fitted to them."""
 
     sweep: ForcedResponseSettings
-    table: ResponseIdentificationTable
+    table: CurvesTable
     folder: Path
     rig: tuple[str, Mapping[str, Any]]
     remark: str = ""
@@ -273,7 +265,8 @@ class ResponseIdentificationPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> ResponseIdentificationPlan:
         """The plan of a study."""
-        sweep, table = sweep_of(asked), ResponseIdentificationTable.model_validate(asked.tables[TABLE])
+        sweep, table = sweep_of(asked), asked.tables[TABLE]
+        assert isinstance(table, CurvesTable)
         names = list(sweep.problem.output_names)
         known_settings(f"[{TABLE}]", (name for one in table.settings for name in one), table, asked.rig[0])
         about_columns(table)
@@ -293,8 +286,7 @@ class ResponseIdentificationPlan(Plan):
     @property
     def content(self) -> str:
         """Identifies the curves, as far as they exist."""
-        files = [self.folder / name for name in self.table.files]
-        return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
+        return content_of(self.folder / name for name in self.table.files)
 
     @property
     def summary(self) -> str:
@@ -353,7 +345,7 @@ class ResponseIdentificationPlan(Plan):
             self.problem_of(),
             free_parameters(table),
             [self._thinned(test) for test in self.band],
-            **{name: getattr(table, name) for name in OF_THE_FIT},
+            **values_of(ResponseIdentificationWork, table),
             harmonics=base.harmonics,
             samples=base.samples,
         )

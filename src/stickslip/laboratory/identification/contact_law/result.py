@@ -55,13 +55,6 @@ class LawFit:
         """95 % interval of mu."""
         return interval(self.mu, self.errors[1])
 
-    def __str__(self) -> str:
-        low, high = (1e-6 * value for value in self.kt_interval)
-        kt = f"kt = {1e-6 * self.kt:.4g} N/µm ({low:.4g} to {high:.4g})"
-        mu = f"mu = {self.mu:.4g} ({self.mu_interval[0]:.4g} to {self.mu_interval[1]:.4g})"
-        held_out = "" if np.isnan(self.held_out) else f", held out {self.held_out:.1%}"
-        return f"{self.law}: {kt}, {mu}; misfit {self.misfit:.1%}{held_out}"
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactLaw(Result):

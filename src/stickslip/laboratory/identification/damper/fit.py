@@ -23,7 +23,6 @@ from stickslip.laboratory.identification.damper.model import (
     LINE_LAWS,
     PARTS,
     TENFOLD,
-    Clues,
     Parameter,
     microslip,
     over_load,
@@ -298,10 +297,9 @@ def _drive(case: CycleSet, steps: int) -> Array:
     return found
 
 
-def population(fit: DamperFit, found: Clues, size: int, generations: int, seed: int, report: Callable[[float], object]) -> Array:
-    """A population over the whole range, the best first, (members, unknowns); the clues are among its first members."""
+def population(fit: DamperFit, size: int, generations: int, seed: int, report: Callable[[float], object]) -> Array:
+    """A population over the whole range, the best first, (members, unknowns)."""
     low, high = fit.bounds
-    first = np.clip(np.log([found.guess(p.name, np.sqrt(p.low * p.high)) for p in fit.unknowns]), low, high)
     seen = 0
 
     def height(theta: Array) -> float:
@@ -315,7 +313,6 @@ def population(fit: DamperFit, found: Clues, size: int, generations: int, seed: 
     result = differential_evolution(
         height,
         Bounds(low, high),
-        x0=first,
         popsize=size,
         maxiter=generations,
         tol=1e-3,

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stickslip.laboratory.identification.damper.fit import COARSE, EVALUATIONS, DamperFit
-from stickslip.laboratory.identification.damper.model import Clues
 from stickslip.laboratory.measurement.cycles import synthesis
 from stickslip.laboratory.measurement.reconstruction import reconstruct
 from stickslip.model.dampers.between_platforms import BetweenPlatforms
@@ -38,8 +37,8 @@ FEWEST = 2
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(Result):
     """values {name: SI}, intervals {name: (low, high)} at 95 %, correlation of the logarithms (unknowns, unknowns); the law they
-    belong to, and the error of every law on loops held out, in standard deviations; what the start stages found (`clues`),
-    relative misfit of each case and channel in `dataset`, warnings.
+    belong to, and the error of every law on loops held out, in standard deviations; relative
+    misfit of each case and channel in `dataset`, warnings.
 
     Intervals are NaN where the refits that they rest on failed; a warning then has the reason. `held_out` is empty where only one
     law was asked for, since no loop was held out. `dataset` has the lag of the forces and the zeros of the cells as well, with
@@ -48,7 +47,6 @@ class Identification(Result):
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]]
     correlation: Array
-    clues: Clues
     warnings: tuple[str, ...]
     fit: DamperFit
     replicates: Array
@@ -61,21 +59,6 @@ class Identification(Result):
         cycles: how friction develops in a test. Their scatter is that of the cycles; errors of gains are common to all parts.
         """
         return over_cycles(self.fit, np.log([self.values[p.name] for p in self.fit.unknowns]), points)
-
-    def __str__(self) -> str:
-        rows = []
-        for name, value in self.values.items():
-            low, high = self.intervals[name]
-            factor, unit = (1.0, "") if name.startswith(("mu", "gaps")) else (1e-6, " N/µm")
-            known = f"{low * factor:.4g} to {high * factor:.4g}{unit}" if np.isfinite(low) else "no interval"
-            rows.append(f"{name:<6} {value * factor:.4g}{unit}  ({known})")
-        rows += (
-            [f"law    {self.law}, of {', '.join(f'{law} {error:.3g}' for law, error in self.held_out.items())}"]
-            if self.held_out
-            else []
-        )
-        rows += [*chain_sentences(self.dataset), *(f"Warning: {warning}" for warning in self.warnings)]
-        return "\n".join(rows)
 
 
 def identification_dataset(

@@ -1,8 +1,7 @@
-"""Identification of a damper's contact parameters from measured cycles: initial guess, global search, gradients, intervals.
+"""Identification of a damper's contact parameters from measured cycles: global search, gradients, intervals.
 
-1. Friction from plateaux of T/N, stiffness from stuck slopes, as far as the loops show them: a start, not a result.
-2. A search of the whole range (differential evolution), then least squares on whole loops of all cases at once.
-3. Intervals from refits to resampled cycles with drawn errors of cells and lasers, with the misfit itself turned about and
+1. A search of the whole range (differential evolution), then least squares on whole loops of all cases at once.
+2. Intervals from refits to resampled cycles with drawn errors of cells and lasers, with the misfit itself turned about and
    with contacts between macroslip and microslip: the formal covariance is too small by 1.5 to 20 times.
 
 Plausibility checks of measured cycles before a fit and of the result after it.
@@ -26,7 +25,7 @@ from stickslip.laboratory.identification.damper.fit import (
     population,
     refits,
 )
-from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD, Clues, clues, parameters, usual_unknowns
+from stickslip.laboratory.identification.damper.model import LINE_LAWS, TENFOLD, parameters, usual_unknowns
 from stickslip.laboratory.identification.damper.result import (
     CERTAINTY,
     Identification,
@@ -311,15 +310,14 @@ class IdentificationWork:
 
     def solve(self, case: int, report: Callable[[float], object]) -> Arrays:
         """Logarithms of the unknowns of the law that is chosen, and of their refits; errors of all laws on loops held out."""
-        found = clues(self.cases, self.damper, self.errors)
         fit, seen = self.fit, np.nan
-        best, others = self._searched(fit, found, lambda share: report(0.4 * share))
+        best, others = self._searched(fit, lambda share: report(0.4 * share))
         if self.errors.lag is None:
             largest, late = GRADUAL / (2.0 * np.pi * max(case.frequency for case in self.cases)), fit.with_lag(LAG_PRIOR)
             coarse = late.steps(COARSE)
             seen = coarse.lag_at(coarse.solved(best, evaluations=EVALUATIONS).x)
             if abs(seen) > largest:
-                there = self._searched(late, found, lambda share: report(0.4 + 0.1 * share))
+                there = self._searched(late, lambda share: report(0.4 + 0.1 * share))
                 seen = late.lag_at(there[0])
                 # A lag that another minimum seemed to show is none, but has led to a better one.
                 fit, (best, others) = (late, there) if abs(seen) > largest else (fit, fitted(fit, np.array([best, there[0]])))
@@ -336,9 +334,9 @@ class IdentificationWork:
         lag = np.array([fit.errors.lag or 0.0, seen])
         return {"theta": thetas[law], **again_too, "law": number, "held_out": held, "lag_prior": lag}
 
-    def _searched(self, fit: DamperFit, found: Clues, report: Callable[[float], object]) -> tuple[Array, Array]:
+    def _searched(self, fit: DamperFit, report: Callable[[float], object]) -> tuple[Array, Array]:
         """The best of the whole range, and other minima that are about as good."""
-        return fitted(fit, population(fit.steps(COARSE), found, self.population, self.generations, self.seed, report))
+        return fitted(fit, population(fit.steps(COARSE), self.population, self.generations, self.seed, report))
 
     def identification(self, arrays: Arrays) -> Identification:
         """The result from the arrays of `solve`."""
@@ -368,8 +366,7 @@ class IdentificationWork:
         if errors:
             held_out = named("law", list(errors.values()), "error on loops held out, in standard deviations")
             dataset = dataset.assign(held_out=held_out).assign_coords(law=named("law", several, "law of the lines of contact"))
-        found = clues(self.cases, self.damper, self.errors)
-        return Identification(values, intervals, correlation, found, warnings, fit, replicates, dataset, law, errors)
+        return Identification(values, intervals, correlation, warnings, fit, replicates, dataset, law, errors)
 
 
 def identify(

@@ -23,6 +23,7 @@ from stickslip.laboratory.identification.response.draws import NORMAL, Draw, of_
 from stickslip.laboratory.identification.response.prediction import DrawnProblems, within
 from stickslip.laboratory.identification.response.prediction_result import (
     FINER,
+    against_measured,
     damping_text,
     frequency_text,
     held_share,
@@ -31,6 +32,7 @@ from stickslip.laboratory.identification.response.prediction_result import (
     remarks_on_draws,
     unexplained,
     what_was_free,
+    with_intervals,
 )
 from stickslip.laboratory.measurement.decay import MeasuredDecay
 from stickslip.results.files import SavedResult
@@ -140,58 +142,34 @@ def _names(decays: Sequence[xr.Dataset]) -> list[str]:
     return [title if titles.count(title) == 1 else f"{title} ({titles[: k + 1].count(title)})" for k, title in enumerate(titles)]
 
 
-def decay_table(dataset: xr.Dataset) -> pd.DataFrame:
-    """Frequency and damping ratio with their 95 % intervals at amplitudes in equal ratios."""
-    at = _shown(dataset["amplitude"].values, ROWS)
-    columns: dict[str, Any] = {"amplitude [m]": dataset["amplitude"].values[at]}
-    for words, unit, key, factor in COMPARED:
-        for end, name in (("", ""), ("_low", "from "), ("_high", "to ")):
-            columns[f"{name}{words} [{unit}]"] = factor * dataset[f"{key}{end}"].values[at]
-    inside = dataset["interpolated"].values[at] > 0.0
-    return pd.DataFrame(columns | {"measured amplitudes": np.where(inside, "interpolated", "extrapolated")})
+def decay_table(dataset: xr.Dataset, most: int | None = ROWS) -> pd.DataFrame:
+    """Frequency and damping ratio with their 95 % intervals at so many amplitudes in equal ratios, or at all."""
+    shown = dataset.isel(amplitude=_shown(dataset["amplitude"].values, most))
+    return pd.DataFrame({"amplitude [m]": shown["amplitude"].values} | with_intervals(shown, COMPARED, "amplitudes"))
+
+
+def comparison_table(dataset: xr.Dataset, most: int | None = ROWS) -> pd.DataFrame:
+    """Of each compared decay at so many amplitudes in equal ratios, or at all, measured, predicted and interval of frequency and
+    damping ratio, and the error in percent of the measured one."""
+    tables = []
+    for t, name in enumerate(dataset["decay"].values):
+        one = dataset.isel(decay=t).dropna("window", subset=["measured_amplitude"])
+        one = one.isel(window=_shown(one["measured_amplitude"].values, most))
+        place = {"decay": name, "amplitude [m]": one["measured_amplitude"].values}
+        tables.append(pd.DataFrame(place | against_measured(one, COMPARED)))
+    return pd.concat(tables, ignore_index=True)
 
 
 def whole_tables(dataset: xr.Dataset) -> dict[str, pd.DataFrame]:
     """All amplitudes of the prediction, and all windows of the compared decays."""
-
-    def of(keys: Sequence[str], place: dict[str, Any]) -> pd.DataFrame:
-        columns = {f"{key.replace('_', ' ')} [{dataset[key].attrs['units']}]": dataset[key].values.ravel() for key in keys}
-        return pd.DataFrame(place | columns)
-
-    ends = [f"{key}{end}" for _, _, key, _ in COMPARED for end in ("", "_low", "_high")]
-    found = {"decay": of(["amplitude", *ends], {})}
-    if "decay" in dataset.sizes:
-        pairs = [
-            f"{end}_{key}" for _, _, key, _ in COMPARED for end in ("measured", "predicted", "predicted_low", "predicted_high")
-        ]
-        names = {"decay": np.repeat(dataset["decay"].values, dataset.sizes["window"])}
-        found["windows"] = of(["measured_amplitude", *pairs], names).dropna(ignore_index=True)
-    return found
+    windows = {"windows": comparison_table(dataset, None)} if "decay" in dataset.sizes else {}
+    return {"decay": decay_table(dataset, None), **windows}
 
 
-def comparison_table(dataset: xr.Dataset) -> pd.DataFrame:
-    """Of each compared decay at amplitudes in equal ratios measured, predicted and interval of frequency and damping ratio, and
-    the error in percent of the measured one."""
-    rows: dict[str, list[Any]] = {}
-    for t, name in enumerate(dataset["decay"].values):
-        one = dataset.isel(decay=t)
-        size = one["measured_amplitude"].values
-        known = np.flatnonzero(np.isfinite(size))
-        for k in known[_shown(size[known], ROWS)]:
-            values: dict[str, Any] = {"decay": name, "amplitude [m]": float(size[k])}
-            for words, unit, key, factor in COMPARED:
-                ends = ("measured", "predicted", "predicted_low", "predicted_high")
-                measured, predicted, low, high = (factor * float(one[f"{end}_{key}"].values[k]) for end in ends)
-                values |= {f"measured {words} [{unit}]": measured, f"predicted {words} [{unit}]": predicted}
-                values |= {f"from {words} [{unit}]": low, f"to {words} [{unit}]": high}
-                values[f"error of {words} in %"] = 100.0 * (predicted / measured - 1.0)
-            for head, value in values.items():
-                rows.setdefault(head, []).append(value)
-    return pd.DataFrame(rows)
-
-
-def _shown(size: Array, most: int) -> np.ndarray:
-    """The numbers of values nearest to so many in equal ratios, from the largest to the smallest."""
+def _shown(size: Array, most: int | None) -> np.ndarray:
+    """The numbers of values nearest to so many in equal ratios, from the largest to the smallest; of all for None."""
+    if most is None:
+        return np.arange(size.size)
     wanted = np.geomspace(size.max(), size.min(), most)
     return np.array(list(dict.fromkeys(int(np.argmin(np.abs(np.log(size / one)))) for one in wanted)))
 

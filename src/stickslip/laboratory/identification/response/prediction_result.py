@@ -40,6 +40,12 @@ WHOLE = 39
 COMPARED = (("frequency", "Hz", "peak_frequency"), ("amplitude", "", "peak_amplitude"), ("damping ratio", "1", "damping_ratio"))
 """What a comparison lists: words, unit, and variable."""
 
+Compared = tuple[str, str, str, float]
+"""The same, with the unit as a number."""
+
+PREDICTED = ("predicted", "predicted_low", "predicted_high")
+"""How the variables of a predicted value and of the ends of its interval begin."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ResponsePrediction(SavedResult):
@@ -178,31 +184,41 @@ def comparison_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Of each compared test measured, predicted and interval of peak frequency, amplitude and damping ratio, error in percent
     of the measured one; share of points inside."""
     at = dataset["predicted_level"].values.astype(int)
-    columns: dict[str, Any] = {"test": dataset["measured"].values}
-    columns[level_head(dataset)] = dataset["level"].values[at]
-    for words, unit, key in COMPARED:
-        unit = unit or dataset["peak_amplitude"].attrs["units"]
-        for end, name in (
-            ("measured", "measured"),
-            ("predicted", "predicted"),
-            ("predicted_low", "from"),
-            ("predicted_high", "to"),
-        ):
-            columns[f"{name} {words} [{unit}]"] = dataset[f"{end}_{key}"].values
+    columns = {"test": dataset["measured"].values, level_head(dataset): dataset["level"].values[at]}
+    columns |= against_measured(dataset, compared_in(dataset))
+    return pd.DataFrame(columns | {"points inside in %": 100.0 * dataset["inside"].values})
+
+
+def compared_in(dataset: xr.Dataset) -> list[Compared]:
+    """What is compared, responses in their unit."""
+    return [(words, unit or dataset["peak_amplitude"].attrs["units"], key, 1.0) for words, unit, key in COMPARED]
+
+
+def against_measured(dataset: xr.Dataset, compared: Sequence[Compared]) -> dict[str, Any]:
+    """Columns of what was measured, what is predicted with its interval, and the error in percent."""
+    columns: dict[str, Any] = {}
+    for words, unit, key, factor in compared:
+        for end, name in (("measured", "measured"), *zip(PREDICTED, ("predicted", "from", "to"), strict=True)):
+            columns[f"{name} {words} [{unit}]"] = factor * dataset[f"{end}_{key}"].values
         ratio = dataset[f"predicted_{key}"].values / dataset[f"measured_{key}"].values
         columns[f"error of {words} in %"] = 100.0 * (ratio - 1.0)
-    columns["points inside in %"] = 100.0 * dataset["inside"].values
-    return pd.DataFrame(columns)
+    return columns
+
+
+def with_intervals(dataset: xr.Dataset, compared: Sequence[Compared], place: str) -> dict[str, Any]:
+    """Columns of what is predicted with its interval, and whether it lies among the measured ones of a place."""
+    columns = {
+        f"{name}{words} [{unit}]": factor * dataset[f"{key}{end}"].values
+        for words, unit, key, factor in compared
+        for end, name in (("", ""), ("_low", "from "), ("_high", "to "))
+    }
+    return columns | {f"measured {place}": np.where(dataset["interpolated"].values > 0.0, "interpolated", "extrapolated")}
 
 
 def peak_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Of each level the predicted peak with its 95 % interval."""
-    columns: dict[str, Any] = {level_head(dataset): dataset["level"].values}
-    for words, unit, key in COMPARED:
-        for end, name in (("", ""), ("_low", "from "), ("_high", "to ")):
-            columns[f"{name}{words} [{unit or dataset['peak_amplitude'].attrs['units']}]"] = dataset[f"{key}{end}"].values
-    inside = dataset["interpolated"].values > 0.0
-    return pd.DataFrame(columns | {"measured levels": np.where(inside, "interpolated", "extrapolated")})
+    levels = {level_head(dataset): dataset["level"].values}
+    return pd.DataFrame(levels | with_intervals(dataset, compared_in(dataset), "levels"))
 
 
 def curve_table(dataset: xr.Dataset) -> pd.DataFrame:
@@ -302,8 +318,7 @@ def _compared_lines(dataset: xr.Dataset) -> list[str]:
     for t, name in enumerate(dataset["measured"].values):
         words = []
         for what, _, key in COMPARED:
-            ends = ("measured", "predicted", "predicted_low", "predicted_high")
-            measured, predicted, low, high = (float(dataset[f"{end}_{key}"].values[t]) for end in ends)
+            measured, predicted, low, high = (float(dataset[f"{end}_{key}"].values[t]) for end in ("measured", *PREDICTED))
             if np.isfinite(measured) and np.isfinite(predicted):
                 where = "inside" if low <= measured <= high else "outside"
                 known = dataset.get(f"predicted_{key}_deviation")  # earlier versions did not keep it, nor the gain

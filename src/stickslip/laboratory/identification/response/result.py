@@ -19,7 +19,7 @@ from stickslip.laboratory.identification.response.intervals import FEWEST_TESTS,
 from stickslip.laboratory.identification.response.mistakes import moved, notes_on_mistakes, notes_on_outliers
 from stickslip.laboratory.identification.response.prediction import predict_response
 from stickslip.laboratory.identification.response.prediction_result import ResponsePrediction
-from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined, mixed_units
+from stickslip.laboratory.measurement.measured_response import MeasuredResponse, assumed_units, flat_top, joined
 from stickslip.model.problem import Problem
 from stickslip.results.files import SavedResult
 from stickslip.results.schema import Row, named, stacked
@@ -68,7 +68,7 @@ def notes(
     mistakes = notes_on_mistakes(tests, dataset["misfit"].values, solution) if "plain_gain" in solution else []
     about = [(test.name, note) for test in tests for note in (*test.notes, *([] if mistakes else flat_top(test)))]
     suspected = [*mistakes, SUSPICION] if mistakes else []
-    found = [*suspected, *assumed_units(tests), *(() if mistakes else mixed_units(tests)), *joined(about), *remarks]
+    found = [*suspected, *assumed_units(tests), *joined(about), *remarks]
     if mistakes:
         return (*found, *_repeated(solved[0]))
     return (*found, *notes_of_fit(*solved, dataset))
@@ -225,10 +225,6 @@ class ResponseIdentification(SavedResult):
         """Frequency and damping of a free decay between two amplitudes of the displacement, m, with 95 % intervals; further
         arguments are those of `predict_decay`."""
         return predict_decay(self, amplitude, **settings)
-
-    def __str__(self) -> str:
-        """Parameters with intervals, misfit of each test, notes."""
-        return "\n".join(summary(self.dataset))
 
 
 def dataset_of_fit(

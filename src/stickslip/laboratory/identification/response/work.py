@@ -30,7 +30,7 @@ from stickslip.support.checks import Array, InputError, fault, numbers, of_kind,
 from stickslip.support.machine import one_blas_thread
 
 Starts = Literal["virgin", "free"]
-StartStates = Annotated[Starts, Setting(OneOf(get_args(Starts)))]
+StartStates = Annotated[Starts, Setting(OneOf(get_args(Starts)), "of the contacts: as the problem says, or of each test its own")]
 OfValues = Annotated[Callable[..., Problem], Setting(maker)]
 Three = tuple[float, float, float]
 
@@ -85,11 +85,11 @@ class ResponseIdentificationWork(Sampled):
     start_states: StartStates = "virgin"
     rule: Rule = "traction_ratio"
     share: Share = "element"
-    start_deviation: Annotated[float, Setting(positive)] = 0.5
-    leave_one_out: Annotated[bool, Setting(truth)] = False
-    tries: Annotated[int, Setting(Whole(0))] = 8
+    start_deviation: Annotated[float, Setting(positive, "standard deviation of free start variables about 0, their prior")] = 0.5
+    leave_one_out: Annotated[bool, Setting(truth, "predict each curve, or each joint, by the others too")] = False
+    tries: Annotated[int, Setting(Whole(0), "further starts of the fit, of which the best is taken")] = 8
     seed: Seed = 0
-    evaluations: Annotated[int, Setting(Whole(1))] = 60
+    evaluations: Annotated[int, Setting(Whole(1), "of the residuals in one fit, at most")] = 60
     checkpoint: Checkpoint | None = None
     progress: Progress = silent
 
