@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.model.readers.matlab import OBJECT_NAMES, arrays_of_several
 from stickslip.model.readers.numbers import number_of
-from stickslip.support.checks import Array, counted, fault, first_of, nearest
+from stickslip.support.checks import Array, InputError, counted, fault, first_of, nearest
 
 DEGREE = np.pi / 180.0
 INCH, FOOT, POUND, GRAVITY = 0.0254, 0.3048, 4.4482216152605, 9.80665
@@ -447,7 +447,10 @@ def matlab_tables(paths: Sequence[Path]) -> list[NumberTable]:
 
 def matlab_arrays(paths: Sequence[Path]) -> list[dict[str, Any]]:
     """The arrays of each of several MATLAB files by name, those of structs as "FRF.f"."""
-    found = arrays_of_several(paths)
+    try:
+        found = arrays_of_several(paths)
+    except InputError as error:
+        raise InputError(f"{paths[0].name}: {error}" if len(paths) == 1 else str(error)) from None
     for path, own in zip(paths, found, strict=True):
         if (objects := list(map(str, own.pop(OBJECT_NAMES, ())))) and not own:
             remedy = "Save its numbers as arrays: save('test.mat', 'f', 'H')."

@@ -61,13 +61,15 @@ def arrays_of_several(paths: Sequence[Path]) -> list[dict[str, Any]]:
 def arrays(path: Path) -> dict[str, Any]:
     """The arrays of all files that the file at `path` lists in JSON, by number of the file and name: "0:hyst"."""
     numbered: dict[str, Any] = {}
-    for number, name in enumerate(json.loads(path.read_text(encoding="utf-8"))):
+    names = json.loads(path.read_text(encoding="utf-8"))
+    for number, name in enumerate(names):
         try:
             own = _arrays_of_hdf5(Path(name)) if _is_hdf5(Path(name)) else _arrays_of_version_5(Path(name))
-        except InputError as error:
-            raise InputError(f"{Path(name).name}: {error}") from None
         except Exception as error:  # the libraries raise whatever a damaged file leads them to
-            raise fault(Path(name).name, "must be a sound MATLAB file", str(error)[:200] or type(error).__name__) from None
+            if len(names) == 1:  # which needs no name
+                raise
+            what = str(error) if isinstance(error, InputError) else f"The file is damaged ({str(error)[:200]})."
+            raise InputError(f"{Path(name).name}: {what}") from None
         numbered |= {f"{number}:{key}": value for key, value in own.items()}
     return numbered
 
