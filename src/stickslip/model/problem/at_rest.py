@@ -194,7 +194,8 @@ class _Elements:
         """Where the slider of each friction element stands at a motion w (rows,), m; the start of one without memory."""
         carried = self.carried(w)
         beyond = carried - np.clip(carried, -limits, limits)
-        return np.asarray(self.table.start_value + np.where(self.slides, beyond / self.table.stiffness, 0.0))
+        stiffness = np.where(self.slides, self.table.stiffness, np.inf)
+        return np.asarray(self.table.start_value + beyond / stiffness)
 
     def linear(self, state: State) -> tuple[Array, Array, Array]:
         """The forces of contacts in a state, f = s w + s' z + f₀ with z of the own contact: s, s', f₀ (rows,)."""
