@@ -24,7 +24,7 @@ def test_a_slider_stays_where_the_larger_load_before_has_left_it():
     """Under 6 N it slips until 4 N go into the spring of 1 N/m, u = 4 m, s = u − 2/3 m; back to 3 N it sticks, and under −2 N it
     slips the other way."""
     assert place(ss.after_load_steps(mass(3.0), [2.0])) == pytest.approx(4.0 - 2.0 / 3.0)
-    back = ss.after_load_steps(mass(3.0), [2.0, -2.0 / 3.0])
+    back = ss.after_load_steps(mass(3.0), np.array([2.0, -2.0 / 3.0]))
     assert place(back) == pytest.approx(-2.0 + 2.0 + 2.0 / 3.0)
     _, rests = load_history(mass(3.0), [2.0, -2.0 / 3.0])
     np.testing.assert_allclose([rest.forces[0] for rest in rests], [2.0, -2.0, 3.0 * (5.0 / 4.0 - 2.0 / 3.0)])
@@ -131,3 +131,20 @@ def test_what_has_no_history_is_refused():
     plane = ss.Structure(np.eye(2), np.eye(2), ("m.x", "m.y"), C=np.eye(2))
     with pytest.raises(ss.InputError, match="friction disc"):
         ss.after_load_steps(ss.Problem(plane, (disc,), (ss.Force("m.x", 1.0, static=1.0),), ("m.x",)), [2.0])
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1e8])
+def test_the_contacts_are_at_rest_where_the_steps_have_left_them(stiffness):
+    """Sliders stand at their limit exactly and the stiff body moves nearly as one: forces cancel, rounding is left."""
+    K = stiffness * np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]]) + np.eye(3)
+    names = ("0.x", "1.x", "2.x")
+    contacts = tuple(
+        ss.Contact(name, ss.Macroslip(kt=1.0 + k, mu=0.5, normal_load=1.0 + 0.3 * k), (ss.between(name, "ground"),))
+        for k, name in enumerate(names)
+    )
+    problem = ss.Problem(ss.Structure(np.eye(3), K, names, C=np.eye(3)), contacts, (ss.Force("0.x", 1.0, static=12.0),), names)
+    moved, rests = load_history(problem, [3.0, 0.2])
+    rest = at_rest(moved)
+    assert rest is not None
+    np.testing.assert_allclose(rest.motion, rests[-1].motion, rtol=1e-6)
+    np.testing.assert_allclose(rest.sliders, rests[-1].sliders, rtol=1e-6)

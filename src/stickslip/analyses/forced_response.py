@@ -472,8 +472,9 @@ def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
     continuation upwards where they rise and downwards where they fall, so that a list up and down shows a hysteresis of jumps.
     force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept; a list that holds 1, such as
     [0, 1, 3, 5], keeps these alone, and the others are zero in the results; "auto" raises H until the motion of the contacts
-    that is left out along the curve is below `tolerance` of the whole, and samples likewise. samples: per period, at least
-    4H + 2, H the highest harmonic; of a disk raised to the next number with which the delay from sector to sector is whole.
+    that is left out along the curve is below `tolerance` of the whole, and doubles the samples where most are asked for. samples:
+    per period, at least 4H + 2, H the highest harmonic; of a disk raised to the next number with which the delay from sector to
+    sector is whole.
     quantity, measure: what the peaks are of; a damped structure peaks at another frequency in acceleration than in displacement.
     quantity: displacement, velocity, acceleration, or per force level receptance, mobility, inertance; measure: "amplitude" of
     the first harmonic, "rms" or "max_abs", the largest value in time (both with all harmonics, and the mean of a displacement).

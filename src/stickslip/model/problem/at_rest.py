@@ -295,8 +295,13 @@ class _AtRest:
         return float(np.linalg.norm(self.unbalanced(motion)))
 
     def balanced(self, motion: NDArray[Any]) -> bool:
-        """Whether nothing but rounding is left over, n ε of its terms: an element at its limit may count as stuck or slipping."""
-        terms = self.K @ motion, self.B.conj().T @ self.rest(motion).forces, self.load
+        """Whether nothing but rounding is left over, n ε of what cancels in it: an element at its limit may count as stuck or
+        slipping. Springs with sliders far away carry little, as the difference of much."""
+        own, by_normal, constant = self.linear(self.state(motion))
+        way, across = np.abs(motion), np.abs(self.B)
+        w = across @ way
+        forces = np.abs(own) * w + np.abs(by_normal) * w[self.elements.table.loading_row] + np.abs(constant)
+        terms = np.abs(self.K) @ way, across.T @ forces, self.load
         scale = self.load.size * np.finfo(float).eps * sum(float(np.linalg.norm(each)) for each in terms)
         return bool(self.left_over(motion) <= scale)
 

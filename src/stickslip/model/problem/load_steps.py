@@ -54,7 +54,7 @@ def load_history(problem: Problem, steps: Sequence[LoadStep]) -> tuple[Problem, 
     static = [force for force in problem.forces if force.static]
     if not static:
         raise InputError("Steps of the static load need a static load, but there is none: state a pull, a rotation or a force.")
-    if not steps:
+    if len(steps) == 0:
         raise fault("steps", "must hold a load", list(steps))
     names = [force.name for force in problem.forces]
     now, moved, rests = np.zeros(len(names)), problem, list[Rest]()
