@@ -1,5 +1,6 @@
 """Sliders after steps of the static load, beside closed forms and a program that follows the load in small increments."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -105,6 +106,42 @@ def test_sliders_are_where_small_increments_of_the_load_leave_them(seed):
     np.testing.assert_allclose(rest.sliders, found, atol=1e-12)
 
 
+@pytest.mark.parametrize("seed", [1, 8, 52])
+def test_forces_out_of_proportion_leave_sliders_where_small_increments_do(seed):
+    """Chosen of 60 drawn chains: one slider stops where another begins, between places at which whole and halves of a step agree.
+
+    Of each small increment the tractions T = kt (w − s) within their limits are solved by projection, one after the other.
+    """
+    rng = np.random.default_rng(seed)
+    size = int(rng.integers(2, 6))
+    root = rng.normal(size=(size, size))
+    K, kt = 1e5 * (root @ root.T / size + 0.5 * np.eye(size)), 1e5 * 10.0 ** rng.uniform(-1, 2, size)
+    limits, load = 40.0 * rng.uniform(0.1, 1.0, size), 100.0 * rng.normal(size=size)
+    names = [f"{k}.x" for k in range(size)]
+    contacts = [
+        ss.Contact(name, ss.Macroslip(kt=k, mu=0.4, normal_load=limit / 0.4), ({name: 1.0},))
+        for name, k, limit in zip(names, kt, limits, strict=True)
+    ]
+    forces = [ss.Force(name, float(name == "0.x"), static=each, name=name) for name, each in zip(names, load, strict=True)]
+    structure = ss.Structure(np.eye(size), K, tuple(names), C=np.eye(size))
+    factors = rng.uniform(-2.0, 3.0, (3, size))
+    moved = ss.after_load_steps(
+        ss.Problem(structure, tuple(contacts), tuple(forces), names[:1]),
+        [dict(zip(names, each, strict=True)) for each in factors.tolist()],
+    )
+    compliance = np.linalg.inv(K)
+    whole, s, T = compliance + np.diag(1.0 / kt), np.zeros(size), np.zeros(size)
+    for before, after in pairwise([np.zeros(size), *factors * load, load]):
+        for share in np.linspace(0.0, 1.0, 401)[1:]:
+            free = compliance @ (before + share * (after - before))
+            for _ in range(60):
+                for k in range(size):
+                    T[k] = np.clip(T[k] + (free[k] - s[k] - whole[k] @ T) / whole[k, k], -limits[k], limits[k])
+            s = free - compliance @ T - T / kt
+    found = np.array([place(moved, k) for k in range(size)])
+    np.testing.assert_allclose(found, s, atol=1e-3 * np.abs(s).max())
+
+
 def test_the_vibration_knows_what_was_before():
     """A stuck contact keeps the mean force of its history; one that slips fully forgets it."""
     for level, remembers in ((0.05, True), (6.0, False)):
@@ -121,8 +158,14 @@ def test_the_vibration_knows_what_was_before():
 def test_what_has_no_history_is_refused():
     with pytest.raises(ss.InputError, match="static load"):
         ss.after_load_steps(mass(0.0), [1.0])
-    with pytest.raises(ss.InputError, match="must hold a load"):
-        ss.after_load_steps(mass(1.0), [])
+    for steps, said in (([], "must hold a load"), (1.44, "must be a tuple or list")):
+        with pytest.raises(ss.InputError, match=said):
+            ss.after_load_steps(mass(1.0), steps)
+    held_by_little = mass(3.0).with_structure(replace(mass(3.0).structure, K=np.array([[1e-12]])))
+    with pytest.raises(ss.InputError, match=r"rounding does not hide their friction, but is 'sliders 4\.0e\+12 m away'"):
+        ss.after_load_steps(held_by_little, [2.0])
+    with pytest.raises(ss.InputError, match="friction that begins from a slider"):
+        ss.after_load_steps(mass(1.0).with_start(ss.TractionRatio(0.5)), [2.0])
     with pytest.raises(ss.InputError, match=r"must name static forces, but is 'pul'.*pull"):
         ss.after_load_steps(mass(1.0), [{"pul": 2.0}])
     disc = ss.Contact(

@@ -23,8 +23,8 @@ def test_sliders_of_a_study_are_those_of_python_and_are_said(folder):  # noqa: F
     (folder / "steps.toml").write_text(SWEEP + STEPS)
     result = CliRunner().invoke(app, ["check", str(folder / "steps.toml")])
     assert result.exit_code == 0, result.output
-    for load in ("step 1", "step 2", "the load of the study"):
-        assert f"Under {load}, " in result.output
+    for load in ("Step 1", "Step 2", "The load of the study"):
+        assert f"{load} moves " in result.output
     before, after = (job(text, folder, "steps").sweep.problem for text in (SWEEP, SWEEP + STEPS))
     found = places(after)
     assert np.any(found)

@@ -438,13 +438,12 @@ def _after_steps(problem: Problem, tables: Tables, notes: list[str]) -> Problem:
         raise fault("Steps of the static load", rule, tables.study.analysis, "Leave them out.")
     steps = [build.load_step(each, tables.rotation, problem) for each in tables.load_steps if each is not None]
     moved, rests = load_history(problem, steps)
+    places = np.zeros(rests[0].sliders.size)
     for number, rest in enumerate(rests, start=1):
-        load = f"step {number}" if number <= len(steps) else "the load of the study"
-        loaded = rest.limits > 0.0
-        slips = np.count_nonzero(rest.state.slips[loaded])
-        notes.append(
-            f"Under {load}, {slips} of {counted(loaded.size, 'slider')} slip at rest, {loaded.size - loaded.sum()} carry no load"
-        )
+        load = f"Step {number}" if number <= len(steps) else "The load of the study"
+        slid, loose = (np.count_nonzero(each) for each in ((rest.sliders != places) & (rest.limits > 0.0), rest.limits == 0.0))
+        notes.append(f"{load} moves {slid} of {counted(places.size, 'slider')}; {loose} carry no load under it")
+        places = rest.sliders
     return moved
 
 

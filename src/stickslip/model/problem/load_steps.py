@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.model.contact.point import Contact, SliderOffset, contact_table
+from stickslip.model.contact.point import Contact, SliderOffset, Start, contact_table
 from stickslip.model.problem.at_rest import Rest, at_rest
 from stickslip.model.problem.meshed import with_forces
 from stickslip.model.problem.speed import refuse_speed
-from stickslip.support.checks import Array, InputError, fault, finite, nearest
+from stickslip.support.checks import Array, InputError, fault, finite, nearest, several
 
 if TYPE_CHECKING:
     from stickslip.model.problem.problem import Problem
@@ -47,6 +47,7 @@ def after_load_steps(problem: Problem, steps: Sequence[LoadStep]) -> Problem:
 def load_history(problem: Problem, steps: Sequence[LoadStep]) -> tuple[Problem, list[Rest]]:
     """As `after_load_steps`, with the contacts at rest under the load of each step and under that of the problem."""
     refuse_speed(problem, "Steps of the static load")
+    steps = several("steps", steps)
     discs = [contact.name for contact in problem.contacts if contact.law.couples_directions]
     if discs:
         rule = "must be sliders of one direction each in steps of the static load"
@@ -54,8 +55,10 @@ def load_history(problem: Problem, steps: Sequence[LoadStep]) -> tuple[Problem, 
     static = [force for force in problem.forces if force.static]
     if not static:
         raise InputError("Steps of the static load need a static load, but there is none: state a pull, a rotation or a force.")
-    if len(steps) == 0:
-        raise fault("steps", "must hold a load", list(steps))
+    if not steps:
+        raise fault("steps", "must hold a load", "none")
+    if not any(_slides(contact, start) for contact in problem.contacts for start in contact.starts):
+        raise InputError("Steps of the static load need friction that begins from a slider, but no contact has it.")
     names = [force.name for force in problem.forces]
     now, moved, rests = np.zeros(len(names)), problem, list[Rest]()
     halvings = int(np.ceil(np.log2(1.0 / SETTLED)))
@@ -65,6 +68,10 @@ def load_history(problem: Problem, steps: Sequence[LoadStep]) -> tuple[Problem, 
         moved, rest = way.along(moved, rests[-1] if rests else None, 0.0, 1.0, halvings)
         rests.append(rest)
         now = after
+    carried = np.abs(contact_table(problem.contacts).stiffness * rests[-1].sliders).max(initial=0.0)
+    if np.finfo(float).eps * carried > SETTLED * np.abs(rests[-1].forces).max():
+        rule = "must leave sliders where rounding does not hide their friction"
+        raise fault("steps", rule, f"sliders {np.abs(rests[-1].sliders).max():.1e} m away")
     return with_sliders(problem, rests[-1].sliders), rests
 
 
@@ -74,9 +81,13 @@ def _factors(what: str, step: LoadStep, names: Sequence[str], static: Sequence[s
         return np.full(len(names), finite(what, step))
     for name, factor in step.items():
         finite(f"{what}: {name}", factor)
-        if name not in static:
+        if not name or name not in static:
             raise fault(what, "must name static forces", name, nearest(name, [each for each in static if each]))
     return np.array([step.get(name, 1.0) for name in names])
+
+
+AtRest = tuple["Problem", Rest]
+"""A problem with its sliders where a load leaves them, and its contacts at rest under that."""
 
 
 class _Way:
@@ -87,7 +98,7 @@ class _Way:
         table = contact_table(problem.contacts)
         self.row = np.repeat(np.arange(table.rows), np.diff(table.friction_first))
 
-    def at(self, problem: Problem, share: float) -> tuple[Problem, Rest]:
+    def at(self, problem: Problem, share: float) -> AtRest:
         """The problem under the load at a share of the way, its sliders where that moves them, on the coordinates it needs."""
         factors = (1.0 - share) * self.before + share * self.after
         pairs = zip(self.forces, factors, strict=True)
@@ -99,25 +110,41 @@ class _Way:
                 break
             loaded, rest = more, at_rest(more)
         if rest is None:
-            raise InputError(f"No state of rest was found under the static load of {self.where}.")
+            raise InputError(
+                f"No state of rest was found under the static load of {self.where}. What contacts alone hold must be pressed on "
+                "them at each step."
+            )
         return with_sliders(loaded, rest.sliders), rest
 
-    def along(self, problem: Problem, begin: Rest | None, low: float, high: float, halvings: int) -> tuple[Problem, Rest]:
-        """The problem and its contacts at rest at the end of a part of the way. It is halved where a slider ends elsewhere, or
-        may, since its contact closes on the part."""
-        whole, middle = self.at(problem, high), 0.5 * (low + high)
+    def along(
+        self,
+        problem: Problem,
+        begin: Rest | None,
+        low: float,
+        high: float,
+        halvings: int,
+        end: tuple[Problem, Rest] | None = None,
+    ) -> tuple[Problem, Rest]:
+        """The problem and its contacts at rest at the end of a part of the way; end: the same in one piece, where that is known.
+
+        The part is halved where both halves leave a slider elsewhere than the whole, where one does not go straight through its
+        middle, since friction then begins or ends to slip, and where one may have moved before its contact closed. Of the
+        beginning, which may not hold all parts yet, nothing is known but what its halves say.
+        """
+        whole, middle = end or self.at(problem, high), 0.5 * (low + high)
         if halvings == 0:
             return whole
         half = self.at(problem, middle)
         finer = self.at(half[0], high)
         rest = finer[1]
-        uncertain = np.abs(rest.sliders - whole[1].sliders)
+        uncertain = [rest.sliders - whole[1].sliders]
         if begin is not None:
             closes = (begin.limits == 0.0) & (rest.limits > 0.0)
-            uncertain = np.maximum(uncertain, closes * np.abs(rest.motion - begin.motion)[self.row])
-        if np.all(uncertain <= SETTLED * np.abs(rest.motion[self.row]).max(initial=0.0)):
+            uncertain += [half[1].sliders - 0.5 * (begin.sliders + rest.sliders), closes * (rest.motion - begin.motion)[self.row]]
+        if np.abs(uncertain).max(initial=0.0) <= SETTLED * np.abs(rest.motion[self.row]).max(initial=0.0):
             return finer
-        return self.along(*self.along(problem, begin, low, middle, halvings - 1), middle, high, halvings - 1)
+        problem, rest = self.along(problem, begin, low, middle, halvings - 1, half)
+        return self.along(problem, rest, middle, high, halvings - 1)
 
 
 def with_sliders(problem: Problem, sliders: Array) -> Problem:
@@ -126,9 +153,13 @@ def with_sliders(problem: Problem, sliders: Array) -> Problem:
 
     def moved(contact: Contact) -> Contact:
         places = [[next(left) for _ in range(group.stiffness.size)] for group in contact.elements.friction]
-        if not contact.law.remembers_start or not places:
-            return contact
         pairs = zip(contact.starts, places, strict=True)
-        return contact.with_start(tuple(SliderOffset(own) if isinstance(start, SliderOffset) else start for start, own in pairs))
+        starts = tuple(SliderOffset(own) if _slides(contact, start) else start for start, own in pairs)
+        return contact.with_start(starts) if starts else contact
 
     return problem.with_contacts(moved)
+
+
+def _slides(contact: Contact, start: Start) -> bool:
+    """Whether a direction of a contact begins from the place of a slider."""
+    return contact.law.remembers_start and isinstance(start, SliderOffset)

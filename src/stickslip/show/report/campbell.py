@@ -11,11 +11,10 @@ from stickslip.results.schema import Row
 from stickslip.show.plots.paper import Figures
 from stickslip.show.plots.speed_sweep import interference, resonances
 from stickslip.show.report.markup import Presentation, hertz, presents
+from stickslip.show.report.speed_sweep import MOST
 from stickslip.support.checks import counted, first_of
 from stickslip.support.late import pd, xr
 
-MOST = 12
-"""Crossings with a sentence each, and in the first table."""
 NO_ERROR = (
     "Natural frequencies and crossings are exact for the matrices of the study: errors of the mesh and of its reduction are not "
     "in them. Modes are numbered by frequency at each speed"

@@ -16,7 +16,7 @@ from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
 
 MOST = 12
-"""Curves with a sentence each."""
+"""Curves, or crossings, with a sentence each."""
 NO_ESTIMATE = "The error is not estimated for loss factors, lower peaks and other points of the curves."
 LINEAR = {"stuck": "with stuck contacts", "free": "without contacts"}
 """The linear responses that peaks are compared with."""
