@@ -14,7 +14,7 @@ import pytest
 
 from stickslip.support.console import FAILED, INTERRUPTED, plain_warnings, progress_bar, report_fault, say, warn
 from stickslip.support.files import write_arrays
-from stickslip.support.interrupts import RETRY_SECONDS, termination_as_interrupt
+from stickslip.support.interrupts import RETRY_SECONDS, raised_again, termination_as_interrupt
 
 
 class InterruptedWhenDeleted:
@@ -70,6 +70,23 @@ def test_an_interrupt_that_python_drops_in_another_thread_comes_again_there():
         thread.join()
         time.sleep(3.0 * RETRY_SECONDS)
     assert not ended
+
+
+def dropped_where_ctrl_c_is_ignored():
+    with raised_again():
+        DropsInterrupt()
+        for _ in range(300):
+            time.sleep(0.01)
+
+
+def test_an_interrupt_that_python_drops_in_a_started_process_comes_again():
+    """Such a process ignores the signal, and is stopped by an exception from another thread."""
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            dropped_where_ctrl_c_is_ignored()
+    finally:
+        signal.signal(signal.SIGINT, handler)
 
 
 class DropsInterrupt:

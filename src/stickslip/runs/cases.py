@@ -40,7 +40,7 @@ from stickslip.runs.work import (
     checked_progress,
 )
 from stickslip.support.checks import fault
-from stickslip.support.interrupts import for_this_process_only, raise_in
+from stickslip.support.interrupts import for_this_process_only, raise_in, raised_again
 from stickslip.support.machine import one_blas_thread
 
 if TYPE_CHECKING:
@@ -268,7 +268,7 @@ def _serve(fractions: Any, pipe: connection.Connection) -> None:
     except (EOFError, OSError):
         return
     cases: queue.Queue[int] = queue.Queue()
-    with suppress(OSError, KeyboardInterrupt), one_blas_thread():
+    with suppress(OSError, KeyboardInterrupt), raised_again(), one_blas_thread():
         threading.Thread(target=_receive, args=(pipe, cases), daemon=True).start()  # STOP may have come before the first case
         pipe.send(None)
         while True:

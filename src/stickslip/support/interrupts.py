@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing import resource_tracker
@@ -31,51 +31,61 @@ def raise_in(thread: threading.Thread, error: type[BaseException]) -> None:
 
 
 @contextmanager
-def deferred() -> Iterator[None]:
-    """Ctrl-C that cannot be passed on comes again a moment later, till it can, in the thread that it was for.
+def raised_again() -> Iterator[Callable[[], None]]:
+    """Ctrl-C that Python drops in the block comes again a moment later, in the thread that it was for; what makes it do so.
 
-    Callbacks of the compiler must not raise at all; from finalizers and callbacks of weak references Python drops an exception
-    and reports it to `sys.unraisablehook` alone. What has not come again when Ctrl-C ends the block does not come any more: it
-    would kill the process that ends.
+    From callbacks of the compiler, finalizers and callbacks of weak references Python drops an exception and reports it to
+    `sys.unraisablehook` alone. What has not come again when Ctrl-C ends the block does not come any more: it would kill the
+    process that ends.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
     report_dropped, pending = sys.unraisablehook, list[threading.Timer]()
 
-    def interrupt_later() -> None:
-        # On Windows `os.kill` ends the process, whatever the signal; elsewhere it alone wakes a thread that waits.
-        send = _thread.interrupt_main if os.name == "nt" else partial(os.kill, os.getpid(), signal.SIGINT)
+    def again() -> None:
         thread = threading.current_thread()
-        again = threading.Timer(
-            RETRY_SECONDS, send if thread is threading.main_thread() else partial(raise_in, thread, KeyboardInterrupt)
-        )
-        again.daemon = True
-        pending.append(again)
-        again.start()
-
-    def handle(number: int, frame: FrameType | None) -> None:
-        if not _in_compiler(frame):
-            raise KeyboardInterrupt
-        interrupt_later()
+        send: Callable[[], None] = partial(raise_in, thread, KeyboardInterrupt)
+        if thread is threading.main_thread() and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+            # On Windows `os.kill` ends the process, whatever the signal; elsewhere it alone wakes a thread that waits.
+            send = _thread.interrupt_main if os.name == "nt" else partial(os.kill, os.getpid(), signal.SIGINT)
+        timer = threading.Timer(RETRY_SECONDS, send)
+        timer.daemon = True
+        pending.append(timer)
+        timer.start()
 
     def dropped(unraisable: "sys.UnraisableHookArgs") -> None:
         if issubclass(unraisable.exc_type, KeyboardInterrupt):
-            interrupt_later()
+            again()
         else:
             report_dropped(unraisable)
 
-    before = signal.signal(signal.SIGINT, handle)
     sys.unraisablehook = dropped
     try:
-        yield
+        yield again
     except KeyboardInterrupt:
         for each in pending:
             each.cancel()
         raise
     finally:
         sys.unraisablehook = report_dropped
-        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def deferred() -> Iterator[None]:
+    """Ctrl-C that cannot be passed on comes again a moment later, till it can; callbacks of the compiler must not raise."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    with raised_again() as again:
+
+        def handle(number: int, frame: FrameType | None) -> None:
+            if not _in_compiler(frame):
+                raise KeyboardInterrupt
+            again()
+
+        before = signal.signal(signal.SIGINT, handle)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, before)
 
 
 def is_behind(error: BaseException) -> bool:
