@@ -176,7 +176,8 @@ class PeakSearch:
     def _tops(self, row: int, measure: Measure, least: float) -> tuple[list[list[Interval]], Dips]:
         """The tops of a row of motion, in groups between which the curve dips, and the test whether it dips."""
         tops: list[list[Interval]] = []
-        if not self.curve or self.moving[row] <= ROUNDING * self.moving.max():
+        rounding = ROUNDING * self.moving.max(initial=0.0)
+        if not self.curve or self.moving[row] <= rounding:
             return tops, lambda first, last, height: False
         self.samples.clear()
         measured = [slope_along(measure, p, row, p.tangent.motion, p.tangent.parameter) for p in self.curve]
@@ -184,7 +185,9 @@ class PeakSearch:
         slopes = [slope for _, slope in measured]
         dips = self._dips(row, measure, sizes, slopes)
         inside = [self.holds(point.point.omega) for point in self.curve]
-        floor = least * float(sizes[inside].max(initial=0.0))
+        # An output behind a gap that is open rests but for rounding, which has peaks, too.
+        still = rounding / self.moving[row] * float(sizes.max())
+        floor = max(least * float(sizes[inside].max(initial=0.0)), still)
         for k in range(len(self.curve) - 1):
             if sizes[k : k + 2].max() < floor:
                 continue
@@ -198,7 +201,7 @@ class PeakSearch:
                     for turn in part.cubic.inner_extremes:
                         self._solve_inside(k, part.fraction(turn))
             if slopes[k] > 0.0 >= slopes[k + 1] or k in self.solved:
-                _gather(tops, [i for i in self._intervals(k, row, measure) if _holds_a_top(i)], dips)
+                _gather(tops, [i for i in self._intervals(k, row, measure) if _holds_a_top(i) and i.height > still], dips)
         return tops, dips
 
     def _dips(self, row: int, measure: Measure, sizes: Array, slopes: Sequence[float]) -> Dips:
