@@ -505,7 +505,7 @@ class AerodynamicsTable(Table):
     """of the blade alone, relative, for every nodal diameter; else none"""
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="at which the coefficients hold")] = None
     direction: Place | None = None
-    """of the sector, on which they act; default: the coordinate of the blade-alone mode `mode`"""
+    """direction of the sector on which they act; default: the coordinate of the blade-alone mode `mode`"""
     modal_mass: Annotated[Positive | None, MASS, Field(description="of damping ratios along a direction")] = None
     mode: Annotated[int, Field(ge=1, le=MOST, description="number of the blade-alone mode, where no direction is given")] = 1
 

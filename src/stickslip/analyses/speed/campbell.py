@@ -85,13 +85,13 @@ class CampbellWork(Execution):
     engine_orders: Annotated[Sequence[int], Setting(engine_orders_of)]
     mode: Annotated[
         int | Sequence[int] | None,
-        Setting(listed_modes, f"number of a mode, or a list, rigid motions left out; default: the lowest {MODES}"),
+        Setting(listed_modes, f"number of a mode, or a list, without rigid motions; default: the lowest {MODES}"),
     ] = None
     _: KW_ONLY
     force_level: Annotated[
-        float | None, Setting(positive, "force level whose resonances are computed with friction; default: none")
+        float | None, Setting(positive, "force level at which resonances with friction are computed; default: none")
     ] = None
-    operating_speed: Annotated[float | None, Setting(positive, "rotor speed to which margins are stated, rev/min")] = None
+    operating_speed: Annotated[float | None, Setting(positive, "rotor speed for which margins are stated, rev/min")] = None
     points: Annotated[int, Setting(Whole(2, MOST), "number of speeds of the curves, equally spaced")] = 11
     amplitude: Annotated[float | tuple[float, float] | None, Setting(ends_of, AMPLITUDES)] = None
     harmonics: HarmonicNumbers = 3

@@ -272,14 +272,14 @@ class RunUpWork(Execution):
 
     models: Annotated[Problem | Mapping[float, Problem], Setting(_with_speed)]
     speed: Annotated[tuple[float, float], Setting(_ends)]
-    duration: Annotated[float, Setting(positive, "time in which the speed goes evenly from the first to the last one, s")]
+    duration: Annotated[float, Setting(positive, "time in which the speed changes from the first to the last value, s")]
     engine_orders: Annotated[int | Sequence[int] | None, Setting(engine_orders_of)] = None
     force: ForceLevels = 1.0
     _: KW_ONLY
-    steps_per_period: Annotated[int, Setting(Whole(8, MOST_SAMPLES), "time steps of a cycle of the excitation")] = 200
+    steps_per_period: Annotated[int, Setting(Whole(8, MOST_SAMPLES), "time steps per cycle of the excitation")] = 200
     method: Method = DEFAULT_METHOD
     start_periods: Annotated[
-        int, Setting(Whole(2, MOST), "most periods from rest to the steady motion at the first speed, with which a run begins")
+        int, Setting(Whole(2, MOST), "most periods from rest to the steady motion at the first speed, which begins a run")
     ] = 1000
 
     def __post_init__(self) -> None:

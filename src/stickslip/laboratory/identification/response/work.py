@@ -30,7 +30,7 @@ from stickslip.support.checks import Array, InputError, fault, numbers, of_kind,
 from stickslip.support.machine import one_blas_thread
 
 Starts = Literal["virgin", "free"]
-StartStates = Annotated[Starts, Setting(OneOf(get_args(Starts)), "of the contacts: as the problem says, or of each test its own")]
+StartStates = Annotated[Starts, Setting(OneOf(get_args(Starts)), "start states: those of the problem, or free for each test")]
 OfValues = Annotated[Callable[..., Problem], Setting(maker)]
 Three = tuple[float, float, float]
 
@@ -86,10 +86,10 @@ class ResponseIdentificationWork(Sampled):
     rule: Rule = "traction_ratio"
     share: Share = "element"
     start_deviation: Annotated[float, Setting(positive, "standard deviation of free start variables about 0, their prior")] = 0.5
-    leave_one_out: Annotated[bool, Setting(truth, "predict each curve, or each joint, by the others too")] = False
-    tries: Annotated[int, Setting(Whole(0), "further starts of the fit, of which the best is taken")] = 8
+    leave_one_out: Annotated[bool, Setting(truth, "also predict each curve, or each joint, from the others")] = False
+    tries: Annotated[int, Setting(Whole(0), "number of further starts of the fit; the best result is used")] = 8
     seed: Seed = 0
-    evaluations: Annotated[int, Setting(Whole(1), "of the residuals in one fit, at most")] = 60
+    evaluations: Annotated[int, Setting(Whole(1), "largest number of evaluations of the residuals in one fit")] = 60
     checkpoint: Checkpoint | None = None
     progress: Progress = silent
 
