@@ -161,7 +161,7 @@ def test_a_study_that_cannot_say_it_is_refused(tmp_path, before, after, words):
 
 def test_listed_frequencies_are_refused():
     listed = ss.forced_response(oscillator(), [0.16], 0.1, harmonics=3, samples=64)
-    with pytest.raises(InputError, match="must be asked of a response over a band"):
+    with pytest.raises(InputError, match="`reached` needs a response over a band"):
         listed.reached()
 
 

@@ -518,7 +518,7 @@ def test_a_study_of_a_sector_at_speed_does_not_count_the_rotation_twice(ring):
     assert "it is added, −Ω² M (1 − d dᵀ)" in softened
     loaded = turning.sweep.problem.forces[-1]
     assert loaded.static > 0.0
-    with pytest.raises(ss.InputError, match=r"speed of \[structure.sector\] must be left out beside \[rotation\]"):
+    with pytest.raises(ss.InputError, match=r"speed of \[structure.sector\] must be left out with \[rotation\]"):
         job(text.replace("[damping]", table), deck.parent, "ring")
     with pytest.raises(ss.InputError, match=r"speed must be given in \[structure.sector\] for a sector"):
         job(text.replace("modes = 4", "modes = 4\nspeed = 3000.0"), deck.parent, "ring")

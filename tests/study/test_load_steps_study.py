@@ -77,7 +77,7 @@ def test_an_analysis_that_does_not_begin_there_refuses_them(folder):  # noqa: F8
     text = SWEEP.replace('analysis = "forced_response"', 'analysis = "response_samples"') + STEPS
     (folder / "samples.toml").write_text(text + "\n[response_samples]\ncount = 3\n")
     result = CliRunner().invoke(app, ["check", str(folder / "samples.toml")])
-    assert "Steps of the static load must go with analysis = forced_response or stepped_sine" in " ".join(result.output.split())
+    assert "Load steps need analysis = forced_response or stepped_sine" in " ".join(result.output.split())
 
 
 def test_the_speed_before_counts_by_its_square(folder):  # noqa: F811

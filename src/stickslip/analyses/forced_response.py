@@ -649,7 +649,7 @@ class ForcedResponseWork(OneBalance):
         if not self._seeks:
             return {}
         if reason := self._unsought(curve):
-            sentence = f"Detached curves were not sought: {reason}."
+            sentence = f"There was no search for detached curves: {reason}."
             return {"isolated_search": np.array(sentence)} if self.settings.isolated else {}
         low, high = (2.0 * np.pi * frequency for frequency in sorted(self.settings.frequencies))
         solved = SolvedCurve(
@@ -668,7 +668,7 @@ class ForcedResponseWork(OneBalance):
     def _unsought(self, curve: Curve) -> str:
         """Why no curves apart from that of a level are sought; empty where they are."""
         if self.settings.listed:
-            return "they are sought over a band"
+            return "it needs a frequency band"
         if self.periods > 1:
             return "the motion has several periods"
         if curve.outcome != Outcome.CONVERGED or curve.level == 0.0:

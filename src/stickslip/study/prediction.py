@@ -117,8 +117,8 @@ class PredictionPlan(Plan):
         text = str(dataset.attrs.get("study", ""))
         if text and (found := differences(self.document, with_new_names(tomllib.loads(text))[0], (own, self.name))):
             raise InputError(
-                f"{what} must be of the problem of this study, but {listed(found)}. Make both the same, give what differs in the "
-                "prediction in `settings`, or leave `identification` out: the study then identifies the parameters itself."
+                f"{what} was made with another problem: {listed(found)}. Use the same problem, give intended differences in "
+                "`settings`, or remove `identification`: the study then identifies the parameters itself."
             )
         return ResponseIdentification(dataset, self.base.problem_of(*self.table.settings), ())
 

@@ -434,15 +434,15 @@ def acted_upon(problem: Problem | None, tables: Tables, found: Found, notes: lis
 def _after_steps(problem: Problem, tables: Tables, notes: list[str]) -> Problem:
     """The problem after its steps of the static load, with a note on each."""
     if tables.study is not None and tables.study.analysis not in WITH_LOAD_STEPS:
-        rule = f"must go with analysis = {' or '.join(WITH_LOAD_STEPS)}"
-        raise fault("Steps of the static load", rule, tables.study.analysis, "Leave them out.")
+        rule = f"need analysis = {' or '.join(WITH_LOAD_STEPS)}, but the analysis is {tables.study.analysis}"
+        raise InputError(f"Load steps {rule}. Remove [[load_step]].")
     steps = [build.load_step(each, tables.rotation, problem) for each in tables.load_steps if each is not None]
     moved, rests = load_history(problem, steps)
     places = np.zeros(rests[0].sliders.size)
     for number, rest in enumerate(rests, start=1):
         load = f"Step {number}" if number <= len(steps) else "The load of the study"
         slid, loose = (np.count_nonzero(each) for each in ((rest.sliders != places) & (rest.limits > 0.0), rest.limits == 0.0))
-        notes.append(f"{load} moves {slid} of {counted(places.size, 'slider')}; {loose} carry no load under it")
+        notes.append(f"{load} moves {slid} of {counted(places.size, 'slider')}; {loose} carry no load then")
         places = rest.sliders
     return moved
 
@@ -549,8 +549,8 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
     over = tables.over_speed
     if sector.at_speeds and over is None:
         found.messages.append(
-            "[structure]: sector: at_speeds must go with an analysis over the speed, such as speed_sweep, but does not. Leave it "
-            "out: [structure] model is the model at the speed of this study."
+            "[structure]: sector: at_speeds needs an analysis over the speed, such as speed_sweep. Remove it: [structure] model "
+            "is the model at the speed of this study."
         )
     if over is None and "excitation" not in document:
         found.messages.append("[excitation] must be given for a bladed disk, but is missing. Write engine_order = EO.")
@@ -558,8 +558,8 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
         found.attempt("[excitation]", build.check_orders, tables.excitation, sector.sectors)
     if over is not None:
         if "excitation" in document:
-            words = "must stay away from an analysis over the speed, whose engine_orders stand in"
-            found.messages.append(f"[excitation] {words} [{over.key}].")
+            words = "an analysis over the speed takes its engine orders from"
+            found.messages.append(f"Remove [excitation]: {words} [{over.key}].")
         found.attempt("", build.check_speeds, over, sector.speed)
     for key in ("dashpot", "base"):
         if key in document:

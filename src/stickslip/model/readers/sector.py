@@ -337,12 +337,12 @@ def _shared_notes(raised: Array, models: Sequence[Model], n: int) -> Iterator[st
         return
     most = int(np.argmax(raised))
     where = f"the {LOWEST} lowest frequencies at nodal diameter {n} are up to {100.0 * max(raised[most], 0.0):.2g} % higher"
-    said = f"In the shapes that all speeds share {where} than in those of {models[most].file} alone"
+    said = f"In the reduction basis that all speeds share, {where} than in that of {models[most].file} alone"
     if raised[most] <= SHARED:
         yield said
         return
-    remedy = "Frequencies at all speeds are too high by about as much: compute each speed from its own model"
-    yield f"Warning: {said}: the steady deformation changes which motions are soft. {remedy}."
+    remedy = "Frequencies at all speeds are about that much too high: compute each speed from its own model"
+    yield f"Warning: {said}: the steady deformation changes the soft motions. {remedy}."
 
 
 def _count_notes(counts: Mapping[int, ModeCount], modes: int) -> Iterator[str]:
