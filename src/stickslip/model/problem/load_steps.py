@@ -36,9 +36,9 @@ SETTLED = 1e-3
 def after_load_steps(problem: Problem, steps: Sequence[LoadStep]) -> Problem:
     """The problem with its sliders where a history of the static load has left them; its own static load comes last.
 
-    steps: the loads in turn, each a factor of all static forces or {name of a force: factor}. `[1.44]` is a run at 1.2 times the
-    speed before. Contacts that do not remember, or have a traction ratio or a mean traction as their start state, are as they
-    were. Raises `InputError` where a load has no state of rest, and for friction discs, whose directions slip together.
+    steps: the loads in turn, each a factor of all static forces or {name of a force: factor}. `[1.44]` is an earlier run at 1.2
+    times the speed. Contacts without memory, or with a traction ratio or a mean traction as their start state, do not change.
+    Raises `InputError` if a load has no state of rest, and for friction discs, whose directions slip together.
     """
     moved, _ = load_history(problem, steps)
     return moved

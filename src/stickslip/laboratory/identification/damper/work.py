@@ -387,15 +387,15 @@ def identify(
 ) -> Identification:
     """Contact parameters of a damper from measured cycles of one or several cases.
 
-    loops: records or cycles (`whole_cycles`) with platform motion, force_x, force_y, and rotation and damper_y where they were
-    measured: they choose the right one of several minima. damper: geometry, pull, and values of what is not unknown.
+    loops: records or cycles (`whole_cycles`) with platform motion, force_x, force_y and, if measured, rotation and damper_y,
+    which select the right one of several minima. damper: geometry, pull, and values of the known parameters.
     unknown: kt, kn or mu of all lines, or of those whose names begin with what follows: mu_L1, mu_R, kt_L; by default those of
-    `usual_unknowns`. With "tenfold" among them, all friction coefficients follow a power e of the normal load N of their
-    line, μ (N/N0)^e with tenfold = 10^e; mu is that at N0, the geometric mean of the pulls divided by the number of lines.
-    law: of all lines, "macroslip", "iwan" or "microslip"; of several the simplest is taken whose error on cases held out one at
-    a time is within 10 % of the smallest, which needs two cases. errors: of the rig, as priors of gains, zeros and lag and for
-    the intervals. load_removal: readings from which the zeros of the cells follow (`read_load_removal`), one for all loops or one
-    each; the records then hold raw readings. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
+    `usual_unknowns`. With "tenfold" among them, all friction coefficients follow a power e of the normal load N of their line, μ
+    (N/N0)^e with tenfold = 10^e; mu is that at N0, the geometric mean of the pulls divided by the number of lines.
+    law: of all lines, "macroslip", "iwan" or "microslip"; of several, the simplest one whose error in predicting each case from
+    the others is within 10 % of the smallest, which needs two cases. errors: of the rig, as priors of gains, zeros and lag and
+    for the intervals. load_removal: readings from which the zeros of the cells follow (`read_load_removal`), one for all loops or
+    one each; the records then hold raw readings. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
     resamples: refits for the intervals; population (times unknowns), generations: of the search. progress(share): callback.
     """
     errors = RigErrors() if errors is None else errors

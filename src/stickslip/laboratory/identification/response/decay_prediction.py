@@ -379,11 +379,11 @@ def predict_decay(work: DecayPredictionWork) -> DecayPrediction:
     by `identify_response`.
 
     amplitude: (low, high) of the displacement at the measured output, m. mode: number of the stuck mode that decays, 1 the
-    lowest; or frequency [Hz], near which it lies; unless given the mode nearest to the largest response in `band` of the test
-    with the smallest motion. Frequency and damping are those that a slow decay along the nonlinear mode of each draw shows: the
-    frequency of the mode, and the damping ratio by `analyses/modes/slow_decay.py`. draws, seed, settings
-    and start_states are those of `predict_response`, and so is what else the intervals include: parameters, scatter from test to
-    test, of the gain too, start states of the contacts, errors of harmonics and samples.
+    lowest; or frequency [Hz], near which it lies; default: the mode nearest to the largest response in `band` of the test with
+    the smallest motion. Frequency and damping are those of a slow decay along the nonlinear mode of each draw: the frequency of
+    the mode, and the damping ratio by `analyses/modes/slow_decay.py`. draws, seed, settings and start_states are those of
+    `predict_response`, and so is what else the intervals include: parameters, scatter from test to test, of the gain too, start
+    states of the contacts, errors of harmonics and samples.
     """
     return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
 

@@ -274,14 +274,14 @@ def identify_response(work: ResponseIdentificationWork) -> ResponseIdentificatio
     takes its own measured force, or its own measured response. Derivatives are exact, by the implicit function theorem.
 
     start_states: "virgin", those of the problem; or "free": each test has start variables of its own (`rule`, `share` as for
-    `response_samples`), with a normal prior of mean 0 and start_deviation: tests that are equal by name differ in how their
-    contacts were put together. tries: further starts between the bounds, of which the best is taken.
-    leave_one_out: fit again without each test, or without each joint where tests name theirs, and compare what was left out with
-    what the others predict; its own variables are fitted to it.
+    `response_samples`), with a normal prior of mean 0 and start_deviation: nominally equal tests differ in how their contacts
+    were assembled. tries: further starts between the bounds; the best result is used. leave_one_out: fit again without each test,
+    or without each joint if tests name theirs, and compare it with the prediction from the others; its own variables are fitted
+    to it.
 
-    Intervals hold 95 % with errors as large as the residuals. Where these go together along the curves, they count by the number
-    of independent ones, and from three tests on an interval is at least as wide as the tests disagree (cluster-robust errors);
-    where tests name joints, as these do.
-    So it holds what differs from test to test; what all tests share, such as a wrong contact law, it does not.
+    The 95 % intervals take the residuals as errors. Residuals that are correlated along the curves are counted by the number of
+    independent ones, and from three tests on an interval is at least as wide as the disagreement of the tests, or of the joints
+    if they are named (cluster-robust errors). So it includes differences from test to test, but no error common to all tests,
+    such as a wrong contact law.
     """
     return work.finished(all_cases(work, work.checkpoint, 1, work.progress), work.checkpoint, 1, work.progress)
