@@ -117,7 +117,7 @@ def test_the_search_along_the_force_level_finds_it_too(whole, modes):
     assert response.dataset.curve_kind.values.tolist() == [0, 2]
     tops = [each.peaks().query("output == '1.x' and curve == 'isolated'")["amplitude"].max() for each in (whole, response)]
     np.testing.assert_allclose(tops[1], tops[0], rtol=1e-4)
-    assert "1 curve apart from the sweep was met" in response.dataset.attrs["isolated_search"]
+    assert "1 curve apart from the sweep was found" in response.dataset.attrs["isolated_search"]
     again = response.with_isolated(modes)
     assert again.dataset.curve_kind.values.tolist() == [0, 2]
 

@@ -87,7 +87,7 @@ def test_no_sweep_reaches_a_detached_curve():
     assert (
         "is reached neither from rest nor by a slow sweep up nor by a slow sweep down; only a disturbance leads to it" in said[1]
     )
-    assert f"of more than {table.next_lower[1]:.4g} m there" in said[1]
+    assert f"of roughly more than {table.next_lower[1]:.4g} m at" in said[1]
     assert any("[reached]" in line for line in sentences(found.dataset))
 
 

@@ -158,7 +158,7 @@ def test_the_vibration_knows_what_was_before():
 def test_what_has_no_history_is_refused():
     with pytest.raises(ss.InputError, match="static load"):
         ss.after_load_steps(mass(0.0), [1.0])
-    for steps, said in (([], "must hold a load"), (1.44, "must be a tuple or list")):
+    for steps, said in (([], "must contain a load"), (1.44, "must be a tuple or list")):
         with pytest.raises(ss.InputError, match=said):
             ss.after_load_steps(mass(1.0), steps)
     held_by_little = mass(3.0).with_structure(replace(mass(3.0).structure, K=np.array([[1e-12]])))

@@ -299,7 +299,7 @@ def check_speeds(table: OverSpeedTable, speed: float | None) -> None:
     """What a table over the speed must not say beside a sector whose K was written at `speed` in rev/min, None where that is not
     given."""
     if table.stiffness_at_rest is not None:
-        raise InputError(f"[{table.key}]: remove stiffness_at_rest for a sector, and write at_speeds in [structure.sector].")
+        raise InputError(f"[{table.key}]: stiffness_at_rest must be left out: a sector has at_speeds in [structure.sector].")
     reference = table.reference_speed
     if speed is not None and reference is not None and abs(speed - reference) > SAME_SPEED * reference:
         raise fault(f"[{table.key}]: reference_speed", f"must be the speed of the sector's model, {speed:g} rev/min", reference)

@@ -558,8 +558,8 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
         found.attempt("[excitation]", build.check_orders, tables.excitation, sector.sectors)
     if over is not None:
         if "excitation" in document:
-            words = "an analysis over the speed takes its engine orders from"
-            found.messages.append(f"Remove [excitation]: {words} [{over.key}].")
+            words = "must be left out: an analysis over the speed takes its engine orders from"
+            found.messages.append(f"[excitation] {words} [{over.key}].")
         found.attempt("", build.check_speeds, over, sector.speed)
     for key in ("dashpot", "base"):
         if key in document:
