@@ -480,7 +480,7 @@ def test_a_study_of_a_rotating_blade(beam):
     mean = ss.forced_response(problem, [10.0], harmonics=1).with_stress().dataset["stress_mean"].values[0, 0, 0]
     assert mean[1] == pytest.approx(centrifugal(0.5 * LENGTH), rel=0.01)
     assert np.abs(np.delete(mean, 1)).max() < 0.02 * mean[1]
-    with pytest.raises(ss.InputError, match="axis must go with speed"):
+    with pytest.raises(ss.InputError, match="axis must be given with a speed"):
         job(STUDY.replace("modes = 4", speed.replace("speed = 6000.0\n", "")), beam[0].parent, "beam")
 
 

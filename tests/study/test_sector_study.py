@@ -384,7 +384,7 @@ def test_models_whose_soft_motions_differ_are_warned_of(folder, angle, warns, tm
 
 def test_engine_orders_of_other_models_are_refused(tmp_path):
     text = '[study]\nanalysis = "forced_response"\n[structure]\nmatrices = { M = [[1.0]], K = [[1.0]] }\ndofs = ["1.x"]\n'
-    with pytest.raises(InputError, match=re.escape("[excitation] must go with a bladed disk")):
+    with pytest.raises(InputError, match=re.escape("[excitation] needs a bladed disk")):
         job(f'{text}[excitation]\nengine_order = 2\n[sweep]\nfrequency = [0.1, 0.3]\noutputs = ["1.x"]\n', tmp_path, "x")
 
 

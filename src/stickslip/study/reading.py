@@ -463,7 +463,7 @@ def from_model(
     asks_for_stress = any(table is not None and table.stress is not None for table in tables.structures)
     if asks_for_stress and tables.study is not None and tables.study.analysis not in WITH_STRESS:
         rule = f"must go with analysis = {' or '.join(WITH_STRESS)}, but the analysis is {tables.study.analysis!r}"
-        remedy = "Leave it out." if tables.over_speed is None else "Ask a forced response at the speed of a peak for it."
+        remedy = "Leave it out." if tables.over_speed is None else "Compute a forced response at the speed of a peak for it."
         found.messages.append(f"[structure]: stress {rule}. {remedy}")
     if "fatigue" in tables.own and not asks_for_stress and "stress" not in tables.own:
         found.messages.append(NO_STRESS)
@@ -542,8 +542,8 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
         for key in ("aerodynamics", "excitation"):
             if key in document:
                 found.messages.append(
-                    f'[{key}] must go with a bladed disk, a model with [structure.sector] or a rig such as "lumped_blisk", but '
-                    "stands beside another model."
+                    f'[{key}] needs a bladed disk: a model with [structure.sector] or a rig such as "lumped_blisk". Remove it, '
+                    "or describe the sector."
                 )
         return
     over = tables.over_speed

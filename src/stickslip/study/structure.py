@@ -141,7 +141,7 @@ def structure(
     notes = (*map(str, places or ()), *(stress.notes if stress else ()), *model.notes, *implausible(model))
     own_rotation = None if table.speed is None else (table.speed, _axis(table.axis or AxisTable(), own))
     if own_rotation is None and table.axis is not None:
-        raise fault("axis", "must go with speed", "without one")
+        raise fault("axis", "must be given with a speed", "without one")
     made, found = structure_of(model, places, table.modes, damping, progress, stress, own_rotation, sparse)
     made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
     return Built(made, (*notes, *found), {}, _sets(model, surfaces, places or ()))
