@@ -60,7 +60,7 @@ def test_a_pull_before_changes_a_peak_where_contacts_stick_in_part(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[[load_step]]\nspeed = 3000.0", "speed must go with [rotation]"),
+        ("[[load_step]]\nspeed = 3000.0", "speed = 3000 needs [rotation]"),
         ("[[load_step]]\nfactor = 1.2\nspeed = 3000.0", "factor and speed must not be given together"),
         ("[[load_step]]\nfactor = 0.0", "No state of rest was found under the static load of step 1"),
         ("[load_step]\nfactor = 1.2", "must be written with double brackets"),

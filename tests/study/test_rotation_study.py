@@ -139,7 +139,7 @@ def test_what_spin_softening_takes_of_a_frequency_is_said(folder):
         assert said == pytest.approx([at_rest, np.sqrt(at_rest**2 - turns**2)], rel=2e-3 / np.sqrt(1.0 - share))
         warned = [note for note in made.notes if note.startswith("Warning: spin softening of")]
         assert len(warned) == (share > 0.436)
-        assert all(f"from {said[0]:.4g} to {said[1]:.4g} Hz, and the file has no stress stiffening" in note for note in warned)
+        assert all(f"from {said[0]:.4g} to {said[1]:.4g} Hz, and K has no stress stiffening" in note for note in warned)
     with pytest.raises(ss.InputError, match="must leave K positive definite after spin softening"):
         job(text.replace("speed = 3000.0", f"speed = {60.0 * 1.01 * at_rest}"), folder, "bar")
 
