@@ -412,7 +412,7 @@ def test_a_test_given_twice_is_said():
     tests = [measured(1.0, 3, frequencies=FREQUENCIES[::4]), measured(1.0, 3, frequencies=FREQUENCIES[::4])]
     tests[1] = replace(tests[1], name="again")
     found = ss.identify_response(one_mass, {"kt": (0.5, 0.1, 3.0)}, tests, tries=0, samples=128)
-    assert "1 and again hold the same points" in " ".join(found.notes)
+    assert "1 and again contain the same points" in " ".join(found.notes)
 
 
 @pytest.mark.nightly

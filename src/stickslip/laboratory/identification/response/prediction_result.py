@@ -377,7 +377,7 @@ def remark_on_few_draws(dataset: xr.Dataset) -> list[str]:
         return []
     share = held_share(dataset)
     return [
-        f"{dataset.attrs['draws']} draws are too few for 95 % intervals: these cover {share:.0f} %. Use {WHOLE} draws or more."
+        f"{dataset.attrs['draws']} draws are too few: the intervals cover {share:.0f} %, not 95 %. Use {WHOLE} draws or more."
     ]
 
 
