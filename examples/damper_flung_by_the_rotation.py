@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import stickslip as ss
 from stickslip.units import mm
 
-# The deck platform_blade.inp and what `ccx platform_blade` left (here in the folder of the tests, packed).
+# The deck platform_blade.inp and the files of `ccx platform_blade` (here in the folder of the tests, packed).
 run = Path(__file__).parents[1] / "tests" / "data" / "calculix"
 for name in ("platform_blade.inp", "platform_blade.dof"):
     Path(name).write_bytes((run / name).read_bytes())

@@ -1,11 +1,11 @@
-"""Friction that falls with the normal load: the cycle of a damper beside those with a constant coefficient."""
+"""Friction that falls with the normal load: the cycle of a damper compared with those of constant coefficients."""
 
 import numpy as np
 
 import stickslip as ss
 from stickslip.dampers import BetweenPlatforms, Cylinder, out_of_phase
 
-# The coefficient of a line of contact over its normal load in N; the friction force mu N is straight between these loads.
+# The friction coefficient of a line of contact over its normal load in N; the friction force mu N is linear between these.
 falling = ss.LoadDependentFriction(over=(20.0, 45.0, 90.0), values=(0.5, 0.3, 0.2))
 damper = Cylinder(left_angle=40.0, right_angle=40.0).damper(pull=80.0)  # N
 

@@ -1,4 +1,4 @@
-"""A ring-down test: frequency and damping of a measured decay with their errors, beside the nonlinear mode of the model."""
+"""A ring-down test: frequency and damping of a measured decay with errors, compared with the nonlinear mode of the model."""
 
 import numpy as np
 

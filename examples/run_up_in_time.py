@@ -1,4 +1,4 @@
-"""A blade with a damper runs up through a resonance, integrated in time, slowly and fast, beside the quasi-steady sweep."""
+"""A blade with a damper runs up through a resonance, in time, slowly and fast, compared with a quasi-steady sweep."""
 
 from dataclasses import replace
 

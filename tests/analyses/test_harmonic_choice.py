@@ -95,7 +95,7 @@ def test_an_output_that_does_not_move_chooses_nothing():
 def test_samples_that_do_not_suffice_are_said_and_too_few_refused():
     choice = sufficient_harmonics(single_mass(), (0.08, 0.32), [1.0], 1e-7)
     assert choice.samples >= 8192
-    assert "samples are the most tried" in choice.sentence
+    assert "samples, the most that are tried" in choice.sentence
     with pytest.raises(InputError, match="samples must be at least 8"):
         sufficient_harmonics(single_mass(), (0.08, 0.32), [1.0], samples=7)
 

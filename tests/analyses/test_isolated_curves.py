@@ -117,7 +117,7 @@ def test_the_search_along_the_force_level_finds_it_too(whole, modes):
     assert response.dataset.curve_kind.values.tolist() == [0, 2]
     tops = [each.peaks().query("output == '1.x' and curve == 'isolated'")["amplitude"].max() for each in (whole, response)]
     np.testing.assert_allclose(tops[1], tops[0], rtol=1e-4)
-    assert "1 curve apart from the sweep was met" in response.dataset.attrs["isolated_search"]
+    assert "1 curve apart from the sweep was found" in response.dataset.attrs["isolated_search"]
     again = response.with_isolated(modes)
     assert again.dataset.curve_kind.values.tolist() == [0, 2]
 
@@ -144,8 +144,8 @@ def test_nothing_is_added_where_there_is_nothing(varies):
     band = ss.radians_per_second(0.8, 1.8)
     response = ss.forced_response(problem, band, [0.5, 1.0], harmonics=3, samples=64, isolated=True)
     said = " ".join(response.dataset.attrs["isolated_search"])
-    assert ("Detached curves were not sought: friction and damping leave one motion." in said) != varies
-    assert (said.count("no motion that the sweep does not pass was met") == 2) == varies
+    assert ("There was no search for detached curves: friction and damping allow only one motion." in said) != varies
+    assert (said.count("no motion off the sweep was found") == 2) == varies
     found = response.with_isolated(modes)
     assert found.dataset.attrs["isolated_curves"] == 0
     assert (found.dataset.attrs["isolated_starts"] > 0) == varies
@@ -230,7 +230,7 @@ def test_where_nothing_is_sought_it_is_said_when_asked_for():
     for band, how in ((BAND, False), ([0.2, 0.21], None), ([0.2, 0.21], True)):
         response = ss.forced_response(absorber(), band, LEVEL, harmonics=1, samples=64, isolated=how)
         said = response.dataset.attrs.get("isolated_search", "")
-        assert said == ("Detached curves were not sought: they are sought over a band." if how else "")
+        assert said == ("There was no search for detached curves: it needs a frequency band." if how else "")
         assert "curve_kind" not in response.dataset
     excited = replace(absorber(), speed=ss.SpeedDependence(1))
     sweep = ss.speed_sweep(excited, (60.0 * 0.7 / TURN, 60.0 * 2.0 / TURN), force=LEVEL, harmonics=1, samples=64)

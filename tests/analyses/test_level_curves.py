@@ -65,7 +65,7 @@ def test_a_search_says_where_it_ended_before():
     search = LevelCurves(curve, Isolated(curve), 8)
     search.search()
     assert search.left <= 0
-    assert search.sentence.endswith(f"At {curve.balance.hertz(search.lost[0]):.5g} Hz it could not be followed that far.")
+    assert search.sentence.endswith(f"At {curve.balance.hertz(search.lost[0]):.5g} Hz the search ended earlier.")
 
 
 def test_no_bound_without_damping_of_what_is_driven_or_asked_for():

@@ -71,7 +71,7 @@ def test_the_error_of_patches_is_that_of_their_peaks_against_all_nodes(beam, all
     assert "modal_error" not in data
     (line,) = [line for line in sentences(data) if line.startswith("  force 100")]
     assert line.endswith(f"with all nodes {100.0 * change[0, 0]:+.2g} %")
-    assert any("Solved once more with a contact at each node of the patches" in line for line in sentences(data))
+    assert any("Solved again with a contact at each node of the patches" in line for line in sentences(data))
     said = " ".join(map(str, data["case_message"].values))
     assert "when it is solved with a contact at each node of the patches" in said
 

@@ -87,7 +87,7 @@ def test_no_sweep_reaches_a_detached_curve():
     assert (
         "is reached neither from rest nor by a slow sweep up nor by a slow sweep down; only a disturbance leads to it" in said[1]
     )
-    assert f"of more than {table.next_lower[1]:.4g} m there" in said[1]
+    assert f"of roughly more than {table.next_lower[1]:.4g} m at" in said[1]
     assert any("[reached]" in line for line in sentences(found.dataset))
 
 
@@ -161,7 +161,7 @@ def test_a_study_that_cannot_say_it_is_refused(tmp_path, before, after, words):
 
 def test_listed_frequencies_are_refused():
     listed = ss.forced_response(oscillator(), [0.16], 0.1, harmonics=3, samples=64)
-    with pytest.raises(InputError, match="must be asked of a response over a band"):
+    with pytest.raises(InputError, match="`reached` needs a response over a band"):
         listed.reached()
 
 

@@ -61,7 +61,7 @@ def test_the_wall_carries_its_share_of_the_pull_only_where_the_pull_drags_its_sl
     assert f"{heights[0][0]:.4g} m at" in message
     assert f"{heights[1][0]:.4g} m at" in message
     assert f"{100.0 * change:+.1f} %" in message
-    assert "The two are no bounds: compute these with `response_bounds`." in message
+    assert "These are not bounds of the response; compute bounds with `response_bounds`." in message
 
 
 def marched(problem, hertz, force, cycles=(40, 80, 80), steps=160):
@@ -131,7 +131,7 @@ def test_where_the_history_does_not_matter_it_is_said_why():
     pressed = (ss.Force("1.x", 1.0, static=0.6 * PULL), ss.Force("1.y", 0.0, static=-0.8 * PULL))
     across = found(ss.Problem(structure, (ss.Contact("floor", ss.Macroslip(1.0, MU, KN), (along,), normal),), pressed, ("1.x",)))
     assert np.isnan(across[0])
-    assert across[1] == "The history of the static load does not matter: it moves no slider."
+    assert across[1] == "The history of the static load does not matter: the load moves no slider."
     assert np.isnan(found(beside_a_wall(), [0.2])[0])
     sliding = beside_a_wall(grip=0.5)  # under a load of its own
     assert at_friction_limit(sliding, at_rest(sliding)) == ["wall"]
@@ -140,7 +140,7 @@ def test_where_the_history_does_not_matter_it_is_said_why():
     held = ss.Contact("wall", ss.Macroslip(KT, 1.0, normal_load=10.0), ({"1.y": 1.0, "1.x": 0.5},))
     change, why = found(ss.Problem(loose, (held,), forces, ("1.x",)))
     assert np.isnan(change)
-    assert why.startswith("What the history of the static load changes is not known: no balance of this load without friction")
+    assert why.startswith("The effect of the history of the static load is not known: no equilibrium without friction")
 
 
 @pytest.mark.parametrize(("weak", "said"), [(2e-3, False), (8e-3, True), (0.5, True)])
@@ -160,7 +160,7 @@ def test_small_vibrations_of_contacts_that_are_open_at_rest(weak, said):
     (found,) = response.dataset.peak_frequency.values[0, 0]
     stuck = np.sqrt(2.0 + weak) / (2.0 * np.pi)
     assert found == pytest.approx(np.sqrt(2.0) / (2.0 * np.pi), rel=1e-5)
-    sentence = f"(lifted): small vibrations have the natural frequency {found:.5g} Hz, not the {stuck:.5g} Hz of contacts"
+    sentence = f"(lifted): small vibrations have the natural frequency {found:.5g} Hz instead of {stuck:.5g} Hz with"
     assert (sentence in response.dataset.attrs["static_history"]) == said
     assert any(sentence in line for line in finer_sentences(response.dataset)) == said
 

@@ -276,7 +276,7 @@ def test_a_curve_that_is_off_beside_its_peak_says_where():
     worst = int(np.nanargmax(moved))
     assert float(data.truncation_error[0, 0]) < truncation.ALLOWED < moved[worst]
     where = f"{float(data.frequency[0, worst]):.5g} Hz"
-    assert f"More harmonics would move the curve of 2.x at {where} by roughly {100.0 * moved[worst]:.0f} %" in message
+    assert f"More harmonics would change the curve of 2.x at {where} by roughly {100.0 * moved[worst]:.0f} %" in message
 
 
 def test_a_singular_matrix_leaves_the_errors_unknown(monkeypatch):

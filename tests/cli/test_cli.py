@@ -286,7 +286,7 @@ def test_a_run_says_how_many_harmonics_auto_took_and_why(one_mass, tmp_path):
     assert 'harmonics = "auto"' in checked
     result = stickslip_command("run", one_mass, "--out", tmp_path / "out", "--workers", 1)
     chosen = open_results(tmp_path / "out" / "results.nc").attrs["harmonics_chosen"]
-    assert "harmonics: with fewer the motion at" in chosen
+    assert "harmonics: fewer leave an error of" in chosen
     for output in (checked, result.output):
         assert f"Chosen: {chosen.partition(':')[0]}, " in output
     assert "stuck mode" not in chosen  # which is at 0.2251 Hz, below all harmonics that are left out

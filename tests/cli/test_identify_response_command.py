@@ -78,9 +78,9 @@ def test_a_rig_and_curves_become_parameters_and_a_report(curves, tmp_path, monke
     assert overview.index('id="table-0-parameters"') < overview.index('id="chart-0')
     assert "table-0-parameters" not in rest
     assert "kt = " not in overview
-    warned = ss.open_results(folder / "results.nc").assign_attrs(notes="kt is not found: its 95 % interval is 0.1 to 3.")
+    warned = ss.open_results(folder / "results.nc").assign_attrs(notes="kt is not determined: its 95 % interval is 0.1 to 3.")
     overview = page({"one": warned})
-    assert overview.index('<p class="warning">kt is not found') < overview.index('id="chart-0')
+    assert overview.index('<p class="warning">kt is not determined') < overview.index('id="chart-0')
     assert list(ss.open_results(folder / "results.nc")["test"].values) == ["level_0.3", "level_1", "level_2"]
     again = command("identify-response", "single_mass", *curves, "--quantity", "displacement", *free)
     assert again.exit_code == console.WRONG_INPUT

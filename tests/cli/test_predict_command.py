@@ -172,7 +172,7 @@ def test_wrong_decays_are_refused(identified, ring_down):
         ("--decay", "2:1"): "amplitude must be [smallest, largest], the smaller first, but is [2.0, 1.0]",
         ("--decay", "1:x"): "--decay must give numbers",
         ("--decay", "1:2", "--mode", "2"): "mode must be at most 1, but is 2",
-        ("--force", "1", "--mode", "1"): "--mode must go with --decay",
+        ("--force", "1", "--mode", "1"): "--mode 1 needs --decay",
         ("--decay", "1:2", "--force", "3"): "--decay and --force must not be given together",
         ("--decay", "1:2", "--column", "real=3"): "--decay and --column must not be given together",
         ("--decay", "1:2", "--compare", str(other)): "--decay and --compare must not be given together",

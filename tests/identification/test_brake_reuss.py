@@ -159,4 +159,4 @@ def test_one_linear_frequency_does_not_do():
     assert float(data["misfit"].max()) == pytest.approx(WITHOUT[0], abs=0.01)
     last = one_mode(data["frequency"].values[7], per_force(data, "computed")[7])
     assert last[2] == pytest.approx(WITHOUT[1], rel=0.05)
-    assert any(note.startswith("slip_force is not found") for note in found.notes)
+    assert any(note.startswith("slip_force is not determined") for note in found.notes)

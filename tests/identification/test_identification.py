@@ -218,7 +218,7 @@ def test_a_damper_that_grazes_lift_off_is_answered():
 
 
 def test_no_interval_is_given_where_the_refits_failed(truths):
-    """From what a run kept: 12 of 32 refits found no way down; then cycles are missing."""
+    """From what a run kept: 12 of 32 refits did not reduce the misfit; then cycles are missing."""
     work = IdentificationWork((*map(whole_cycles, records(truths, RigErrors())),), UNKNOWN_RIG, steps=120)
     theta = np.log([TRUTH[p.name] for p in work.fit.unknowns])
     scattered = theta + 0.01 * np.random.default_rng(0).normal(size=(20, theta.size))
@@ -236,7 +236,7 @@ def test_no_interval_is_given_where_the_refits_failed(truths):
     fine = work.identification(kept | {"counts": np.array((3, 500, 0))})
     assert float(fine.dataset.lag_error) == pytest.approx(1e-4)
     assert fine.dataset.zero_error.sel(channel="force_y").values == pytest.approx([0.5, 0.5])
-    assert fine.warnings[0] == "3 of 23 refits found no way down and are left out of the intervals."
+    assert fine.warnings[0] == "3 of 23 refits did not reduce the misfit and are not in the intervals."
     assert all(low < fine.values[name] < high for name, (low, high) in fine.intervals.items())
 
 

@@ -280,16 +280,16 @@ def test_a_stuck_contact_says_nothing_of_friction():
     small = [measured(force, 2) for force in (0.005, 0.01)]
     found = ss.identify_response(one_mass, FREE, small, tries=0, samples=128)
     assert found.values["kt"] == pytest.approx(0.5, rel=0.02)
-    assert any("no more of friction than that it holds" in note for note in found.notes)
-    assert not any(note.startswith("limit is not found") for note in found.notes)
+    assert any("only lower bounds of the friction coefficients" in note for note in found.notes)
+    assert not any(note.startswith("limit is not determined") for note in found.notes)
     least = float(found.dataset["least"].sel(parameter="limit"))
     assert f"\nlimit ≥ {least:.5g}: no contact slips or opens, with less one would\n" in str(found)
     carried = 0.5 * max(float(np.max(test.amplitude)) for test in small)
     assert 0.9 * carried < least < 1.01 * carried
     assert np.isnan(found.dataset["least"].sel(parameter="kt"))
     unseen = ss.identify_response(one_mass, FREE | {"limit": (0.6, 0.4, 5.0)}, small, tries=0, samples=128)
-    assert any("say nothing of friction coefficients" in note for note in unseen.notes)
-    assert any(note.startswith("limit is not found") for note in unseen.notes)
+    assert any("give no friction coefficient" in note for note in unseen.notes)
+    assert any(note.startswith("limit is not determined") for note in unseen.notes)
 
 
 @pytest.mark.nightly
@@ -328,7 +328,7 @@ def test_a_parameter_near_zero_is_found_by_the_width_of_its_bounds(scale, lost):
     value, low, high = (float(found.dataset[key].sel(parameter="change")) for key in ("value", "low", "high"))
     assert low < 0.0 < high
     assert abs(value) < 0.5 * (high - low)
-    assert any(note.startswith("change is not found") for note in found.notes) == lost
+    assert any(note.startswith("change is not determined") for note in found.notes) == lost
 
 
 @pytest.mark.slow
@@ -359,7 +359,7 @@ def test_what_every_test_has_by_itself():
     assert "extra: -0.02 to 0.03 over 5 tests" in summary(many)
     loud = [replace(test, amplitude=2.0 * np.asarray(test.amplitude), free_phase=k > 0) for k, test in enumerate(tests)]
     again = ss.identify_response(mounted, free, [loud[1], tests[2]], tries=0, samples=128)
-    assert "The gain is 2.2 of 1. The measured response is so many times what the model computes" in " ".join(again.notes)
+    assert "The gain is 2.2 of 1. It is the ratio of measured to computed response" in " ".join(again.notes)
 
 
 def test_wrong_input():
@@ -412,7 +412,7 @@ def test_a_test_given_twice_is_said():
     tests = [measured(1.0, 3, frequencies=FREQUENCIES[::4]), measured(1.0, 3, frequencies=FREQUENCIES[::4])]
     tests[1] = replace(tests[1], name="again")
     found = ss.identify_response(one_mass, {"kt": (0.5, 0.1, 3.0)}, tests, tries=0, samples=128)
-    assert "1 and again hold the same points" in " ".join(found.notes)
+    assert "1 and again contain the same points" in " ".join(found.notes)
 
 
 @pytest.mark.nightly
@@ -516,8 +516,8 @@ def test_intervals_hold_what_differs_from_test_to_test():
     assert np.mean(held) > 0.75
     assert 0.05 < np.mean(widths) < 0.3
     said = " ".join(found.notes)
-    assert "Residuals go together over" in said
-    assert "such as a wrong contact law, they do not hold" in said
+    assert "Residuals of about" in said
+    assert "they do not include an error common to all tests, such as a wrong contact law" in said
 
 
 @pytest.mark.parametrize(
@@ -545,7 +545,7 @@ def test_neighbours_that_hardly_go_together_are_no_fault_of_the_model(one_in, na
     )
     known = SimpleNamespace(one_in=one_in, noise=1.0)
     said = _about_misfit(fit, np.zeros(1), known, {"misfit": xr.DataArray([0.01] * 3)})
-    assert any("the model lacks something" in sentence for sentence in said) == named
+    assert any("the model is incomplete" in sentence for sentence in said) == named
 
 
 def test_noise_above_the_stated_error_is_no_fault_of_the_model():
@@ -656,8 +656,13 @@ def test_a_parameter_at_its_bound_is_named_with_the_bound():
     tests = [measured(force, 3, frequencies=FREQUENCIES[::2]) for force in (0.3, 1.0)]
     free = {"kt": (0.6, 0.55, 1.0), "damping": ss.FreeParameter(0.005, 0.002, 0.015, each_test=True), "limit": (1.0, 0.1, 5.0)}
     found = ss.identify_response(one_mass, free, tests, tries=0, samples=128, harmonics=3)
-    assert "kt ends at its lower bound, 0.55: widen it, or the model lacks something." in found.notes
-    assert "damping of 1 ends at its upper bound, 0.015: widen it, or the model lacks something." in found.notes
+    assert (
+        "kt ends at its lower bound, 0.55. Widen the bound; if it stays there, the model is probably incomplete." in found.notes
+    )
+    assert (
+        "damping of 1 ends at its upper bound, 0.015. Widen the bound; if it stays there, the model is probably incomplete."
+        in found.notes
+    )
     assert not any("limit ends" in note for note in found.notes)
 
 

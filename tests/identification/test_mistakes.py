@@ -42,9 +42,12 @@ MISTAKES = {
     "RMS response": (scaled(np.sqrt(0.5)), "0.3, 1, 2: the measured responses per force are 0.70"),
     "RMS force": (scaled(force=np.sqrt(0.5)), "as where the force is an RMS value and the response an amplitude"),
     "peak to peak": (scaled(2.0), "as where the response is a peak-to-peak value"),
-    "sign": (turned(lambda phase: -phase), "the displacement leads the force, as where motions go by exp(-iωt)"),
-    "acceleration": (turned(lambda phase: phase + np.pi), "are 180° from those of the displacement: they are the acceleration's"),
-    "lag of the acceleration": (turned(lambda phase: np.pi - phase), "those of the acceleration with the opposite sign"),
+    "sign": (turned(lambda phase: -phase), "the displacement leads the force, as with exp(-iωt)"),
+    "acceleration": (
+        turned(lambda phase: phase + np.pi),
+        "are 180° from those of the displacement: they belong to the acc",
+    ),
+    "lag of the acceleration": (turned(lambda phase: np.pi - phase), "those of the acceleration with opposite sign"),
     "velocity": (turned(lambda phase: phase + 0.5 * np.pi), "90° ahead of those of the displacement"),
     "sine": (turned(lambda phase: phase - 0.5 * np.pi), "90° behind those of the displacement"),
     "radians as degrees": (turned(np.radians), "seem to be radians that are given as degrees"),
@@ -151,4 +154,4 @@ def test_phases_of_the_opposite_sign_may_be_those_of_a_turned_sensor():
     turned_tests = [MISTAKES["acceleration"][0](test) for test in sound()]
     solution = {"plain_gain": np.ones(3), "plain_misfit": np.full(3, 0.01), "plain_phase": phases}
     (said,) = notes_on_mistakes(turned_tests, np.full(3, 1.0), solution | {"swapped_misfit": np.full(3, np.inf)})
-    assert "a sensor or the force points the other way" in said
+    assert "a sensor or the force has the opposite direction" in said

@@ -200,7 +200,7 @@ def test_a_prediction_says_what_it_rests_on(found, clean):
     first, *others = summary(data.dataset)
     assert first == "Free: kt, limit, damping. Measured forces from 0.3 to 2 N: 0.6 N interpolated, 4 N extrapolated."
     assert any("20 draws" in line and "90 %" in line for line in others)
-    assert any("rests on the contact law alone" in line for line in others)
+    assert any("relies on the contact law" in line for line in others)
     assert {"", "peaks"} == set(data.figures)
     held = found.predict(amplitude=4.0, draws=20).dataset
     truth = ss.controlled_response(one_mass(), ss.hertz(0.14, 0.24), 4.0, quantity="displacement", **FINE).resonances()
@@ -427,12 +427,12 @@ def test_chance_and_three_tests_make_no_line(values, found):
 def test_a_line_over_the_levels_is_said_in_the_first_line(found):
     attrs = found.predict(0.6, draws=20).dataset.attrs | {"free_of_each_test": "gain, frequency", "free_over_level": "frequency"}
     first = summary(found.predict(0.6, draws=20).dataset.assign_attrs(attrs))[0]
-    assert first.startswith("Free: kt, limit, damping; of each test by itself: gain, frequency (along a line over the levels).")
+    assert first.startswith("Free: kt, limit, damping; separately for each test: gain, frequency (along a line over the levels).")
 
 
 def test_a_held_amplitude_without_phase_resonance_is_named_as_that(found):
     prediction = found.predict(amplitude=3.0, draws=20, band=ss.hertz(0.23, 0.24))
-    words = "3 m: no peak in the band, because force and displacement are nowhere at 90°. Give another or a wider band."
+    words = "3 m: no peak in the band, because force and displacement are not at 90° anywhere. Give another or a wider band."
     assert words in summary(prediction.dataset)
 
 

@@ -158,13 +158,13 @@ def test_the_vibration_knows_what_was_before():
 def test_what_has_no_history_is_refused():
     with pytest.raises(ss.InputError, match="static load"):
         ss.after_load_steps(mass(0.0), [1.0])
-    for steps, said in (([], "must hold a load"), (1.44, "must be a tuple or list")):
+    for steps, said in (([], "must contain a load"), (1.44, "must be a tuple or list")):
         with pytest.raises(ss.InputError, match=said):
             ss.after_load_steps(mass(1.0), steps)
     held_by_little = mass(3.0).with_structure(replace(mass(3.0).structure, K=np.array([[1e-12]])))
-    with pytest.raises(ss.InputError, match=r"rounding does not hide their friction, but is 'sliders 4\.0e\+12 m away'"):
+    with pytest.raises(ss.InputError, match=r"rounding hides their friction, but is 'sliders 4\.0e\+12 m away'"):
         ss.after_load_steps(held_by_little, [2.0])
-    with pytest.raises(ss.InputError, match="friction that begins from a slider"):
+    with pytest.raises(ss.InputError, match="friction starts from a slider offset"):
         ss.after_load_steps(mass(1.0).with_start(ss.TractionRatio(0.5)), [2.0])
     with pytest.raises(ss.InputError, match=r"must name static forces, but is 'pul'.*pull"):
         ss.after_load_steps(mass(1.0), [{"pul": 2.0}])

@@ -480,7 +480,7 @@ def test_a_study_of_a_rotating_blade(beam):
     mean = ss.forced_response(problem, [10.0], harmonics=1).with_stress().dataset["stress_mean"].values[0, 0, 0]
     assert mean[1] == pytest.approx(centrifugal(0.5 * LENGTH), rel=0.01)
     assert np.abs(np.delete(mean, 1)).max() < 0.02 * mean[1]
-    with pytest.raises(ss.InputError, match="axis must go with speed"):
+    with pytest.raises(ss.InputError, match="axis must be given with a speed"):
         job(STUDY.replace("modes = 4", speed.replace("speed = 6000.0\n", "")), beam[0].parent, "beam")
 
 
@@ -518,7 +518,7 @@ def test_a_study_of_a_sector_at_speed_does_not_count_the_rotation_twice(ring):
     assert "it is added, −Ω² M (1 − d dᵀ)" in softened
     loaded = turning.sweep.problem.forces[-1]
     assert loaded.static > 0.0
-    with pytest.raises(ss.InputError, match=r"speed of \[structure.sector\] must be left out beside \[rotation\]"):
+    with pytest.raises(ss.InputError, match=r"speed of \[structure.sector\] must be left out with \[rotation\]"):
         job(text.replace("[damping]", table), deck.parent, "ring")
     with pytest.raises(ss.InputError, match=r"speed must be given in \[structure.sector\] for a sector"):
         job(text.replace("modes = 4", "modes = 4\nspeed = 3000.0"), deck.parent, "ring")

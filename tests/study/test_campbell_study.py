@@ -102,7 +102,8 @@ def test_one_stiffness_for_all_speeds_is_warned_of_and_needs_no_reference(tmp_pa
     far = computed(text.replace("[0.0, 900.0]", "[0.0, 15.0]").replace("operating_speed = 300.0", ""), tmp_path)
     first = presentation_named("campbell").sentences(far)[0]
     assert (
-        first == "no engine order meets a mode from 0 to 15 rev/min: they excite at 0 to 1 Hz, and the lowest mode is at 18.15 Hz"
+        first
+        == "no engine order crosses a mode from 0 to 15 rev/min: they excite at 0 to 1 Hz, and the lowest mode is at 18.15 Hz"
     )
 
 

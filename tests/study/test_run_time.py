@@ -29,7 +29,7 @@ def test_a_check_says_how_long_a_run_takes(tmp_path, capsys):
     """Three curves of three masses take seconds on any machine; ten thousand do not."""
     path = study(tmp_path)
     ss.forced_response(ss.rigs.three_mass_wedge(), ss.hertz(215.0, 220.0), 1.0)  # compiles, where that is still to be done
-    assert run_time(read(path)) == "Computing 3 curves takes seconds of one core, by a rough estimate from a few points."
+    assert run_time(read(path)) == "Computing 3 curves takes seconds of one core, as roughly estimated from a few points."
     with pytest.raises(SystemExit) as end:
         main(["check", str(path)])
     assert not end.value.code

@@ -93,7 +93,7 @@ def test_wrong_input_is_refused():
         ss.stepped_sine(problem, [15.0], start=ss.stepped_sine(ss.rigs.three_mass_wedge(), [220.0], dwell=2).end)
     disk = ss.rigs.lumped_blisk()
     for refused in (lambda: ss.stepped_sine(disk, [150.0]), lambda: ss.free_decay(disk, 0.1, frequency=150.0)):
-        with pytest.raises(ss.InputError, match="Time integration must see one structure for all harmonics"):
+        with pytest.raises(ss.InputError, match="Time integration needs one structure for all harmonics"):
             refused()
 
 

@@ -227,15 +227,15 @@ class ForcedResponse(Result):
         periods: int = 2000,
         progress: Callable[[float, str], None] | None = None,
     ) -> pd.DataFrame:
-        """Which of its motions a machine shows: of each curve the highest peak of an output, and whether it is reached.
+        """Which motions a machine shows: how the highest peak of an output on each curve is reached.
 
         Columns: force_level, curve, frequency [Hz], amplitude (|X₁|, m), next_lower (the largest |X₁| below it at that frequency,
-        which a disturbance has to exceed, roughly, where nothing else leads to the peak), stability, from_rest, sweep_up,
-        sweep_down: True, False, or None where time integration did not become periodic within `periods` or ended on a motion of
-        no curve of the response; unknown: which of these it was, and where. from_rest: the load begins at the frequency of the
-        peak, as in `time_response`. A slow sweep through the band begins at rest, follows its curve to a fold, and goes on with
-        the motion that time integration ends on beyond it; that it may leave its curve where this is unstable is not looked at.
-        progress(fraction, text) is called before each level and each peak. Seek detached curves first (`isolated=True`).
+        which a disturbance must roughly exceed if nothing else leads to the peak), stability, from_rest, sweep_up,
+        sweep_down: True, False, or None if time integration did not become periodic within `periods` or ended on a motion of no
+        curve of the response; unknown: which of these, and where. from_rest: the load starts at the frequency of the peak, as in
+        `time_response`. A slow sweep through the band starts at rest, follows its curve to a fold, and continues on the motion
+        that time integration ends on; unstable parts of the curve before the fold are not considered. progress(fraction, text) is
+        called before each level and each peak. Search for detached curves first (`isolated=True`).
 
         Raises `InputError` for listed frequencies, subharmonic motions, and what time integration cannot take, such as a tuned
         sector: solve the disk with all its sectors, `disk.full()`.
@@ -251,7 +251,7 @@ class ForcedResponse(Result):
         periods: int = 2000,
         progress: Callable[[float, str], None] | None = None,
     ) -> ForcedResponse:
-        """A copy whose dataset also holds what `reached` says, for report and tables: `reached` (case, question), with the
+        """A copy whose dataset also contains the result of `reached`, for report and tables: `reached` (case, question), with the
         questions from_rest, sweep_up and sweep_down, `next_lower` (case) [m] and `reached_unknown` (case)."""
         row = between("output", output, 0, self.dataset.sizes["output"] - 1)
         table = reached(self.dataset, self.problem, row, steps_per_period, periods, progress)
@@ -305,12 +305,12 @@ class ForcedResponse(Result):
     def with_stability(self, highest: float | None = None) -> ForcedResponse:
         """A copy whose dataset also says which of its points are stable, for figures, report and tables.
 
-        The perturbation δx of a periodic motion, with velocities and what sliders remember, is integrated over one period,
-        δx(T) = Φ δx(0). The motion is stable where all eigenvalues of Φ, Floquet's multipliers, are smaller than 1. A slider that
-        never slips has a multiplier of exactly 1, which is not counted: it may stand anywhere between two limits.
-        highest: natural frequency [Hz] up to which modes of the stuck structure move by themselves; those above follow at once,
-        so that an instability of their own is not seen. Unless given, eight times the highest harmonic, and what others change
-        is estimated; `float("inf")` for all.
+        The perturbation δx of a periodic motion, with velocities and what sliders remember, is integrated over one period, δx(T)
+        = Φ δx(0). The motion is stable where all eigenvalues of Φ, Floquet's multipliers, are smaller than 1. A slider that never
+        slips has a multiplier of exactly 1, which is not counted: it may stand anywhere between two limits.
+        highest: highest natural frequency [Hz] of dynamic modes of the stuck structure; higher modes respond statically, so an
+        instability of such a mode is not detected. Default: eight times the highest harmonic, and the effect of higher modes is
+        estimated; `float("inf")` for all.
 
         The dataset gains `stability` (case, point): stable, unstable or undecided, `multiplier` (case, point, part), the
         largest, `multiplier_error`, `multiplier_resolved` (0 where too few harmonics leave a point
@@ -352,14 +352,13 @@ class ForcedResponse(Result):
         return self.with_curves(self._of_curves(curve, found, CurveKind.BRANCH)) if found else self
 
     def with_isolated(self, *modes: Any) -> ForcedResponse:
-        """A copy with the isolas added, closed curves that the sweeps do not meet; each is a case marked `isolated`.
+        """A copy with isolated curves added, which the sweeps do not reach; each is a case marked `isolated`.
 
         Their starts are the resonance peaks of the force level on nonlinear modes of the problem (`nonlinear_modes`), of which a
         level has several where the force that a mode needs falls with its amplitude. Of a response over several `periods` they
-        are motions of modes at a fraction of the excitation's
-        frequency, in several phases, and the curves are subharmonic. The attribute `isolated_starts` says how many were
-        tried: no start that leads to a new curve is no proof that there is none. Where friction and damping leave one motion
-        (attribute `one_motion`), none is sought.
+        are motions of modes at a fraction of the excitation's frequency, in several phases, and the curves are subharmonic. The
+        attribute `isolated_starts` gives the number of starts tried; if none leads to a new curve, this does not prove that there
+        is none. If friction and damping allow only one motion (attribute `one_motion`), there is no search.
         """
         if not modes:
             raise fault("modes", "must be results of `nonlinear_modes`", "none")
@@ -470,25 +469,23 @@ def forced_response(settings: ForcedResponseSettings) -> ForcedResponse:
 
     band: a `Band` in Hz, continued from start to stop; or frequencies in Hz, solved exactly there in the order given: reached by
     continuation upwards where they rise and downwards where they fall, so that a list up and down shows a hysteresis of jumps.
-    force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept; a list that holds 1, such as
-    [0, 1, 3, 5], keeps these alone, and the others are zero in the results; "auto" raises H until the motion of the contacts
-    that is left out along the curve is below `tolerance` of the whole, and doubles the samples where most are asked for. samples:
-    per period, at least 4H + 2, H the highest harmonic; of a disk raised to the next number with which the delay from sector to
-    sector is whole.
+    force: level or levels that multiply every harmonic force. harmonics H: 0..H are solved; of a list that contains 1, such as
+    [0, 1, 3, 5], only these, and the others are zero in the results; "auto" raises H until the omitted motion of the contacts
+    along the curve is below `tolerance` of the whole, and doubles the samples likewise. samples: per period, at least 4H + 2, H
+    the highest harmonic; of a disk raised to the next number with which the delay from sector to sector is whole.
     quantity, measure: what the peaks are of; a damped structure peaks at another frequency in acceleration than in displacement.
     quantity: displacement, velocity, acceleration, or per force level receptance, mobility, inertance; measure: "amplitude" of
     the first harmonic, "rms" or "max_abs", the largest value in time (both with all harmonics, and the mean of a displacement).
     periods p: of the excitation, after which a motion may repeat itself: it is expanded in multiples of ω/p, so that it may be
     subharmonic. A sweep begins where all repeat after one period; `branch` and `with_isolated` lead to those that do not.
     harmonics and samples stay those of one period, amplitudes those of the frequency of the excitation.
-    isolated: whether curves apart from the sweep are sought by following the force level at a few frequencies, which takes
-    somewhat longer than the sweep; each is a case marked `isolated`, and the attribute `isolated_search` says how far it went.
-    Unless given they are sought where a contact does not rub, as of gaps and cubic springs; with True of contacts under a
-    varying load, too, and it is said why none are sought elsewhere.
+    isolated: whether to search for detached curves by following the force level at a few frequencies, which takes somewhat longer
+    than the sweep; each is a case marked `isolated`, and the attribute `isolated_search` states how far was searched. By default
+    the search takes place if a contact has no friction (gaps, cubic springs); with True also for contacts under a varying load,
+    and the attribute states why there is no search otherwise.
     workers: processes that compute force levels side by side, with the same results (a script that asks for more than one keeps
-    its work under `if __name__ == "__main__":`), or a `DaskCluster`. checkpoint: keeps the curve of each completed
-    force level for an interrupted run to resume from (`stickslip.CheckpointFolder`). progress(fraction, text) is called as
-    the work goes on.
+    its work under `if __name__ == "__main__":`), or a `DaskCluster`. checkpoint: keeps the curve of each completed force level
+    for an interrupted run to resume from (`stickslip.CheckpointFolder`). progress(fraction, text) is called as the work goes on.
 
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
@@ -649,7 +646,7 @@ class ForcedResponseWork(OneBalance):
         if not self._seeks:
             return {}
         if reason := self._unsought(curve):
-            sentence = f"Detached curves were not sought: {reason}."
+            sentence = f"There was no search for detached curves: {reason}."
             return {"isolated_search": np.array(sentence)} if self.settings.isolated else {}
         low, high = (2.0 * np.pi * frequency for frequency in sorted(self.settings.frequencies))
         solved = SolvedCurve(
@@ -668,7 +665,7 @@ class ForcedResponseWork(OneBalance):
     def _unsought(self, curve: Curve) -> str:
         """Why no curves apart from that of a level are sought; empty where they are."""
         if self.settings.listed:
-            return "they are sought over a band"
+            return "it needs a frequency band"
         if self.periods > 1:
             return "the motion has several periods"
         if curve.outcome != Outcome.CONVERGED or curve.level == 0.0:

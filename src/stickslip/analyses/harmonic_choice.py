@@ -54,8 +54,8 @@ def sampling_warning(balance: HarmonicBalance, curve: Curve) -> str:
         return ""
     enough = 2 ** int(np.ceil(np.log2(count * ENOUGH / fewest)))
     return (
-        f"The friction of {name} changes its sign within {fewest:.2g} of a sample: heights of peaks may be wrong, and peaks of "
-        f"ripples appear. Take {enough} samples, or a law that changes more slowly."
+        f"The friction of {name} changes its sign within {fewest:.2g} of a sample: peak heights may be wrong, and false peaks "
+        f"may appear. Use {enough} samples, or a law that changes more slowly."
     )
 
 
@@ -279,7 +279,7 @@ def _raised(
     """H raised at one point until the estimate is below the tolerance, and the solution there; from a curve with the higher H
     where the padded solution leads to none.
     """
-    reason = "no left-out harmonic matters"
+    reason = "no omitted harmonic matters"
     while True:
         H = balance.highest
         beyond = enough_beyond(H)
@@ -290,7 +290,7 @@ def _raised(
         if estimate.total <= tolerance:
             return HarmonicChoice(H, Nt, estimate.total, f"{H} harmonics: {reason}"), evaluation
         if H >= MOST:
-            text = f"{H} harmonics are the most tried; more would still change the motion by {estimate.total:.1e} of it"
+            text = f"{H} harmonics, the most that are tried; more would change the motion by a further {estimate.total:.1e}"
             return HarmonicChoice(H, Nt, estimate.total, text), evaluation
         reason = _reason(problem, estimate, evaluation, tolerance)
         following = min(max(estimate.needed(tolerance), H + 2), MOST)
@@ -304,7 +304,7 @@ def _raised(
             continue
         peaks = _worst_points(problem, frequencies, evaluation.point.level, following, samples, tolerance)
         if not peaks:
-            text = f"{H} harmonics: the peak could not be solved with {following}; more change the motion by {estimate.total:.1e}"
+            text = f"{H} harmonics: the peak could not be solved with {following}; more would change it by {estimate.total:.1e}"
             return HarmonicChoice(H, Nt, estimate.total, text), evaluation
         omega = evaluation.point.omega
         evaluation = min((peak for _, peak in peaks), key=lambda peak: abs(peak.point.omega - omega))
@@ -328,9 +328,9 @@ def _sampled(problem: Problem, choice: HarmonicChoice, evaluation: Evaluation, t
         error = max(4.0 / 3.0 * float(np.linalg.norm(moved)) / size, 0.25 * error)
         if error <= tolerance:
             return choice
-        text = f"{twice} samples: with half as many the motion of the contacts would be {error:.1e} off"
+        text = f"{twice} samples: half as many leave an error of {error:.1e} in the motion of the contacts"
         choice = replace(choice, samples=twice, sampling=text)
-    most = f"{choice.samples} samples are the most tried; the motion of the contacts may still be {0.25 * error:.1e} off"
+    most = f"{choice.samples} samples, the most that are tried; the error of the contact motion may be {0.25 * error:.1e}"
     return replace(choice, sampling=most) if error else choice
 
 
@@ -340,10 +340,10 @@ def _reason(problem: Problem, estimate: Truncation, evaluation: Evaluation, tole
     unit = evaluation.point.omega / (2.0 * np.pi)
     where = f"at {unit:.5g} Hz under force level {evaluation.point.level:g}"
     if not alone.size:
-        return f"with fewer the motion {where} would be {estimate.total:.1e} off"
+        return f"fewer leave an error of {estimate.total:.1e} in the motion {where}"
     harmonic = int(alone[-1]) + 1
     modes = problem.frequencies(stuck=True)
     nearest = float(modes[np.argmin(np.abs(modes - harmonic * unit))])
     beside = f", near the stuck mode at {nearest:.4g} Hz," if abs(nearest - harmonic * unit) <= NEAR * nearest else ""
-    moved = f"{estimate.share[harmonic - 1]:.1e} of their motion {where}"
-    return f"harmonic {harmonic} at {harmonic * unit:.4g} Hz{beside} would have moved the contacts by {moved}"
+    moved = f"{estimate.share[harmonic - 1]:.1e} {where}"
+    return f"harmonic {harmonic} at {harmonic * unit:.4g} Hz{beside} changes the motion of the contacts by {moved}"

@@ -240,9 +240,9 @@ def unsought(problem: Problem) -> str:
     """Why detached curves of a problem are not sought; empty where they are: where contacts have a normal direction, so that they
     may lift off, or do not rub."""
     if contracts(problem):
-        return "friction and damping leave one motion"
+        return "friction and damping allow only one motion"
     if excited_harmonics(problem.forces) != {1}:
-        return "the force acts in other harmonics than the first"
+        return "the force has other harmonics than the first"
     if all(contact.normal is None and contact.law.rubs for contact in problem.contacts):
         return "no contact lifts off or is a nonlinear spring"
     return ""
@@ -382,12 +382,12 @@ class LevelCurves:
     def sentence(self) -> str:
         """What was searched."""
         bounded = np.isfinite(sustained(self.curve.balance.problem, self.curve.band[1], 1.0)).any()
-        reach = f"{'the largest vibration that damping lets it sustain or ' if bounded else ''}{FARTHEST:g} times this level"
+        reach = f"{'what damping lets the force sustain, or ' if bounded else ''}{FARTHEST:g} times this force level"
         found = self.isolated.found
-        led = f"{counted(len(found), 'curve')} {APART}" if found else "no motion that the sweep does not pass"
-        short = f" At {self._hertz(self.lost)} it could not be followed that far." if self.lost else ""
-        met = f"{led} {'were' if len(found) > 1 else 'was'} met"
-        return f"Detached curves were sought at {self._hertz(list(self.fold))}, up to {reach}: {met}.{short}"
+        led = f"{counted(len(found), 'curve')} {APART}" if found else "no motion off the sweep"
+        short = f" At {self._hertz(self.lost)} the search ended earlier." if self.lost else ""
+        met = f"{led} {'were' if len(found) > 1 else 'was'} found"
+        return f"The search for detached curves at {self._hertz(list(self.fold))} went up to {reach}: {met}.{short}"
 
     def _hertz(self, omegas: list[float]) -> str:
         return f"{', '.join(f'{self.curve.balance.hertz(omega):.5g}' for omega in sorted(set(omegas)))} Hz"

@@ -56,8 +56,8 @@ def other_motion_warning(balance: HarmonicBalance, curve: Curve, measure: Measur
             enters, begins = (balance.hertz(omega) for omega in (points[0].point.omega, begin))
             return (
                 f"Another motion enters the band at {enters:.6g} Hz, with {ratios[output]:.3g} times the highest "
-                f"{balance.problem.output_names[output]} of this curve, at {highest:.6g} Hz. Which of them a vibration takes "
-                f"depends on how it begins: compute a band that begins at {begins:.4g} Hz."
+                f"{balance.problem.output_names[output]} of this curve, at {highest:.6g} Hz. Which one occurs depends on "
+                f"how the vibration starts: repeat the run with a band that starts at {begins:.4g} Hz."
             )
     return ""
 

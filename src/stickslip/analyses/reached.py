@@ -192,10 +192,10 @@ def reached(
 ) -> pd.DataFrame:
     """As `ForcedResponse.reached`."""
     if is_listed(dataset):
-        raise InputError("What sweeps reach must be asked of a response over a band, but this one is at listed frequencies.")
+        raise InputError("`reached` needs a response over a band, but this one is at listed frequencies.")
     if periods_of(dataset) > 1:
-        rule = "must be asked of a response with `periods` = 1"
-        raise InputError(f"What sweeps reach {rule}, but the motion of this one may last {periods_of(dataset)} periods.")
+        own = periods_of(dataset)
+        raise InputError(f"`reached` needs a response with `periods` = 1, but the motion of this one may last {own} periods.")
     rows: list[dict[str, Any]] = []
     report = progress or (lambda fraction, text: None)
     levels = dataset["force_level"].values

@@ -445,7 +445,7 @@ class ForcedResponseSettings(Measured, Fineness, OverBand, Execution):
         str,
         Setting(
             measure_name,
-            "of it: amplitude of the first harmonic, root mean square, or largest value over the period",
+            "how the signal becomes one number: first-harmonic amplitude, RMS, or largest value in the period",
         ),
     ] = "amplitude"
     periods: Annotated[int, Setting(checks.whole)] = 1

@@ -39,10 +39,10 @@ mode in that of the most driven one."""
 ROUNDING = 1e-9
 """Friction kt |u₀| over the forces of the contacts at rest, below which it is rounding."""
 
-UNMOVED = "The history of the static load does not matter: it moves no slider."
+UNMOVED = "The history of the static load does not matter: the load moves no slider."
 UNSEATED = (
-    "What the history of the static load changes is not known: no balance of this load without friction was found, in which "
-    "parts are seated before friction acts."
+    "The effect of the history of the static load is not known: no equilibrium without friction was found, in which the load "
+    "seats the contacts before friction acts."
 )
 
 
@@ -78,8 +78,8 @@ def opened(problem: Problem, low: float, high: float) -> str:
         for one, other in zip(stuck.frequencies[alike[seen]] / harmonic, small.frequencies[seen] / harmonic, strict=True):
             if (low <= one <= high or low <= other <= high) and other < (1.0 - SEEN) * one:
                 return (
-                    f"At rest contacts or parts of them are open ({names}): small vibrations have the natural frequency "
-                    f"{other:.5g} Hz, not the {one:.5g} Hz of contacts that are closed and stuck as a whole."
+                    f"Contacts, or parts of them, are open at rest ({names}): small vibrations have the natural frequency "
+                    f"{other:.5g} Hz instead of {one:.5g} Hz with all contacts closed and stuck."
                 )
     return ""
 
@@ -110,8 +110,8 @@ def history_change(
             found.append((peak, _peak(balance, *other, output, peak, measure)))
         solution = next(each for known, each in found if same_motion(peak, known))
         if solution is None:
-            words[output] = f"What the history of the static load changes at the highest peak of {names[output]} is not known: "
-            words[output] += "the peak was lost on the way to contacts that are seated without friction."
+            words[output] = f"The effect of the history of the static load on the highest peak of {names[output]} is not known: "
+            words[output] += "the peak could not be followed to contacts that are seated without friction."
             continue
         points = peak.evaluation, solution
         sizes = [measure.size(e.w[rows + output], e.point.omega) / measure.per(peak.point.level) for e in points]
@@ -122,9 +122,9 @@ def history_change(
                 f"{s:.4g} {unit} at {balance.hertz(e.point.omega):.5g} Hz" for s, e in zip(sizes, points, strict=True)
             )
             words[output] = (
-                f"The history of the static load changes {names[output]} at its highest peak: {dragged} where the load drags "
-                f"sliders that are there before it, as computed; {other}, {100.0 * changes[output]:+.1f} %, where it seats the "
-                "contacts before friction acts. The two are no bounds: compute these with `response_bounds`."
+                f"The history of the static load changes {names[output]} at its highest peak: {dragged} if the load drags "
+                f"the sliders (as computed), {other} ({100.0 * changes[output]:+.1f} %) if it seats the contacts before friction "
+                "acts. These are not bounds of the response; compute bounds with `response_bounds`."
             )
     worst = int(np.argmax(np.nan_to_num(np.abs(changes), nan=-1.0)))
     return changes, words[worst] or next(filter(None, words), ""), ""

@@ -78,7 +78,7 @@ class FinerProblem:
     def warning(self, outputs: tuple[str, ...], errors: Array) -> str:
         """What to say where a highest peak changes, or could not be solved; empty where neither is so."""
         if np.isnan(errors).all():
-            return f"The highest peak could not be solved {self.words}: what that changes is unknown."
+            return f"The highest peak could not be solved {self.words}, so this change is unknown."
         worst = int(np.nanargmax(np.abs(errors)))
         if not abs(errors[worst]) > self.allowed:
             return ""
@@ -87,7 +87,7 @@ class FinerProblem:
         return f"{outputs[worst]} changes at its highest peak by {change} when it is solved {self.words}.{rough}"
 
 
-MORE_POINTS = "So large a change is known roughly, to a factor of two or so: take more `points` until it is small."
+MORE_POINTS = "So large a change is known only to a factor of about two: use more `points` until it is small."
 ALL_MODES = FinerProblem("modal_error", "on all coordinates of the structure", ALLOWED)
 OWN_FORCES = FinerProblem("modal_error", "on the mesh with all shapes of its contact forces and their inertia", ALLOWED)
 ALL_NODES = FinerProblem("patch_error", "with a contact at each node of the patches", 0.01, MORE_POINTS)
@@ -349,7 +349,7 @@ def away_warning(balance: HarmonicBalance, curve: Curve, measure: Measure, error
         return ""
     of_it = f"{_much(much)} of its largest value" if much < 1.0 else _much(much)
     where = f"{balance.hertz(inside[point].point.omega):.5g} Hz"
-    return f"More harmonics would move the curve of {balance.problem.output_names[output]} at {where} {of_it}."
+    return f"More harmonics would change the curve of {balance.problem.output_names[output]} at {where} {of_it}."
 
 
 def _much(error: float) -> str:
@@ -412,7 +412,7 @@ def finer_sentences(dataset: xr.Dataset) -> list[str]:
             case, output = np.unravel_index(np.nanargmax(np.abs(errors)), errors.shape)
             unknown = [f"{level:g}" for level in levels[np.isnan(errors).all(axis=1)]]
             sentences.append(
-                f"Solved once more {finer.words}, the highest peaks change by {in_percent(abs(errors[case, output]))} at most "
+                f"Solved again {finer.words}, the highest peaks change by at most {in_percent(abs(errors[case, output]))} "
                 f"({dataset['output'].values[output]} at force level {levels[case]:g})"
                 + (f"; at force level {', '.join(unknown)} this solution failed, and the change is unknown." if unknown else ".")
             )

@@ -123,13 +123,13 @@ def predict(
     if decay:
         if beside := [*options, *(OPTIONS.get(key, f"--{key}") for key, value in curves.items() if value)]:
             raise InputError(
-                f"--decay and {', '.join(beside)} must not be given together: --decay predicts a decay in place of responses, "
-                "and a measured decay is its value, --decay FILE."
+                f"--decay and {', '.join(beside)} must not be given together: --decay predicts a decay instead of "
+                "responses; give a measured decay as its value, --decay FILE."
             )
         table |= of_decay(decay, units_of(document.get("units", {}))) | {"mode": mode}
     else:
         if mode is not None:
-            raise fault("--mode", "must go with --decay", mode)
+            raise InputError(f"--mode {mode} needs --decay.")
         one_kind_of_level(options, bool(compare), str(dataset["quantity"].values[0]))
         given = [level for option, texts in options.items() for level in levels(option, texts)]
         table |= {"force" if force else "amplitude": given} | curves
@@ -186,9 +186,9 @@ def document_in(dataset: xr.Dataset) -> dict[str, Any]:
     text = str(dataset.attrs.get("study", ""))
     if not text:
         raise InputError(
-            "IDENTIFICATION must hold the study that made it, but was made in Python, where the problem is a function. There, "
-            "found.predict(force) predicts from what identify_response returned; a study of the problem and `stickslip "
-            "identify-response STUDY CURVES` give results for this command."
+            "IDENTIFICATION must contain the study that made it, but was made in Python, where the problem is a function. Use "
+            "found.predict(force) there, with the result of identify_response, or write a study of the problem and run "
+            "`stickslip identify-response STUDY CURVES`."
         )
     return toml(text)
 

@@ -219,7 +219,7 @@ def cluster(address: str, workers: int | None) -> DaskCluster:
     from stickslip.runs.dask_cluster import DaskCluster
 
     if workers is not None:
-        raise fault("--workers", "must stay away beside --scheduler, whose workers are used", workers)
+        raise fault("--workers", "must be left out with --scheduler, whose workers are used", workers)
     found = DaskCluster(address)
     say(f"{counted(found.workers(), 'worker')} at {address}. More may join at any time.")
     return found

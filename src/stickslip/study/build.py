@@ -299,7 +299,7 @@ def check_speeds(table: OverSpeedTable, speed: float | None) -> None:
     """What a table over the speed must not say beside a sector whose K was written at `speed` in rev/min, None where that is not
     given."""
     if table.stiffness_at_rest is not None:
-        raise InputError(f"[{table.key}]: stiffness_at_rest must stay away from a sector. Write at_speeds in [structure.sector].")
+        raise InputError(f"[{table.key}]: stiffness_at_rest must be left out: a sector has at_speeds in [structure.sector].")
     reference = table.reference_speed
     if speed is not None and reference is not None and abs(speed - reference) > SAME_SPEED * reference:
         raise fault(f"[{table.key}]: reference_speed", f"must be the speed of the sector's model, {speed:g} rev/min", reference)
@@ -316,8 +316,8 @@ def rotation(table: RotationTable, over: OverSpeedTable | None, units: Units) ->
         rule = f"must be the reference_speed of [{over.key}], {over.reference_speed:g} rev/min"
         raise fault("speed", rule, table.speed)
     if table.coriolis and over is not None and over.key != "campbell":
-        rule = f"must stay away from [{over.key}], in which Coriolis forces are neglected"
-        raise fault("coriolis", rule, "true", "A Campbell diagram has them.")
+        rule = f"must be false with [{over.key}], which neglects Coriolis forces"
+        raise fault("coriolis", rule, "true", "A Campbell diagram can include them.")
     axis = RotationAxis.of((table.axis.point, table.axis.direction)).scaled(units.system.metres)
     return table.speed, axis, table.coriolis
 
@@ -327,7 +327,7 @@ def load_step(table: LoadStepTable, rotation: RotationTable | None, problem: Pro
     if table.factor is not None:
         return table.factor
     if rotation is None or table.speed is None:
-        raise fault("speed", "must go with [rotation], whose load goes by it", table.speed, "Give a factor of all static forces.")
+        raise InputError(f"speed = {table.speed:g} needs [rotation]. Add it, or give a factor of all static forces.")
     square = (table.speed / rotation.speed) ** 2
     return {force.name: square for force in problem.forces if isinstance(force, CentrifugalLoad)}
 

@@ -129,15 +129,15 @@ ENTRIES = Field(min_length=2)
 
 class LoadDependentFrictionTable(Table):
     """A coefficient that depends on the normal load N of the contact: `over` and `values`, between which the slip limit µN is
-    straight; or a power law, `value`, `at` and `exponent`: µ = value (N/at)^exponent. Beyond the loads µ is constant."""
+    linear; or a power law, `value`, `at` and `exponent`: µ = value (N/at)^exponent. Outside the loads µ is constant."""
 
     over: Annotated[Annotated[list[Positive], ENTRIES] | None, FORCE] = None
-    """normal loads, ascending; of a power law the lowest and the highest, by default at/100 and 100 at"""
+    """normal loads, ascending; for a power law the lowest and the highest; default: at/100 and 100 at"""
     values: Annotated[list[Positive], ENTRIES] | None = None
     """µ at each of these loads; µN must not fall as N grows"""
-    value: Annotated[Positive | None, Field(description="of a power law: µ at the load `at`")] = None
-    at: Annotated[Positive | None, FORCE, Field(description="of a power law: the load of `value`")] = None
-    exponent: Annotated[Number | None, Field(description="of a power law, from -1 to 1: negative where µ falls")] = None
+    value: Annotated[Positive | None, Field(description="for a power law: µ at the load `at`")] = None
+    at: Annotated[Positive | None, FORCE, Field(description="for a power law: the load of `value`")] = None
+    exponent: Annotated[Number | None, Field(description="for a power law: from -1 to 1, negative if µ falls")] = None
 
     def friction(self, units: Units) -> LoadDependentFriction:
         """The coefficient over loads in newtons."""
@@ -206,11 +206,11 @@ class SurfaceTable(ContactTable):
         str | None, Field(min_length=1, description='what lies opposite: a [[body]], another set of nodes, or "ground"')
     ] = None
     facing: Vector | None = None
-    """direction out of the surface; default: to the side of what lies opposite"""
+    """direction out of the surface; default: towards the opposite side"""
     line: bool | None = None
-    """whether it is a line contact: nodes along an edge, straight, bent or closed, share its length; undeclared, it is refused"""
+    """true for a line contact: nodes along a straight, bent or closed edge share its length; refused without this key"""
     tangent: Vector | None = None
-    """t1, as far as it lies in the surface; default: along its greatest length, or along the line"""
+    """direction t1, projected on the surface; default: along its greatest length, or along the line"""
     mesh_gap: bool = False
     """add to `gap` how far the set of nodes opposite stands off each node of the mesh"""
     points: Annotated[
@@ -218,12 +218,12 @@ class SurfaceTable(ContactTable):
         Field(
             ge=1,
             le=100_000,
-            description="so many contacts, each the mean of a patch of nodes, in place of one at each node; what that changes of "
-            "the highest peaks is computed",
+            description="number of contacts, one for each patch of nodes instead of each node; the change of the highest peaks "
+            "is computed",
         ),
     ] = None
     mean_pressure: Annotated[NotNegative, PRESSURE] = 0.0
-    """N0 per area, beside `preload`; needs `kn`"""
+    """N0 per area, in addition to `preload`; needs `kn`"""
 
 
 class FrictionTable(SurfaceTable):
@@ -361,7 +361,7 @@ class IwanTable(SliderTable):
     chi: Annotated[Number | None, Field(description="four_parameter: exponent, above -1; default: -0.5")] = None
     beta: Annotated[NotNegative | None, Field(description="four_parameter: stiffness ratio; default: 0.5")] = None
     count: Annotated[int | None, Field(ge=2, le=10000)] = None
-    """approximate number of springs and sliders; default: as many as an accuracy of 0.2 % takes"""
+    """approximate number of springs and sliders; default: as many as an accuracy of 0.2 % requires"""
 
     def law_in_si(self, values: dict[str, Any]) -> Law:
         own = {key: values[key] for key in ("kt", "mu", "kn", "preload", "gap", "normal_load")}

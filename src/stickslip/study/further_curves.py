@@ -47,10 +47,10 @@ def ordered(amplitude: tuple[float, ...] | list[float] | None, mode: int | list[
 
 
 class IsolatedTable(Table):
-    """Isolas, closed curves that the sweeps do not meet, from nonlinear modes and along the force level."""
+    """Isolated curves, which sweeps do not reach: found from nonlinear modes and along the force level."""
 
     search: bool = True
-    """whether they are sought along the force level; without this table they are where a contact does not rub"""
+    """whether to search along the force level; without this table only if a contact has no friction"""
     mode: ModeNumbers | None = None
     """number of a mode of the stuck structure, or a list; default: none"""
     amplitude: Amplitudes = None
@@ -229,7 +229,7 @@ class StabilityTable(Table):
     highest: Number | None = Field(
         default=None,
         gt=0.0,
-        description="natural frequency in Hz up to which modes move by themselves; default: eight times the highest harmonic",
+        description="highest natural frequency in Hz of modes with inertia; default: eight times the highest harmonic",
     )
 
 
@@ -240,14 +240,14 @@ def stability_of(asked: Asked) -> StabilityTable | None:
 
 
 class ReachedTable(Table):
-    """Which of its motions a machine shows: whether the highest peak of each curve is reached from rest, and by slow sweeps."""
+    """Which motions a machine shows: whether the highest peak of each curve is reached from rest, and by slow sweeps."""
 
     output: str | None = None
-    """name of the output whose peaks they are; default: the first"""
+    """name of the output whose peaks are examined; default: the first"""
     steps_per_period: Annotated[int, Field(ge=8, le=MOST)] = 500
-    """steps of the time integration in a period of the excitation"""
+    """time steps per period of the excitation"""
     periods: Annotated[int, Field(ge=2, le=MOST)] = 2000
-    """periods after which a motion that is not yet periodic is given up"""
+    """number of periods after which a motion that is not yet periodic is given up"""
 
     def refuse_few_steps(self, harmonics: Harmonics) -> None:
         """Refuse steps that cannot show the harmonics of the curves."""

@@ -142,9 +142,9 @@ def other_speed(sweep: ForcedResponseSettings, speed: float, engine_order: int) 
     if not hertz or low <= hertz <= high:
         return []
     return [
-        f"Warning: the model is that at {speed:.5g} rev/min, where engine order {engine_order} excites at {hertz:.5g} Hz. In the "
-        f"band it excites at {low * turns:.5g} to {high * turns:.5g} rev/min: stiffness, static loads and mean stress are those "
-        "of another speed."
+        f"Warning: the model holds for {speed:.5g} rev/min, where engine order {engine_order} excites at {hertz:.5g} Hz, but the "
+        f"band corresponds to {low * turns:.5g} to {high * turns:.5g} rev/min: stiffness, static loads and mean stress are "
+        "those of another speed."
     ]
 
 
@@ -202,7 +202,7 @@ def _at_rest(study: _Study) -> list[str]:
     what = "no contact is pressed on at rest" if study.loads else none
     where = "Check the directions of pulls and normals, the preloads, and the positions of bodies."
     if any(contact.nodes for contact in closed):
-        where += " Two contact points on a surface do not hold a body against turning: give `points` three or more."
+        where += " Two contact points on a surface do not prevent a body from rotating: use `points` of three or more."
     return [f"Warning: {what}. {where}{_neighbour(study.problem)}"]
 
 
@@ -214,8 +214,8 @@ def _wiring(study: _Study) -> list[str]:
     problem = study.problem
     preloads = {contact.name: float(np.min(getattr(contact.law, "preload", 0.0))) for contact in problem.contacts}
     found = [
-        f"Warning: {name} has a preload of {study.text(preload, 'N')}, which holds its sides apart as a gap does. State a "
-        "gap, or turn the sign."
+        f"Warning: {name} has a preload of {study.text(preload, 'N')}, which separates its sides as a gap does. State a "
+        "gap, or change the sign."
         for name, preload in preloads.items()
         if preload < 0.0
     ]
@@ -231,10 +231,10 @@ def _wiring(study: _Study) -> list[str]:
     names = " and ".join(pulled)
     if set().union(*(moving(force.coefficients) for force in problem.forces if any(force.amplitudes.values()))) <= on_damper:
         found.append(
-            f"Warning: the excitation acts on {names} alone, which only contacts hold. Check the directions of the forces."
+            f"Warning: the excitation acts only on {names}, which only contacts restrain. Check the directions of the forces."
         )
     if all(moving(Output.of(output).direction) <= on_damper for output in problem.outputs):
-        found.append(f"Warning: all outputs move with {names}, which only contacts hold. Add an output on a blade.")
+        found.append(f"Warning: all outputs are on {names}, which only contacts restrain. Add an output on a blade.")
     twice = [
         contact.name
         for contact in problem.contacts
@@ -242,8 +242,8 @@ def _wiring(study: _Study) -> list[str]:
     ]
     if twice:
         found.append(
-            f"Warning: {', '.join(twice[:SHOWN])} {'has' if len(twice) == 1 else 'have'} a preload beside the pull on {names}: "
-            "both press. Leave out the one that is not meant."
+            f"Warning: {', '.join(twice[:SHOWN])} {'has' if len(twice) == 1 else 'have'} a preload, and a pull acts on {names}: "
+            "the contact carries both. Remove one of them."
         )
     return found + _standing_off(study)
 
@@ -261,7 +261,7 @@ def _standing_off(study: _Study) -> list[str]:
         return []
     names = ", ".join(name for own in off for name in own[:SHOWN])
     return [
-        f"Warning: {names} carries no load at rest, although no gap is there. Check the normals, the direction of the pull, and "
+        f"Warning: {names} carries no load at rest, although it has no gap. Check the normals, the direction of the pull, and "
         "what the contacts join."
     ]
 
@@ -339,7 +339,7 @@ def _offsets(study: _Study) -> list[str]:
         return []
     return [
         f"Warning: the slider of {name} rests {study.text(offset, 'm')} away, {times:.2g} times as far as the contact moves "
-        f"and yields, {study.text(reach, 'm')}: it is dragged to its limit, whatever the number. Check the unit of slider_offset."
+        f"and yields, {study.text(reach, 'm')}: it is dragged to its limit in any case. Check the unit of slider_offset."
     ]
 
 

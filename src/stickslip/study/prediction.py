@@ -40,11 +40,11 @@ class PredictionTable(Table):
     identification: str | None = None
     """results.nc of the identification, or its folder; without it, the identification is carried out first"""
     settings: dict[str, Number] = Field(default_factory=dict)
-    """{ name = value } of what differs from test to test, for the prediction"""
+    """{ name = value } for the prediction, of what differs from test to test"""
     start_states: Literal["identified", "virgin", "any"] = "identified"
-    """of the contacts: as in the identification, all virgin, or any, drawn anew for each draw"""
-    draws: Annotated[int, Field(ge=FEWEST_DRAWS, le=MOST, description="of the parameters, for the intervals")] = 40
-    seed: Annotated[Seed, Field(description="of the draws")] = 0
+    """start states of the contacts: as in the identification, all virgin, or any (random for each draw)"""
+    draws: Annotated[int, Field(ge=FEWEST_DRAWS, le=MOST, description="draws of the parameters, for the intervals")] = 40
+    seed: Annotated[Seed, Field(description="seed of the draws")] = 0
     compare: Annotated[list[str], Field(description="files of measurements to compare with")] = Field(default_factory=list)
 
 
@@ -117,8 +117,8 @@ class PredictionPlan(Plan):
         text = str(dataset.attrs.get("study", ""))
         if text and (found := differences(self.document, with_new_names(tomllib.loads(text))[0], (own, self.name))):
             raise InputError(
-                f"{what} must be of the problem of this study, but {listed(found)}. Make both the same, give what differs in the "
-                "prediction in `settings`, or leave `identification` out: the study then identifies the parameters itself."
+                f"{what} was made with another problem: {listed(found)}. Use the same problem, give intended differences in "
+                "`settings`, or remove `identification`: the study then identifies the parameters itself."
             )
         return ResponseIdentification(dataset, self.base.problem_of(*self.table.settings), ())
 

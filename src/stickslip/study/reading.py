@@ -434,15 +434,15 @@ def acted_upon(problem: Problem | None, tables: Tables, found: Found, notes: lis
 def _after_steps(problem: Problem, tables: Tables, notes: list[str]) -> Problem:
     """The problem after its steps of the static load, with a note on each."""
     if tables.study is not None and tables.study.analysis not in WITH_LOAD_STEPS:
-        rule = f"must go with analysis = {' or '.join(WITH_LOAD_STEPS)}"
-        raise fault("Steps of the static load", rule, tables.study.analysis, "Leave them out.")
+        rule = f"need analysis = {' or '.join(WITH_LOAD_STEPS)}, but the analysis is {tables.study.analysis}"
+        raise InputError(f"Load steps {rule}. Remove [[load_step]].")
     steps = [build.load_step(each, tables.rotation, problem) for each in tables.load_steps if each is not None]
     moved, rests = load_history(problem, steps)
     places = np.zeros(rests[0].sliders.size)
     for number, rest in enumerate(rests, start=1):
         load = f"Step {number}" if number <= len(steps) else "The load of the study"
         slid, loose = (np.count_nonzero(each) for each in ((rest.sliders != places) & (rest.limits > 0.0), rest.limits == 0.0))
-        notes.append(f"{load} moves {slid} of {counted(places.size, 'slider')}; {loose} carry no load under it")
+        notes.append(f"{load} moves {slid} of {counted(places.size, 'slider')}; {loose} carry no load then")
         places = rest.sliders
     return moved
 
@@ -463,7 +463,7 @@ def from_model(
     asks_for_stress = any(table is not None and table.stress is not None for table in tables.structures)
     if asks_for_stress and tables.study is not None and tables.study.analysis not in WITH_STRESS:
         rule = f"must go with analysis = {' or '.join(WITH_STRESS)}, but the analysis is {tables.study.analysis!r}"
-        remedy = "Leave it out." if tables.over_speed is None else "Ask a forced response at the speed of a peak for it."
+        remedy = "Leave it out." if tables.over_speed is None else "Compute a forced response at the speed of a peak for it."
         found.messages.append(f"[structure]: stress {rule}. {remedy}")
     if "fatigue" in tables.own and not asks_for_stress and "stress" not in tables.own:
         found.messages.append(NO_STRESS)
@@ -542,15 +542,15 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
         for key in ("aerodynamics", "excitation"):
             if key in document:
                 found.messages.append(
-                    f'[{key}] must go with a bladed disk, a model with [structure.sector] or a rig such as "lumped_blisk", but '
-                    "stands beside another model."
+                    f'[{key}] needs a bladed disk: a model with [structure.sector] or a rig such as "lumped_blisk". Remove it, '
+                    "or describe the sector."
                 )
         return
     over = tables.over_speed
     if sector.at_speeds and over is None:
         found.messages.append(
-            "[structure]: sector: at_speeds must go with an analysis over the speed, such as speed_sweep, but does not. Leave it "
-            "out: [structure] model is the model at the speed of this study."
+            "[structure]: sector: at_speeds needs an analysis over the speed, such as speed_sweep. Remove it: [structure] model "
+            "is the model at the speed of this study."
         )
     if over is None and "excitation" not in document:
         found.messages.append("[excitation] must be given for a bladed disk, but is missing. Write engine_order = EO.")
@@ -558,7 +558,7 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
         found.attempt("[excitation]", build.check_orders, tables.excitation, sector.sectors)
     if over is not None:
         if "excitation" in document:
-            words = "must stay away from an analysis over the speed, whose engine_orders stand in"
+            words = "must be left out: an analysis over the speed takes its engine orders from"
             found.messages.append(f"[excitation] {words} [{over.key}].")
         found.attempt("", build.check_speeds, over, sector.speed)
     for key in ("dashpot", "base"):

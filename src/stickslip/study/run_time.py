@@ -69,7 +69,7 @@ def _proposed(problem: Problem, system: UnitSystem | None) -> str:
     for spring in soft_springs(problem):
         (dof,) = spring.direction
         tables.append(f'direction = {{ "{dof}" = 1 }}, k of about {factor * spring.stiffness:.1g} {unit}')
-    return f"A soft spring on the mean holds it and leaves the vibration as it is, [[mean_spring]]: {'; '.join(tables)}."
+    return f"A soft spring on the mean, [[mean_spring]], restrains it and does not affect the vibration: {'; '.join(tables)}."
 
 
 def _listed(frequencies: Array) -> str:
@@ -144,12 +144,12 @@ def run_time(job: Job, seconds: float | None) -> str:
         return ""
     words = _in_words(seconds)
     if population is None:
-        return f"Computing {counted(_curves(job), 'curve')} takes {words} of one core, by a rough estimate from a few points."
+        return f"Computing {counted(_curves(job), 'curve')} takes {words} of one core, as roughly estimated from a few points."
     whole = population.disk.sectors * population.disk.structure.size
     few = f" on about {population.coordinates} coordinates of {whole}" if population.coordinates < whole else ""
     cure = " Fewer contact points (`points`) and harmonics shorten it most." if seconds > MANY_SECONDS else ""
     what = f"{counted(population.count, 'mistuned disk')}{few}"
-    return f"Computing {what} takes {words} of one core, by a rough estimate from a few points of the tuned disk.{cure}"
+    return f"Computing {what} takes {words} of one core, as roughly estimated from a few points of the tuned disk.{cure}"
 
 
 KEPT = 6

@@ -122,7 +122,7 @@ def structure(
     key = repr([(name, value) for name, value in table if name not in OF_A_COPY])
     given = [name for name in ("speed", "axis") if getattr(table, name) is not None]
     if rotation is not None and given:
-        raise fault(" and ".join(given), "must be left out beside [rotation], which holds for all models", "given")
+        raise fault(" and ".join(given), "must be left out with [rotation], which applies to all models", "given")
     if key not in models:
         model = _model(table, folder, own)
         models[key] = model if rotation is None else _rotating(model, rotation, table.sector is not None)
@@ -141,7 +141,7 @@ def structure(
     notes = (*map(str, places or ()), *(stress.notes if stress else ()), *model.notes, *implausible(model))
     own_rotation = None if table.speed is None else (table.speed, _axis(table.axis or AxisTable(), own))
     if own_rotation is None and table.axis is not None:
-        raise fault("axis", "must go with speed", "without one")
+        raise fault("axis", "must be given with a speed", "without one")
     made, found = structure_of(model, places, table.modes, damping, progress, stress, own_rotation, sparse)
     made = made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift])
     return Built(made, (*notes, *found), {}, _sets(model, surfaces, places or ()))
@@ -190,7 +190,7 @@ def _softened(model: Model, speed: float, axis: RotationAxis, sector: bool) -> M
         turning = [dof for dof in model.dofs if dof.rpartition(".")[2] not in ("x", "y", "z")]
         done = f"none is added to a model with rows such as {turning[0]}" if turning else "it is added, −Ω² M (1 − d dᵀ)"
         if not sector and rigid_motions(model.K, model.dofs, model.nodes).shape[1]:
-            done = "none is added to a model that contacts alone hold"
+            done = "none is added to a model that only contacts restrain"
         elif not turning:
             follows = softening(model.M, model.dofs, axis)
             taken = (2.0 * np.pi * speed / 60.0) ** 2 * follows
@@ -210,8 +210,8 @@ def _lowered(model: Model, taken: Any, speed: float, axis: RotationAxis) -> tupl
     lowest = [lowest_modes(model.M, K) for K in (model.K, model.K - taken)]
     hertz = [np.zeros(1) if modes is None or modes.negative else modes.frequencies for modes in lowest]
     if not hertz[1][0]:
-        remedy = "Take a K with the stress stiffening of this speed, or a lower one."
-        raise fault("speed of [rotation]", "must leave a K without stress stiffening positive definite", speed, remedy)
+        remedy = "Use a K with the stress stiffening of this speed, or a lower speed."
+        raise fault("speed of [rotation]", "must leave K positive definite after spin softening", speed, remedy)
     before, after = (each[: min(map(len, hertz))] for each in hertz)
     most = int(np.argmax(1.0 - after / before))
     lowered = f"lowers the lowest natural frequency from {before[0]:.4g} to {after[0]:.4g} Hz"
@@ -219,11 +219,11 @@ def _lowered(model: Model, taken: Any, speed: float, axis: RotationAxis) -> tupl
     if after[most] >= (1.0 - SOFTENED) * before[most]:
         return f", and {lowered}", ()
     if not _pulled_outwards(model, axis):
-        known = "Its load balances itself about the axis, as that of a shaft, which needs coriolis = true and hardly stiffens"
-        return f", and {lowered}. {known}: what parts far from the axis lack of stress stiffening is not known", ()
-    remedy = "blades by more: take the matrices of a step with CENTRIF, else frequencies are too low"
+        known = "The load is balanced about the axis, as on a shaft, which needs coriolis = true and hardly stiffens"
+        return f", and {lowered}. {known}; the missing stress stiffening of parts far from the axis is not known", ()
+    remedy = "blades by more: use the matrices of a step with CENTRIF, or frequencies are too low"
     warned = (
-        f"Warning: spin softening of {speed:g} rev/min {lowered}, and the file has no stress stiffening, which raises {remedy}."
+        f"Warning: spin softening of {speed:g} rev/min {lowered}, and K has no stress stiffening, which raises those of {remedy}."
     )
     return f", and {lowered}", (warned,)
 
@@ -276,11 +276,11 @@ def _disk(
         raise InputError("keep must name the places of outputs and loads of the sector, but is missing.")
     speeds = [] if sector.speed is None else [sector.speed]
     if whole.rotation is not None and speeds:
-        raise fault("speed of [structure.sector]", "must be left out beside [rotation], which holds for all models", "given")
+        raise fault("speed of [structure.sector]", "must be left out with [rotation], which applies to all models", "given")
     if whole.rotation is not None and sector.at_speeds:
         speeds = [whole.rotation[0]]
     if sector.at_speeds and not speeds:
-        raise InputError("sector: speed, of the model itself, must be given beside at_speeds, but is missing.")
+        raise InputError("sector: with at_speeds, speed must be given (that of [structure] model), but is missing.")
     speeds += [each.speed for each in sector.at_speeds]
     if len(set(speeds)) < len(speeds):
         raise fault("sector: at_speeds", "must be of different speeds, and not of that of the model itself", speeds)
@@ -441,15 +441,15 @@ def body_note(name: str, body: RigidBody, system: UnitSystem) -> str:
 def rotation_note(rotation: Rotation, loads: Iterable[CentrifugalLoad], system: UnitSystem) -> str:
     """The centrifugal load of each part, in the units of the study, and what is left out."""
     speed, _, with_coriolis = rotation
-    missing = "The spin softening of bodies is" if with_coriolis else "Coriolis forces, and the spin softening of bodies, are"
+    missing = "Spin softening of bodies is" if with_coriolis else "Coriolis forces and the spin softening of bodies are"
     newton, unit = in_system("N", system)
     listed = []
     for load in loads:
         size = float(np.linalg.norm(load.resultant))
         along = ", ".join(f"{part:.3g}" for part in np.round(np.array(load.resultant) / (size or 1.0), 6) + 0.0)
         balanced = size <= BALANCED * load.static
-        listed.append(f"{load.name} {'without resultant' if balanced else f'{newton * size:.6g} {unit} along ({along})'}")
-    return f"Rotation at {speed:g} rev/min: {'; '.join(listed)}. {missing} left out"
+        listed.append(f"{load.name} {'has no resultant' if balanced else f'{newton * size:.6g} {unit} along ({along})'}")
+    return f"Rotation at {speed:g} rev/min: {'; '.join(listed)}. {missing} neglected"
 
 
 def together(
@@ -505,7 +505,7 @@ class AerodynamicsTable(Table):
     """of the blade alone, relative, for every nodal diameter; else none"""
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="at which the coefficients hold")] = None
     direction: Place | None = None
-    """of the sector, on which they act; default: the coordinate of the blade-alone mode `mode`"""
+    """direction of the sector on which they act; default: the coordinate of the blade-alone mode `mode`"""
     modal_mass: Annotated[Positive | None, MASS, Field(description="of damping ratios along a direction")] = None
     mode: Annotated[int, Field(ge=1, le=MOST, description="number of the blade-alone mode, where no direction is given")] = 1
 

@@ -107,23 +107,23 @@ class OverSpeedTable(Table):
     """Its name in a study, for messages."""
 
     speed: Annotated[list[Positive], Field(min_length=2, max_length=2, description="[first, last] rotor speed, rev/min")]
-    engine_orders: Annotated[list[Order], Field(min_length=1, description="EO, one curve each")]
+    engine_orders: Annotated[list[Order], Field(min_length=1, description="engine orders, one curve for each")]
     reference_speed: Positive | None = None
-    """speed at which [structure] and the static forces hold, rev/min; static forces go with Ω²; default: the speed of [rotation]
+    """speed at which [structure] and the static forces hold, rev/min; static forces vary as Ω²; default: the speed of [rotation]
     or [structure.sector]"""
     stiffness_at_rest: (
         Annotated[Annotated[str, Tag("<single>")] | Annotated[list[list[Number]], Tag("<list>")], by_form()] | None
     ) = None
-    """K at speed 0, in the order of `dofs`, or a file .npz or .mat; default: K without spin softening that [rotation] adds"""
+    """K at speed 0, in the order of `dofs`, or a file .npz or .mat; default: K without the spin softening added by [rotation]"""
 
 
 class AxisTable(Table):
     """An axis of rotation. The following sector of a disk comes counter-clockwise about it."""
 
     point: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """a point of it, in the unit of length of the model"""
+    """a point of the axis, in the unit of length of the model"""
     direction: Vector = Field(default_factory=lambda: [0.0, 0.0, 1.0])
-    """its direction, of any length"""
+    """direction of the axis, of any length"""
 
 
 class RotationTable(Table):
@@ -132,37 +132,37 @@ class RotationTable(Table):
 
     speed: Annotated[Positive, Field(description="rotor speed in rev/min")]
     axis: Annotated[AxisTable, Words("table")] = Field(default_factory=AxisTable)
-    """in the coordinates of the study, its point in the unit of length of the study; default: z through the origin"""
+    """axis in the coordinates of the study, its point in the study's unit of length; default: z through the origin"""
     coriolis: bool = False
     """whether Coriolis forces act; the rotation is right-handed about `direction`"""
 
 
 class LoadStepTable(Table):
-    """A static load before that of the study. Sliders stay where it leaves them. Several tables are steps in turn, the load
-    of the study comes last."""
+    """A static load that acts before the load of the study; sliders start where it leaves them. Several tables are applied
+    in order, and the load of the study comes last."""
 
     exactly_one: ClassVar[Groups] = (("factor", "speed"),)
 
-    factor: Annotated[Number | None, Field(description="on all static forces of the study")] = None
-    speed: Annotated[NotNegative | None, Field(description="rotor speed in rev/min, by which the load of [rotation] goes")] = None
+    factor: Annotated[Number | None, Field(description="factor of all static forces of the study")] = None
+    speed: Annotated[NotNegative | None, Field(description="rotor speed in rev/min, which sets the load of [rotation]")] = None
 
 
 class AtSpeedTable(Table):
     """The same sector at another rotor speed."""
 
     speed: Annotated[NotNegative, Field(description="rev/min")]
-    model: Annotated[str, Field(description="its model, beside the study, with the same rows and the same mass")]
+    model: Annotated[str, Field(description="its model file, relative to the study file, with the same rows and the same mass")]
 
 
 class SectorTable(Table):
     """The model is one sector of a bladed disk of equal sectors, with both faces free. The disk needs [excitation]."""
 
-    sectors: Annotated[int, Field(ge=2, le=MOST_SECTORS, description="N, how many the disk has")]
+    sectors: Annotated[int, Field(ge=2, le=MOST_SECTORS, description="number N of sectors of the disk")]
     low: Annotated[str, Field(min_length=1, description="set of nodes of the face to the preceding sector")]
     high: Annotated[str, Field(min_length=1)]
-    """that of the face to the following sector: low turned by 360°/N about the axis"""
+    """set of nodes of the face to the following sector: low turned by 360°/N about the axis"""
     axis: Annotated[AxisTable, Words("table")] = Field(default_factory=AxisTable)
-    """of rotation; default: z through the origin"""
+    """axis of rotation; default: z through the origin"""
     faces: Annotated[
         Literal["matching", "interpolated"],
         Field(
@@ -171,9 +171,9 @@ class SectorTable(Table):
         ),
     ] = "matching"
     speed: NotNegative | None = None
-    """rotor speed in rev/min that K holds: its stress stiffening, and spin softening as in CalculiX"""
+    """rotor speed in rev/min whose stress stiffening K contains, and spin softening as in CalculiX"""
     at_speeds: Annotated[list[AtSpeedTable], Words("list of tables")] = Field(default_factory=list)
-    """models at other speeds, for analyses over the speed: K goes with the square of the speed"""
+    """models at other speeds, for analyses over the speed: K varies with the square of the speed"""
 
 
 class StructureTable(Table):
@@ -222,7 +222,7 @@ class StructureTable(Table):
     shift: Vector | None = None
     """of all nodes, in the unit of length of the model: the same blade again, beside itself"""
     speed: NotNegative | None = None
-    """rotor speed in rev/min of a model that is not a sector; the mean stress contains that due to rotation"""
+    """rotor speed in rev/min of a model that is not a sector; the mean stress then contains that due to rotation"""
     axis: Annotated[AxisTable | None, Words("table")] = None
     """axis of this rotation, in the coordinates of the model; by default z through the origin"""
     sector: Annotated[SectorTable | None, Words("table")] = None
@@ -244,13 +244,13 @@ class BodyTable(Table):
     at_most_one: ClassVar[Groups] = (("mass", "dimensions"),)
     together: ClassVar[tuple[tuple[str, str], ...]] = (("mass", "inertia"),)
 
-    name: Annotated[str, Field(min_length=1, description="of the body")]
+    name: Annotated[str, Field(min_length=1, description="name of the body")]
     shape: ShapeKey | None = None
-    """of a damper, which gives mass, inertia and outline; contacts stay where their tables put them"""
+    """shape of a damper, which gives mass, inertia and outline; contacts are placed by their own tables"""
     dimensions: dict[str, Any] = Field(default_factory=dict)
     """arguments of the shape; lengths in units of the study, angles in degrees; defaults by shape"""
-    mass: Annotated[Positive | None, MASS, Field(description="or its mass")] = None
-    inertia: Annotated[Inertia | None, INERTIA, Field(description="about the mass centre: along the axes, or the matrix")] = None
+    mass: Annotated[Positive | None, MASS, Field(description="mass of the body, in place of a shape")] = None
+    inertia: Annotated[Inertia | None, INERTIA, Field(description="about the mass centre: three moments, or the matrix")] = None
     centre: Annotated[Vector, LENGTH] = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """mass centre, in the coordinates of the model"""
     axes: Annotated[list[Vector] | None, Field(min_length=2, max_length=2)] = None
@@ -298,7 +298,7 @@ class ForceTable(Table):
     surface: str | None = None
     """set of nodes over which the force is spread by area; `amplitude` is the whole force"""
     line: bool | None = None
-    """whether it is a line load, spread over the length of nodes along an edge; along a bent one that must be declared"""
+    """true for a line load, spread over the length of nodes along an edge; required for a bent edge"""
     amplitude: Annotated[Amplitude, FORCE, Field(description="F for F cos ωt, or [re, im]; F sin ωt is [0, −F]")] = 0.0
     harmonic: Annotated[int, Field(ge=1, le=1000, description="h")] = 1
     static: Annotated[Number, FORCE, Field(description="constant part; force levels leave it as it is")] = 0.0

@@ -197,10 +197,10 @@ class DesignSettings(Measured, Execution):
     generations: Annotated[int, Setting(Whole(0), "of differential evolution from them")] = 0
     refinements: Annotated[int, Setting(Whole(0), "designs of the simplex search that follows")] = 30
     output: Annotated[int, Setting(Whole(0))] = 0
-    quantity: Annotated[str, Setting(quantity_name, "what resonances are of")] = "displacement"
+    quantity: Annotated[str, Setting(quantity_name, "quantity of the resonances")] = "displacement"
     measure: Annotated[
         str,
-        Setting(measure_name, "of it: amplitude of the first harmonic, root mean square, or largest value over the period"),
+        Setting(measure_name, "how the signal becomes one number: first-harmonic amplitude, RMS, or largest value in the period"),
     ] = "amplitude"
     seed: Seed = 0
     harmonics: Annotated[int | Sequence[int], Setting(harmonic_numbers, "H, or a list that holds 1")] = 3

@@ -39,9 +39,8 @@ class Campbell(Result):
     (state, mode, engine_order), the lowest in the range, NaN without one; margin, f/(EO Ω) − 1, and speed_margin,
     crossing_speed/Ω − 1, at the operating speed Ω (state, mode, engine_order); message (mode, engine_order, speed).
 
-    With Coriolis forces whirl (state, mode, engine_order, speed): 1 where the motion goes in circles with the rotation, −1 where
-    it goes against it, and 0 where they do not act. Frequencies are those in the rotating frame. Of a tuned disk
-    excited_diameter (engine_order).
+    With Coriolis forces whirl (state, mode, engine_order, speed): 1 for forward whirl, −1 for backward whirl, 0 if they have no
+    effect. Frequencies are those in the rotating frame. For a tuned disk excited_diameter (engine_order).
     """
 
     dataset: xr.Dataset
@@ -85,13 +84,13 @@ class CampbellWork(Execution):
     engine_orders: Annotated[Sequence[int], Setting(engine_orders_of)]
     mode: Annotated[
         int | Sequence[int] | None,
-        Setting(listed_modes, f"number of a mode, or a list, rigid motions left out; default: the lowest {MODES}"),
+        Setting(listed_modes, f"number of a mode, or a list, without rigid motions; default: the lowest {MODES}"),
     ] = None
     _: KW_ONLY
     force_level: Annotated[
-        float | None, Setting(positive, "force level whose resonances are computed with friction; default: none")
+        float | None, Setting(positive, "force level at which resonances with friction are computed; default: none")
     ] = None
-    operating_speed: Annotated[float | None, Setting(positive, "rotor speed to which margins are stated, rev/min")] = None
+    operating_speed: Annotated[float | None, Setting(positive, "rotor speed for which margins are stated, rev/min")] = None
     points: Annotated[int, Setting(Whole(2, MOST), "number of speeds of the curves, equally spaced")] = 11
     amplitude: Annotated[float | tuple[float, float] | None, Setting(ends_of, AMPLITUDES)] = None
     harmonics: HarmonicNumbers = 3
@@ -237,12 +236,12 @@ def campbell(settings: CampbellWork) -> Campbell:
     """Natural frequencies over the rotor speed with engine-order lines EO Ω, where they cross, and margins at a speed.
 
     models: {speed in rev/min: problem} at two speeds or more, K(Ω) = K₀ + Ω² K₁ between them and static loads likewise; or a
-    function of the speed. Coriolis forces go with Ω. speed: (lowest, highest), rev/min. mode: numbers of modes
-    from 1 on, of the stuck structure and of the free one, rigid motions left out; the lowest six unless given; of a `TunedDisk`
-    at the nodal diameter of each engine order. force_level: with it the resonance peak of that level and its amplitude, found
-    along the nonlinear mode (`nonlinear_modes`, whose arguments amplitude, harmonics and samples are) and solved as a forced
-    motion. operating_speed: for margins, rev/min. points: speeds of the curves. Crossings are solved at their own speed, not
-    interpolated. workers, checkpoint, progress: as for `forced_response`.
+    function of the speed. Coriolis forces are proportional to Ω. speed: (lowest, highest), rev/min. mode: numbers of modes from 1
+    on, with stuck contacts and without contacts, rigid motions omitted; default: the lowest six; for a `TunedDisk` at the nodal
+    diameter of each engine order. force_level: adds the resonance peak at that level and its amplitude, found along the nonlinear
+    mode (amplitude, harmonics and samples: as for `nonlinear_modes`) and solved as a forced motion. operating_speed: for margins,
+    rev/min. points: number of speeds of the curves. Crossings are solved at their own speed, not interpolated. workers,
+    checkpoint, progress: as for `forced_response`.
     """
     settings.prepare()
     return settings.gathered(all_cases(settings, settings.checkpoint, settings.workers, settings.progress))
@@ -310,13 +309,13 @@ class InterferenceDiagram(Result):
 def interference_diagram(
     disk: TunedDisk | Models | ProblemAt, speed: float, engine_orders: Sequence[int] | None = None, modes: int = 6
 ) -> InterferenceDiagram:
-    """Natural frequencies over the nodal diameter, and where the engine orders meet them at a rotor speed.
+    """Natural frequencies over the nodal diameter, and the engine orders that excite them at a rotor speed.
 
     Of N sectors, engine order EO excites nodal diameter EO mod N, or N less that where it is above N/2, with frequency EO Ω. A
-    mode is in resonance where the line of frequency over diameter, folded at 0 and N/2, passes through it. The pattern stands
-    still in space; its wave travels backward in the disk, forward where the diameter is folded.
-    disk: a tuned disk, or its models by speed as `campbell` takes them. speed: rev/min. engine_orders: 1 to N unless given.
-    modes: of each nodal diameter; rigid motions of free dampers are left out. Coriolis terms are neglected.
+    mode is in resonance if the line of frequency over diameter, folded at 0 and N/2, passes through it. The pattern is fixed in
+    space; its wave travels backward in the disk, forward where the diameter is folded.
+    disk: a tuned disk, or its models by speed as `campbell` takes them. speed: rev/min. engine_orders: default 1 to N. modes:
+    number for each nodal diameter; rigid motions of free dampers are omitted. Coriolis terms are neglected.
     """
     positive("speed", speed)
     problem = disk if isinstance(disk, TunedDisk) else problem_at(disk)(speed)

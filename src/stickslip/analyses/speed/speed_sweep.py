@@ -272,14 +272,14 @@ class RunUpWork(Execution):
 
     models: Annotated[Problem | Mapping[float, Problem], Setting(_with_speed)]
     speed: Annotated[tuple[float, float], Setting(_ends)]
-    duration: Annotated[float, Setting(positive, "time in which the speed goes evenly from the first to the last one, s")]
+    duration: Annotated[float, Setting(positive, "time in which the speed changes from the first to the last value, s")]
     engine_orders: Annotated[int | Sequence[int] | None, Setting(engine_orders_of)] = None
     force: ForceLevels = 1.0
     _: KW_ONLY
-    steps_per_period: Annotated[int, Setting(Whole(8, MOST_SAMPLES), "time steps of a cycle of the excitation")] = 200
+    steps_per_period: Annotated[int, Setting(Whole(8, MOST_SAMPLES), "time steps per cycle of the excitation")] = 200
     method: Method = DEFAULT_METHOD
     start_periods: Annotated[
-        int, Setting(Whole(2, MOST), "most periods from rest to the steady motion at the first speed, with which a run begins")
+        int, Setting(Whole(2, MOST), "most periods from rest to the steady motion at the first speed, which begins a run")
     ] = 1000
 
     def __post_init__(self) -> None:
@@ -358,14 +358,14 @@ class RunUpWork(Execution):
 
 @takes(RunUpWork)
 def run_up(settings: RunUpWork) -> RunUp:
-    """Integrate the motion while the rotor speed goes from `speed[0]` to `speed[1]`, in rev/min, evenly within `duration`, s.
+    """Integrate the motion while the rotor speed changes evenly from `speed[0]` to `speed[1]`, rev/min, within `duration`, s.
 
-    The phase of the excitation is EO ∫Ω dt. models: as of `speed_sweep`. engine_orders: that of the problem's `speed` unless
-    given; of several, and of several force levels, a run each. A first speed above the last one is a run-down. A run begins with
-    the steady motion of the first speed, marched from rest for `start_periods` at most. steps_per_period: steps of each cycle of
-    the excitation; stiffness and constant loads are those of the speed at its middle. Vibration that grows without bound, or a
-    step without solution, ends the run (`message`). One sector of a tuned disk has no equation of motion in time: take
-    `disk.full()`. workers, checkpoint, progress: as for `forced_response`.
+    The phase of the excitation is EO ∫Ω dt. models: as of `speed_sweep`. engine_orders: default that of the problem's `speed`;
+    one run for each of these and each force level. A first speed above the last one gives a run-down. A run begins with the
+    steady motion of the first speed, marched from rest for `start_periods` at most. steps_per_period: steps of each cycle of the
+    excitation; stiffness and constant loads are those of the speed at its middle. Vibration that grows without bound, or a step
+    without solution, ends the run (`message`). One sector of a tuned disk has no equation of motion in time: take `disk.full()`.
+    workers, checkpoint, progress: as for `forced_response`.
     """
     return settings.gathered(all_cases(settings, settings.checkpoint, settings.workers, settings.progress))
 

@@ -35,7 +35,7 @@ class Valanis(Yielding):
 
     kt: float
     mu: Friction
-    kappa: float = own("how late friction yields: 0 is `dahl`, towards 1 `macroslip`", least=0.0, below=1.0)
+    kappa: float = own("how late friction yields: 0 gives `dahl`, values near 1 `macroslip`", least=0.0, below=1.0)
     kn: float | None = None
     preload: float = 0.0
     gap: float = 0.0

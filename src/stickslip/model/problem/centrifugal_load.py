@@ -25,11 +25,11 @@ def in_rotation(
     """The structure, and the load Ω² M r⊥ of its steady rotation; r⊥ (n,): vectors from the axis to the nodes, m.
 
     speed: in rev/min, not negative, since the load is the same either way round; axis: "x", "y" or "z" through the origin, or
-    (point [m], direction); part: name of the structure in an assembly, whose problem takes the load. A rigid body gets m Ω² r⊥
-    at its mass centre and the moment −Ω × (J Ω). To the mean stress at places of a reduced model is added what its modes lack
-    of it. The stiffness stays as it is: spin softening and stress stiffening are those of K. with_coriolis: whether the Coriolis
-    forces 2 ∫ρ Ω × u̇ dV act, too, on a structure with all its rows, Ω right-handed about `axis`. A sector of a disk rotates
-    about the axis of the disk alone. Raises `InputError` for another one, and where coordinates of nodes are not known.
+    (point [m], direction); part: name of the structure in an assembly, whose problem takes the load. A rigid body gets m Ω² r⊥ at
+    its mass centre and the moment −Ω × (J Ω). The mean stress of a reduced model includes the part that its modes lack. The
+    stiffness is not changed: spin softening and stress stiffening are those of K. with_coriolis: whether to add the Coriolis
+    forces 2 ∫ρ Ω × u̇ dV of an unreduced structure, Ω right-handed about `axis`. A sector of a disk rotates only about the axis
+    of the disk. Raises `InputError` for another axis, and if coordinates of nodes are not known.
     """
     square = (2.0 * np.pi * not_negative("speed", speed) / 60.0) ** 2
     about = axis if isinstance(axis, RotationAxis) else RotationAxis.of(axis)

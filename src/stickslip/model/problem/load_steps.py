@@ -36,9 +36,9 @@ SETTLED = 1e-3
 def after_load_steps(problem: Problem, steps: Sequence[LoadStep]) -> Problem:
     """The problem with its sliders where a history of the static load has left them; its own static load comes last.
 
-    steps: the loads in turn, each a factor of all static forces or {name of a force: factor}. `[1.44]` is a run at 1.2 times the
-    speed before. Contacts that do not remember, or have a traction ratio or a mean traction as their start state, are as they
-    were. Raises `InputError` where a load has no state of rest, and for friction discs, whose directions slip together.
+    steps: the loads in turn, each a factor of all static forces or {name of a force: factor}. `[1.44]` is an earlier run at 1.2
+    times the speed. Contacts without memory, or with a traction ratio or a mean traction as their start state, do not change.
+    Raises `InputError` if a load has no state of rest, and for friction discs, whose directions slip together.
     """
     moved, _ = load_history(problem, steps)
     return moved
@@ -46,19 +46,19 @@ def after_load_steps(problem: Problem, steps: Sequence[LoadStep]) -> Problem:
 
 def load_history(problem: Problem, steps: Sequence[LoadStep]) -> tuple[Problem, list[Rest]]:
     """As `after_load_steps`, with the contacts at rest under the load of each step and under that of the problem."""
-    refuse_speed(problem, "Steps of the static load")
+    refuse_speed(problem, "Load steps")
     steps = several("steps", steps)
     discs = [contact.name for contact in problem.contacts if contact.law.couples_directions]
     if discs:
-        rule = "must be sliders of one direction each in steps of the static load"
-        raise fault(f"The friction of {discs[0]}", rule, "a friction disc", "Take `macroslip`.")
+        rule = "must have one direction for each slider, if there are load steps"
+        raise fault(f"The friction of {discs[0]}", rule, "a friction disc", "Use `macroslip`.")
     static = [force for force in problem.forces if force.static]
     if not static:
-        raise InputError("Steps of the static load need a static load, but there is none: state a pull, a rotation or a force.")
+        raise InputError("Load steps need a static load, but there is none: state a pull, a rotation or a force.")
     if not steps:
-        raise fault("steps", "must hold a load", "none")
+        raise fault("steps", "must contain a load", "none")
     if not any(_slides(contact, start) for contact in problem.contacts for start in contact.starts):
-        raise InputError("Steps of the static load need friction that begins from a slider, but no contact has it.")
+        raise InputError("Load steps need contacts whose friction starts from a slider offset, but there are none.")
     names = [force.name for force in problem.forces]
     now, moved, rests = np.zeros(len(names)), problem, list[Rest]()
     halvings = int(np.ceil(np.log2(1.0 / SETTLED)))
@@ -70,7 +70,7 @@ def load_history(problem: Problem, steps: Sequence[LoadStep]) -> tuple[Problem, 
         now = after
     carried = np.abs(contact_table(problem.contacts).stiffness * rests[-1].sliders).max(initial=0.0)
     if np.finfo(float).eps * carried > SETTLED * np.abs(rests[-1].forces).max():
-        rule = "must leave sliders where rounding does not hide their friction"
+        rule = "must not move sliders so far that rounding hides their friction"
         raise fault("steps", rule, f"sliders {np.abs(rests[-1].sliders).max():.1e} m away")
     return with_sliders(problem, rests[-1].sliders), rests
 
@@ -111,8 +111,8 @@ class _Way:
             loaded, rest = more, at_rest(more)
         if rest is None:
             raise InputError(
-                f"No state of rest was found under the static load of {self.where}. What contacts alone hold must be pressed on "
-                "them at each step."
+                f"No state of rest was found under the static load of {self.where}. At each step, the load must press parts that "
+                "only contacts restrain on these contacts."
             )
         return with_sliders(loaded, rest.sliders), rest
 

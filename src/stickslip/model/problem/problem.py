@@ -87,7 +87,7 @@ class Problem:
         if not any(amplitude for force in self.forces for amplitude in force.amplitudes.values()):
             raise fault("forces", "must hold a harmonic force", "none", "Give a force a non-zero amplitude.")
         if self.structure.coriolis is not None and (self.speed or any(isinstance(force, BaseMotion) for force in self.forces)):
-            raise InputError("Coriolis forces, which belong to one speed, must stay away from `speed` and a moving base.")
+            raise InputError("Coriolis forces hold for one speed only and cannot be combined with `speed` or a moving base.")
         if self.speed is not None:
             of_kind("speed", self.speed, SpeedDependence)
             self.speed.check(self._stiffness.shape)

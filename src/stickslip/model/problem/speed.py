@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SpeedDependence:
-    """An engine order excites at ω = EO Ω; stiffness and constant loads go with the rotor speed Ω [rad/s], K + Ω² K₁, p + Ω² p₁.
+    """An engine order excites at ω = EO Ω; stiffness and constant loads vary with the speed Ω [rad/s], K + Ω² K₁, p + Ω² p₁.
 
-    stiffness: K₁ [N s²/m], symmetric: (n, n), of a cyclic structure one for each nodal diameter as its `stiffnesses`; None where
-    only loads go with the speed. loads: forces whose `static` is that per Ω², N s² (m r of a damper whose pull is m r Ω²), and
-    which have no harmonic part. Structure, C and static loads of the problem itself are those at rest, Ω = 0.
-    Coriolis terms are neglected. Harmonic h of the motion, h ω = h EO Ω, sees the dynamic stiffness
-    K + i h ω C − (h ω)² (M − K₁/(h EO)²), and the mean K + (ω/EO)² K₁.
+    stiffness: K₁ [N s²/m], symmetric: (n, n), of a cyclic structure one for each nodal diameter as its `stiffnesses`; None if
+    only loads vary with the speed. loads: forces whose `static` is the load per Ω², N s² (m r of a damper whose pull is m r Ω²),
+    without a harmonic part. Structure, C and static loads of the problem itself are those at rest, Ω = 0. Coriolis terms are
+    neglected. Harmonic h of the motion, h ω = h EO Ω, sees the dynamic stiffness K + i h ω C − (h ω)² (M − K₁/(h EO)²), and the
+    mean K + (ω/EO)² K₁.
     """
 
     engine_order: int

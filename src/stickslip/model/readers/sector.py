@@ -97,9 +97,9 @@ def read_sector(
     diameter, in addition to the retained nodes. interpolated: for faces with different meshes; the displacements of the finer
     face are interpolated between the nodes of the other. stress: places {name: node, set, coordinates or `StrainGauge`} whose
     stress is recovered from the elements of the deck, none of them on the faces. speed: rotor speed of K in rev/min; the mean
-    stress then contains the stress due to rotation. nodal_diameters: those to reduce, all unless given; engine order EO excites
-    the multiples of its greatest common divisor with N alone, and a disk of these is enough for a `TunedDisk` under it, not for
-    its `full()`, mistuning and gas forces. progress is called with what is being done and what was found.
+    stress then contains the stress due to rotation. nodal_diameters: those to reduce, default all; engine order EO excites only
+    the multiples of its greatest common divisor with N. These are enough for a `TunedDisk` under EO, but not for its `full()`,
+    mistuning and gas forces. progress is called with what is being done and what was found.
 
     A pair of nodes on the faces is fixed if either node is fixed. Matrices with a constraint between the faces are refused: in
     CalculiX write them without *CYCLIC SYMMETRY MODEL, or with CYCMPC=INACTIVE.
@@ -137,7 +137,7 @@ def read_sector_at_speeds(
 
     The mass matrix must be the same at all speeds, and every K must contain what its program adds at that speed: stress
     stiffening and, as in CalculiX, spin softening. All are reduced with the shapes of the mean of the slowest and the fastest K.
-    Other arguments as those of `read_sector`.
+    Other arguments: as for `read_sector`.
     """
     speeds = sorted(not_negative("paths, a speed", speed) for speed in paths)
     if len(speeds) < 2:
@@ -337,12 +337,12 @@ def _shared_notes(raised: Array, models: Sequence[Model], n: int) -> Iterator[st
         return
     most = int(np.argmax(raised))
     where = f"the {LOWEST} lowest frequencies at nodal diameter {n} are up to {100.0 * max(raised[most], 0.0):.2g} % higher"
-    said = f"In the shapes that all speeds share {where} than in those of {models[most].file} alone"
+    said = f"In the reduction basis that all speeds share, {where} than in that of {models[most].file} alone"
     if raised[most] <= SHARED:
         yield said
         return
-    remedy = "Frequencies at all speeds are too high by about as much: compute each speed from its own model"
-    yield f"Warning: {said}: the steady deformation changes which motions are soft. {remedy}."
+    remedy = "Frequencies at all speeds are about that much too high: compute each speed from its own model"
+    yield f"Warning: {said}: the steady deformation changes the soft motions. {remedy}."
 
 
 def _count_notes(counts: Mapping[int, ModeCount], modes: int) -> Iterator[str]:

@@ -68,7 +68,7 @@ def assemble(bodies: Mapping[str, Structure], springs: Sequence[Spring] = ()) ->
     stresses = tuple(stress.prefixed(name) for name, body in bodies.items() for stress in body.stresses)
     if any(isinstance(body, SparseStructure) for body in parts):
         if springs or any(body.C is not None for body in parts):
-            raise InputError("Springs and matrices C must stay away from an assembly with a body whose M and K are sparse.")
+            raise InputError("An assembly with a body whose M and K are sparse cannot have springs or matrices C.")
         M, K = (
             sparse.block_diag([sparse.csc_array(A) for A in matrices])
             for matrices in zip(*((b.M, b.K) for b in parts), strict=True)

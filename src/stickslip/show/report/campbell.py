@@ -17,16 +17,16 @@ from stickslip.support.late import pd, xr
 
 NO_ERROR = (
     "Natural frequencies and crossings are exact for the matrices of the study: errors of the mesh and of its reduction are not "
-    "in them. Modes are numbered by frequency at each speed"
+    "included. Modes are numbered by frequency at each speed"
 )
-NO_ERROR_OF_RESONANCES = "The error that {} leave in resonances at a force level is not estimated: raise both to see it"
+NO_ERROR_OF_RESONANCES = "The error of resonances at a force level due to {} is not estimated: increase both to see it"
 ALWAYS = (
-    "  warning, natural frequencies: they are the same at all speeds, since the study states K at one speed only. Rotation "
-    "stiffens blades: state K at rest or at another speed too (`stiffness_at_rest`, `at_speeds`, [rotation])."
+    "  warning, natural frequencies: they are the same at all speeds, since the study has K at one speed only. Rotation "
+    "stiffens blades: give K at rest or at another speed too (`stiffness_at_rest`, `at_speeds`, [rotation])."
 )
 ROTATING = (
-    "Coriolis forces act, and frequencies are those in the rotating frame. Whirl is 1 where the motion goes in circles with the "
-    "rotation, −1 where it goes against it, and 0 where they do not act"
+    "Coriolis forces are included, and frequencies are those in the rotating frame. Whirl is 1 for forward whirl (a circular "
+    "motion in the direction of rotation), −1 for backward whirl, and 0 if they have no effect"
 )
 ANSWER, ALL = "nearest crossings", "all crossings"
 CURVES, DIAGRAM = "natural frequencies over the speed", "interference diagram at the operating speed"
@@ -69,14 +69,14 @@ def _first(dataset: xr.Dataset, count: int) -> str:
         return f"{counted(count, 'crossing')} of engine orders and modes {between}, by speed"
     ends = f"{hertz(orders.min() * speeds[0] / 60.0)} to {hertz(orders.max() * speeds[-1] / 60.0)} Hz"
     lowest = hertz(float(np.nanmin(dataset["frequency"].values)))
-    return f"no engine order meets a mode {between}: they excite at {ends}, and the lowest mode is at {lowest} Hz"
+    return f"no engine order crosses a mode {between}: they excite at {ends}, and the lowest mode is at {lowest} Hz"
 
 
 def _line(row: pd.Series) -> Row:
     """One crossing."""
     where = f"{row['crossing_speed']:.5g} rev/min, {hertz(row['crossing_frequency'])} Hz"
     margin = f", {row['speed_margin']:+.2g} % from the operating speed" if "speed_margin" in row else ""
-    return Row(f"engine order {row['engine_order']}, mode {row['mode']} ({row['state']}): they meet at {where}{margin}")
+    return Row(f"engine order {row['engine_order']}, mode {row['mode']} ({row['state']}): crossing at {where}{margin}")
 
 
 def _messages(dataset: xr.Dataset) -> Iterator[tuple[str, bool]]:

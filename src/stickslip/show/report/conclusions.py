@@ -117,12 +117,10 @@ def reached_sentences(dataset: xr.Dataset) -> list[str]:
         parts = [f"is reached {', '.join(filter(None, (*yes, neither)))}"] if yes or no else []
         lower, reasons = dataset["next_lower"], str(dataset["reached_unknown"].values[case])
         if not yes and peak_is_unstable(dataset, case, output, peak.point):
-            parts.append("is unstable, so that no disturbance leads to it either")
+            parts.append("is unstable, so no disturbance leads to it either")
         elif len(no) == len(WAYS) and np.isfinite(lower.values[case]):
             smallest = view.size_text(float(lower.values[case]), lower.attrs["units"], dataset)
-            parts.append(
-                f"only a disturbance leads to it, of more than {smallest} there, roughly, or of less at another frequency"
-            )
+            parts.append(f"only a disturbance leads to it, of roughly more than {smallest} at this frequency, or less at another")
         no_way = not any(f"{question}:" in reasons for question in WAYS)
         for question, words in WAYS.items():
             reasons = reasons.replace(f"{question}:", f"{words}:")

@@ -52,7 +52,7 @@ BESIDE = 5
 PREFIX = re.compile(r"^((note|Warning): |warning, )")
 """Before a warning on the console."""
 
-SYMBOL = re.compile(r"\w+_\w+|\w+ (=|≥|×|is not found)")
+SYMBOL = re.compile(r"\w+_\w+|\w+ (=|≥|×|is not determined)")
 """A line that begins with a symbol."""
 
 

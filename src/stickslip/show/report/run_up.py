@@ -12,8 +12,8 @@ from stickslip.show.report.markup import Presentation, always, hertz, presents
 from stickslip.support.late import pd, xr
 
 NO_ERROR = (
-    "The error of the time steps is not estimated: double steps_per_period to see it. Stiffness and constant loads are those at "
-    "the middle of each cycle"
+    "The error of the time steps is not estimated: double steps_per_period to see it. Stiffness and constant loads "
+    "are those at the middle of each cycle"
 )
 ANSWER, CYCLES = "largest amplitudes", "every cycle"
 

@@ -163,9 +163,9 @@ def refuse_waves(problem: Problem) -> None:
     refuse_speed(problem, "Time integration")
     if not problem.systems.alike or lasting_stiffness(problem) is None:
         raise InputError(
-            "Time integration must see one structure for all harmonics, but a tuned disk has one for each nodal diameter, "
-            "mean springs act on harmonic 0 alone unless they are soft and hold what friction alone restrains, and aerodynamics "
-            "of a disk on vibration alone. Integrate the full disk, `disk.full()`, without stiff mean springs and aerodynamics."
+            "Time integration needs one structure for all harmonics. A tuned disk has one for each nodal diameter; mean springs "
+            "act on harmonic 0 only, unless they are soft and restrain what friction alone restrains; aerodynamics of a disk "
+            "acts on vibration only. Integrate the full disk, `disk.full()`, without stiff mean springs and aerodynamics."
         )
 
 

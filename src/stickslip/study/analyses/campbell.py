@@ -32,7 +32,7 @@ class RangeTable(OverSpeedTable):
 
 CampbellTable = table_of(
     CampbellWork,
-    "Natural frequencies over the rotor speed, where engine orders meet them, and margins to the operating speed.",
+    "Natural frequencies over the rotor speed, crossings with engine orders, and margins to the operating speed.",
     RangeTable,
     **FORMS,
     force_level=Positive | None,

@@ -23,11 +23,11 @@ class ContactLawTable(Table):
     """records (text or .mat), of many cycles or one each, in the order of the last numbers of names"""
     normal_load: Annotated[Positive | None, FORCE, Field(description="in place of a column of it in the files")] = None
     laws: Annotated[list[LawName], Field(min_length=1)] = Field(default_factory=lambda: list(DEFAULT))
-    """to fit; of several, the simplest that loops held out confirm is chosen"""
+    """laws to fit; of several, the simplest that predicts loops not used in the fit is chosen"""
     rig_stiffness: Annotated[Positive | None, STIFFNESS] = None
     """of what yields between displacement sensor and contact, in series with it"""
     harmonics: Annotated[int | None, Field(ge=5, le=2000)] = None
-    """to which every cycle is smoothed; default: as many as the displacement needs"""
+    """harmonics to which every cycle is smoothed; default: as many as the displacement needs"""
     lag: Annotated[Number, Field(ge=-0.05, le=0.05)] = 0.0
     """share of a period by which the force is recorded later than the displacement"""
     friction_over: Annotated[Annotated[list[Positive], Field(min_length=2)] | None, FORCE] = None

@@ -44,12 +44,12 @@ class DamperTable(Table):
     kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, of each line or by line")]
     kn: Annotated[Positives, STIFFNESS, Field(description="normal stiffness, of each line or by line")]
     mu: Frictions
-    """friction coefficient, of each line or by line; a table: over the load of one line"""
+    """friction coefficient of all lines, or by line; a table gives it over the load of one line"""
     law: Annotated[Literal[LAWS], Field(description="of all contact lines")] = "macroslip"  # type: ignore[valid-type]
     gaps: NotNegative = 0.0
     """of microslip: g; the gaps of five elements reach 2 g N/kn, N the pull over the lines"""
     platform_stiffness: Annotated[Positive | None, STIFFNESS] = None
-    """of the rig under the right platform, in x and y; default: rigid"""
+    """stiffness of the rig under the right platform, in x and y; default: rigid"""
 
     def rig(self, units: Units) -> BetweenPlatforms:
         """The damper between its platforms, in SI."""
@@ -104,7 +104,7 @@ class CycleTable(Table):
     tolerance: Annotated[Positive, Field(description="change of the forces from cycle to cycle, relative to the largest")] = 1e-9
     cycles: Annotated[int, Field(ge=1, le=MOST, description="the most")] = 100
     method: Literal["generalised_alpha", "newmark"] | None = None
-    """with inertia, in time; default: quasi-static"""
+    """time integration with inertia; default: quasi-static"""
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion in time")] = None
 
 

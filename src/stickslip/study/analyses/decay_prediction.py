@@ -33,7 +33,7 @@ class DecayPredictionTable(PredictionTable):
     amplitude: Annotated[Ends | None, LENGTH] = None
     """[smallest, largest] amplitude of the displacement; default: those of the decays to compare with"""
     mode: Annotated[int | None, Field(ge=1, le=MOST)] = None
-    """stuck mode that decays, 1 the lowest; default: that of the first compared decay, else of the peaks"""
+    """stuck mode that decays, 1 the lowest; default: that of the first compared decay, or that of the peaks"""
     compare: list[str] = Field(default_factory=list)
     """measured decays to compare with: results of `stickslip decay`, or recorded signals"""
 

@@ -36,17 +36,17 @@ class FreeDecayTable(Table):
 
     duration: Annotated[Positive, Field(description="duration of the decay, s in all unit systems")]
     displacement: dict[str, Number] = Field(default_factory=dict)
-    """at the release, length or rad by degree of freedom, { tip = 1e-3 }; all others are 0"""
+    """displacement at the release, length or rad by degree of freedom, { tip = 1e-3 }; all others are 0"""
     velocity: dict[str, Number] = Field(default_factory=dict)
-    """after an impact, length/time by degree of freedom; all others are 0"""
+    """velocity after an impact, length/time by degree of freedom; all others are 0"""
     frequency: Annotated[Positive | None, FREQUENCY] = None
-    """of the steady motion in place of both, after which the excitation stops"""
+    """frequency of a steady motion before the decay, in place of both; the excitation then stops"""
     force: Annotated[Positive, Field(description="force level of this steady motion")] = 1.0
     steps: Annotated[int, Field(ge=8, le=MOST_STEPS, description="time steps of the whole duration")] = 20_000
-    modes: Annotated[bool, Field(description="nonlinear modes in the band of [sweep] are computed beside the decay")] = True
+    modes: Annotated[bool, Field(description="also compute the nonlinear modes in the band of [sweep]")] = True
 
     phase_resonance: bool = False
-    """the frequencies of a test with force and displacement at 90° are computed beside the decay"""
+    """also compute the frequencies of a test with force and displacement at 90°"""
 
 
 def checked(table: FreeDecayTable) -> None:

@@ -31,13 +31,13 @@ class IdentificationTable(Table):
         list[str] | None,
         Field(
             min_length=1,
-            description="kt, kn, mu of all lines or of some (mu_L1, mu_R); tenfold, the factor by which mu changes at ten times "
-            "the load; default: kt, kn and all mu, which then do not depend on the load",
+            description="parameters to find: kt, kn, mu of all lines or of some (mu_L1, mu_R); tenfold, the factor of mu at ten "
+            "times the load; default: kt, kn and all mu, independent of the load",
         ),
     ] = None
     law: Annotated[list[LawName], Field(min_length=1)] = Field(default_factory=lambda: [MACROSLIP])
     """of the lines; of several the simplest that loops held out confirm"""
-    frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion; default: found in the loops")] = None
+    frequency: Annotated[Positive | None, FREQUENCY, Field(description="frequency of motion; default: found in the loops")] = None
     harmonics: Annotated[int, Field(ge=8, le=200, description="to which every cycle is smoothed")] = 30
     pulls: Annotated[list[Positive] | None, FORCE, Field(description="centrifugal load of each loop, if they differ")] = None
     load_removal: Annotated[list[str] | None, Field(min_length=1)] = None

@@ -46,7 +46,7 @@ class MistuningTable(Table):
     missing: list[int] = Field(default_factory=list)
     """sectors, from 1, whose damper is missing in all disks"""
     blade_nodes: Annotated[list[str] | None, Field(min_length=1)] = None
-    """what of a sector is its blade; default: nodes of outputs and modes"""
+    """nodes of a sector that are its blade; default: nodes of outputs, and modes"""
     peak_tolerance: Annotated[Positive, Field(lt=0.1, description="relative, of the maximum of a blade")] = PEAK_TOLERANCE
     run_in: Annotated[bool, Field(description="start from where slip has brought the tuned disk's sliders")] = False
 

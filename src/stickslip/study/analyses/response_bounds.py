@@ -14,7 +14,7 @@ from stickslip.study.fields import check_of, in_si, table_of
 from stickslip.support.late import xr
 
 BoundsTable = table_of(
-    BoundsWork, "Highest and lowest response over the start states of the contacts, beside the response itself.", rule=RuleOrRules
+    BoundsWork, "Highest and lowest response over the start states of the contacts, and the response itself.", rule=RuleOrRules
 )
 
 

@@ -47,46 +47,46 @@ class CurvesTable(Table):
     by: Column | None = None
     """title or number of the column that distinguishes the curves of a file, such as "curve"; "function" for universal files"""
     quantity: Literal["displacement", "velocity", "acceleration"] | None = None
-    """that was measured; default: as the titles of the files say"""
+    """measured quantity; default: from the column titles of the files"""
     force: list[Positive] = Field(default_factory=list)
-    """force of each curve, N, or one for all, where the files have no column of it"""
+    """force of each curve, N, or one for all, if the files have no force column"""
     phase_of: Literal["displacement", "quantity"] | None = None
-    """what a column of phases refers to; default: the displacement, for responses per force the quantity"""
+    """quantity whose phase the files contain; default: the displacement; for responses per force the measured one"""
     columns: Annotated[
         dict[ColumnName, Column],
         Field(
-            description="titles or numbers (from 1) of columns that are not understood; of universal files amplitude, and force, "
+            description="titles or numbers (from 1) of columns that are not recognised; for universal files, amplitude and force "
             'by the name of the function, "12:+Z / 1:+X"'
         ),
     ] = Field(default_factory=dict)
     column_units: dict[ColumnName, str] = Field(default_factory=dict)
     """units of columns, such as mm/N or deg, where the files state none"""
     most_points: Annotated[int, Field(ge=3, le=MOST)] = 1000
-    """points of a curve that are used at most, every so many; each is solved many times"""
+    """largest number of points used of a curve, evenly thinned; each is solved many times"""
     output: Annotated[str | None, Field(description="name of the measured output; default: the first")] = None
     held: Literal["force", "response"] = "force"
-    """what each computed point takes as measured; the other is computed"""
+    """which measured value is prescribed at each point; the other is computed"""
     rig: dict[str, Three] = Field(default_factory=dict)
-    """[start, low, high] of arguments of the rig, SI; instead of factors for such a problem"""
+    """[start, low, high] of arguments of the rig, SI; replaces the factors if the problem is a rig"""
     kt: Ends | None = None
-    """[low, high] of a factor on kt of every contact; the fit starts at 1 if that is between, else midway"""
-    kn: Annotated[Ends | None, Field(description="of a factor on the normal stiffness")] = None
-    mu: Annotated[Ends | None, Field(description="of a factor on the friction coefficient")] = None
-    preload: Annotated[Ends | None, Field(description="of a factor on every static force and preload")] = None
-    damping: Annotated[Ends | None, Field(description="of a factor on the damping of the structure")] = None
-    mass: Annotated[Ends | None, Field(description="of a factor on the mass of the structure")] = None
-    stiffness: Annotated[Ends | None, Field(description="of a factor on the stiffness of the structure")] = None
+    """[low, high] of a factor on kt of every contact; the fit starts at 1 if this lies between, otherwise midway"""
+    kn: Annotated[Ends | None, Field(description="[low, high] of a factor on the normal stiffness")] = None
+    mu: Annotated[Ends | None, Field(description="[low, high] of a factor on the friction coefficient")] = None
+    preload: Annotated[Ends | None, Field(description="[low, high] of a factor on every static force and preload")] = None
+    damping: Annotated[Ends | None, Field(description="[low, high] of a factor on the damping of the structure")] = None
+    mass: Annotated[Ends | None, Field(description="[low, high] of a factor on the mass of the structure")] = None
+    stiffness: Annotated[Ends | None, Field(description="[low, high] of a factor on the stiffness of the structure")] = None
     settings: list[dict[str, Number]] = Field(default_factory=list)
     """{ name = value } for each curve: arguments of the rig, or factors, that differ between the tests"""
     joints: list[str] = Field(default_factory=list)
-    """joint of each curve, by a name: its curves are left out together, and intervals hold how joints differ"""
+    """joint of each curve, by a name: its curves are left out together; intervals include differences of joints"""
     each_test: list[str] = Field(default_factory=list)
-    """which of these have a value of their own in every test"""
+    """parameters with a separate value in every test"""
     error: Annotated[Positive, Field(description="standard error of a measured response per force, relative")] = 0.01
     of_largest: bool = False
     """the error is relative to the largest response of a curve, not to the point"""
-    free_gain: Annotated[bool, Field(description="a constant factor of each measured curve is found too")] = False
-    free_phase: Annotated[bool, Field(description="a constant phase of each measured curve is found too")] = False
+    free_gain: Annotated[bool, Field(description="a constant factor of each measured curve is identified too")] = False
+    free_phase: Annotated[bool, Field(description="a constant phase of each measured curve is identified too")] = False
 
 
 ResponseIdentificationTable = table_of(

@@ -38,12 +38,12 @@ class ResponsePredictionTable(PredictionTable):
     compare: list[str] = Field(default_factory=list)
     """files of measured curves to compare with; their levels are predicted too unless levels are given"""
     compare_force: list[Positive] = Field(default_factory=list)
-    """force of each of these curves, N, or one for all, where no column says it"""
+    """force of each of these curves, N, or one for all, if no column states it"""
     columns: dict[ColumnName, Column] = Field(default_factory=dict)
-    """of these files, if they differ from those of the identification, which are the default"""
+    """columns of these files; default: those of the identification"""
     column_units: Annotated[dict[ColumnName, str], Field(description="units of these columns")] = Field(default_factory=dict)
     by: Column | None = None
-    """column that distinguishes the curves of one of these files; that of the identification"""
+    """column that distinguishes the curves of one of these files; default: that of the identification"""
 
 
 TABLE = "response_prediction"

@@ -26,7 +26,7 @@ LawParameters = Annotated[
     dict[str, Number], Field(description="parameters of `law`, by their names in scipy.stats: {a = 0.5, b = 0.5}")
 ]
 Points = Annotated[
-    int | None, Field(ge=2, le=MOST, description="number of frequencies in the band to solve exactly, which percentiles need")
+    int | None, Field(ge=2, le=MOST, description="number of frequencies in the band to solve exactly, as percentiles require")
 ]
 SamplesTable = table_of(
     SamplesWork,

@@ -21,7 +21,7 @@ class RunTable(OverSpeedTable):
 
 RunUpTable = table_of(
     RunUpWork,
-    "The motion in time while the rotor speed goes evenly from the first to the last one, up or down.",
+    "The motion in time while the rotor speed changes at a constant rate, up or down.",
     RunTable,
     duration=Positive,
 )

@@ -24,9 +24,9 @@ class RangesTable(Table):
     """Ranges of what is uncertain."""
 
     kt: Annotated[Ends | None, Field(description="[low, high] of a factor on the tangential stiffness of every contact")] = None
-    kn: Annotated[Ends | None, Field(description="of a factor on the normal stiffness")] = None
-    mu: Annotated[Ends | None, Field(description="of a factor on the friction coefficient")] = None
-    preload: Annotated[Ends | None, Field(description="of a factor on every static force and preload")] = None
+    kn: Annotated[Ends | None, Field(description="[low, high] of a factor on the normal stiffness")] = None
+    mu: Annotated[Ends | None, Field(description="[low, high] of a factor on the friction coefficient")] = None
+    preload: Annotated[Ends | None, Field(description="[low, high] of a factor on every static force and preload")] = None
     slider_offset: Annotated[Two | None, LENGTH, Field(description="start state of every contact; instead of its own")] = None
 
 

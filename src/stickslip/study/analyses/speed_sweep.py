@@ -81,7 +81,7 @@ def stiffness_at_rest(asked: Asked, table: OverSpeedTable, problem: Problem, ref
         return _disk_at_rest(asked.disks)
     if isinstance(structure, CyclicStructure) and any(isinstance(force, CentrifugalLoad) for force in problem.forces):
         remedy = "Write at_speeds in [structure.sector], with the model of the sector at rest or at another speed."
-        raise fault("[rotation]", "must go with K at two speeds for a sector over the speed", "one speed alone", remedy)
+        raise fault("[rotation]", "must have K at two speeds for a sector over the speed", "at one speed only", remedy)
     if given is None:
         follows = structure.softening
         return None if follows is None else structure.K + (2.0 * pi * reference / 60.0) ** 2 * follows

@@ -405,8 +405,8 @@ class Refits:
         count = len(self.values) + self.lost
         if self.lost > LOST * count:
             return (
-                f"No intervals are given: {self.lost} of {count} refits to resampled cycles found no way down from where they "
-                "began. The misfit is not smooth there; measure other amplitudes or pulls as well."
+                f"No intervals are given: {self.lost} of {count} refits to resampled cycles did not reduce the misfit, which is "
+                "not smooth there. Measure other amplitudes or pulls as well."
             )
         if self.missing > MISSING * self.cycles:
             return (
@@ -420,7 +420,7 @@ class Refits:
         """The note on failed refits beside the intervals."""
         if not self.lost or self.refusal:
             return ""
-        return f"{self.lost} of {len(self.values) + self.lost} refits found no way down and are left out of the intervals."
+        return f"{self.lost} of {len(self.values) + self.lost} refits did not reduce the misfit and are not in the intervals."
 
 
 def enough_steps(fit: DamperFit, theta: Array) -> DamperFit:

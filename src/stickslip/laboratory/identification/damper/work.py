@@ -148,8 +148,8 @@ def strained_gains(fit: DamperFit, computed: Array) -> tuple[str, ...]:
     """Which channels fit only with a gain error that the stated errors hardly allow: parameters are then wrong all the same."""
     stated = {name: fit.errors.gain(name) for name in fit.channels}
     return tuple(
-        f"{name} fits only with a gain error of {gain:+.0%}, against {stated[name]:.0%} stated. The parameters are wrong if a "
-        "scale of the record, a dimension or an angle of the damper, or its pull is: check them."
+        f"{name} fits only with a gain error of {gain:+.0%}, against {stated[name]:.0%} stated. The parameters are wrong if "
+        "a scale of the record, a dimension or angle of the damper, or its pull is wrong: check them."
         for name, gain in zip(fit.channels, fit.chain(computed).gains, strict=True)
         if stated[name] > 0.0 and abs(gain) > STRAINED * stated[name]
     )
@@ -164,8 +164,8 @@ def strained_zeros(fit: DamperFit, computed: Array) -> tuple[str, ...]:
             stated = fit.errors.with_zeros(case.zero_errors).zero_of(name)
             if stated > 0.0 and abs(zero) > STRAINED * stated:
                 warnings.append(
-                    f"{case.name}: {name} fits only with a zero of {zero:+.3g} N, against {stated:.2g} N stated. Where the zeros "
-                    f"of the cells are not known, give a load removal, or in `errors` what they may be off by (zero_{name[-1]})."
+                    f"{case.name}: {name} fits only with a zero of {zero:+.3g} N, against {stated:.2g} N stated. If the zeros "
+                    f"of the cells are not known, give a load removal, or state their error in `errors` (zero_{name[-1]})."
                 )
     return tuple(warnings)
 
@@ -182,13 +182,13 @@ def lag_remarks(fit: DamperFit, theta: Array, error: float) -> tuple[str, ...]:
     delay = f"{abs(1e3 * lag):.2g} ms {'behind' if lag > 0.0 else 'before'} the motions"
     if not fitted:
         return (
-            f"The forces seem to come {delay}, which `errors` exclude (lag = 0): contact stiffness is then wrong. Give `lag` as "
-            "much as it may be to fit it.",
+            f"The forces seem to come {delay}, which `errors` exclude (lag = 0): contact stiffness is then wrong. Give the "
+            "standard deviation of `lag` to fit it.",
         )
-    alike = "viscous damping beside the damper, or a filter of the motions," if lag < 0.0 else "a filter of the forces"
+    alike = "viscous damping in parallel, or a filter of the motions," if lag < 0.0 else "a filter of the forces"
     return (
-        f"The forces come {delay}. The fit corrects it as a lag, which {alike} resembles: a record at another frequency shows "
-        "whether it is the same time there.",
+        f"The forces come {delay}. The fit corrects it as a lag, but {alike} looks the same: a record at another frequency "
+        "shows whether the time is the same there.",
     )
 
 
@@ -238,12 +238,12 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
     low, high = fit.bounds
     for p, t, s, a, b in zip(fit.unknowns, theta, scatter, low, high, strict=True):
         if min(t - a, b - t) < 1e-3:
-            warnings.append(f"{p.name} lies at the end of its range ({np.exp(t):.4g}): the loops do not bound it.")
+            warnings.append(f"{p.name} lies at the end of its range ({np.exp(t):.4g}): the loops do not limit it.")
         elif s > WIDE and not (p.name == TENFOLD and len({*fit.pulls}) == 1):
-            warnings.append(f"{p.name} is hardly seen by these loops: its interval is wide.")
+            warnings.append(f"These loops hardly depend on {p.name}: its interval is wide.")
     warnings += friction_over_load(fit, theta, scatter)
     if "rotation" not in fit.channels:
-        warnings.append("No rotation was measured: another minimum may fit as well.")
+        warnings.append("No rotation was measured: other parameters may fit equally well.")
     return tuple(warnings)
 
 
@@ -387,15 +387,15 @@ def identify(
 ) -> Identification:
     """Contact parameters of a damper from measured cycles of one or several cases.
 
-    loops: records or cycles (`whole_cycles`) with platform motion, force_x, force_y, and rotation and damper_y where they were
-    measured: they choose the right one of several minima. damper: geometry, pull, and values of what is not unknown.
+    loops: records or cycles (`whole_cycles`) with platform motion, force_x, force_y and, if measured, rotation and damper_y,
+    which select the right one of several minima. damper: geometry, pull, and values of the known parameters.
     unknown: kt, kn or mu of all lines, or of those whose names begin with what follows: mu_L1, mu_R, kt_L; by default those of
-    `usual_unknowns`. With "tenfold" among them, all friction coefficients follow a power e of the normal load N of their
-    line, μ (N/N0)^e with tenfold = 10^e; mu is that at N0, the geometric mean of the pulls divided by the number of lines.
-    law: of all lines, "macroslip", "iwan" or "microslip"; of several the simplest is taken whose error on cases held out one at
-    a time is within 10 % of the smallest, which needs two cases. errors: of the rig, as priors of gains, zeros and lag and for
-    the intervals. load_removal: readings from which the zeros of the cells follow (`read_load_removal`), one for all loops or one
-    each; the records then hold raw readings. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
+    `usual_unknowns`. With "tenfold" among them, all friction coefficients follow a power e of the normal load N of their line, μ
+    (N/N0)^e with tenfold = 10^e; mu is that at N0, the geometric mean of the pulls divided by the number of lines.
+    law: of all lines, "macroslip", "iwan" or "microslip"; of several, the simplest one whose error in predicting each case from
+    the others is within 10 % of the smallest, which needs two cases. errors: of the rig, as priors of gains, zeros and lag and
+    for the intervals. load_removal: readings from which the zeros of the cells follow (`read_load_removal`), one for all loops or
+    one each; the records then hold raw readings. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
     resamples: refits for the intervals; population (times unknowns), generations: of the search. progress(share): callback.
     """
     errors = RigErrors() if errors is None else errors

@@ -213,10 +213,10 @@ def _compared_lines(dataset: xr.Dataset) -> list[str]:
             if np.any(np.isfinite(error)):
                 share = 100.0 * float(dataset[f"inside_{key}"].values[t])
                 words.append(f"{what} {np.nanmedian(error):+.2g} % in the median ({share:.0f} % of the windows inside)")
-        found.append(f"{name}: predicted against measured {', '.join(words)}" if words else f"{name}: nothing is predicted there")
+        found.append(f"{name}: predicted against measured {', '.join(words)}" if words else f"{name}: no prediction there")
         apart = np.nanmedian(dataset["predicted_frequency"].values[t] / dataset["measured_frequency"].values[t])
         if words and abs(np.log(apart)) > np.log(OTHER_MODE):
-            found.append(f"{name}: its frequency is not that of mode {dataset.attrs['mode']}. Is it the decay of another mode?")
+            found.append(f"{name}: its frequency differs from mode {dataset.attrs['mode']}. Is it the decay of another mode?")
     return found
 
 
@@ -224,7 +224,7 @@ def _remarks(dataset: xr.Dataset) -> list[str]:
     found = remarks_on_draws(dataset.attrs)
     if not dataset["interpolated"].values.all():
         found.append(
-            "Beyond the measured amplitudes the prediction rests on the contact law alone, whose error is not in the intervals."
+            "Beyond the measured amplitudes the prediction relies on the contact law, whose error is not in the intervals."
         )
     off, size = (dataset[f"{key}_error"].values for key in ("frequency", "damping_ratio"))
     if not np.any(np.isfinite(off)):
@@ -379,11 +379,11 @@ def predict_decay(work: DecayPredictionWork) -> DecayPrediction:
     by `identify_response`.
 
     amplitude: (low, high) of the displacement at the measured output, m. mode: number of the stuck mode that decays, 1 the
-    lowest; or frequency [Hz], near which it lies; unless given the mode nearest to the largest response in `band` of the test
-    with the smallest motion. Frequency and damping are those that a slow decay along the nonlinear mode of each draw shows: the
-    frequency of the mode, and the damping ratio by `analyses/modes/slow_decay.py`. draws, seed, settings
-    and start_states are those of `predict_response`, and so is what else the intervals include: parameters, scatter from test to
-    test, of the gain too, start states of the contacts, errors of harmonics and samples.
+    lowest; or frequency [Hz], near which it lies; default: the mode nearest to the largest response in `band` of the test with
+    the smallest motion. Frequency and damping are those of a slow decay along the nonlinear mode of each draw: the frequency of
+    the mode, and the damping ratio by `analyses/modes/slow_decay.py`. draws, seed, settings and start_states are those of
+    `predict_response`, and so is what else the intervals include: parameters, scatter from test to test, of the gain too, start
+    states of the contacts, errors of harmonics and samples.
     """
     return work.gathered(all_cases(work, work.checkpoint, work.workers, work.progress))
 

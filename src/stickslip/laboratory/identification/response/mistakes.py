@@ -38,7 +38,7 @@ STARTS = 3
 FROM_ONE = 1.25
 """Factor from which on a gain, or its inverse, that is no known mistake is named: a wrong law may be made up for by less."""
 
-OR_ALONE = "without /N where the file holds amplitudes beside forces"
+OR_ALONE = "without /N if the file contains amplitudes and forces"
 
 GAINS = (
     (np.sqrt(2.0), "as where the force is an RMS value and the response an amplitude. Give amplitudes of both"),
@@ -70,7 +70,7 @@ SMALL = (
 CALIBRATION = "check the calibration and the mass of the model, or free the gain, free_gain=True (--free-gain)"
 
 SWAPPED = (
-    "the columns of force and response seem to be swapped: so exchanged, the model fits. Say which they are, "
+    "the columns of force and response seem to be exchanged: the model fits if they are swapped. State them, "
     "columns={'force': ..., 'amplitude': ...} (--column force=... --column amplitude=...)."
 )
 
@@ -78,20 +78,20 @@ Phases = Callable[[Array], Array]
 PHASES: tuple[tuple[Phases, str], ...] = (
     (
         lambda phase: -phase,
-        "have the opposite sign: the displacement leads the force, as where motions go by exp(-iωt). Turn the sign, or title the "
-        "column phase lag",
+        "have the opposite sign: the displacement leads the force, as with exp(-iωt). Change the sign, or title the column "
+        "phase lag",
     ),
     (
         lambda phase: phase + np.pi,
-        "are 180° from those of the displacement: they are the acceleration's, phase_of='quantity' (--phase-of quantity), or a "
-        "sensor or the force points the other way than in the model, where a direction of -1.0 turns an output or a force",
+        "are 180° from those of the displacement: they belong to the acceleration, phase_of='quantity' (--phase-of quantity), "
+        "or a sensor or the force has the opposite direction, which -1.0 in an output or a force of the model corrects",
     ),
     (
         lambda phase: np.pi - phase,
-        "are those of the acceleration with the opposite sign. Turn the sign and say phase_of='quantity' (--phase-of quantity)",
+        "are those of the acceleration with opposite sign. Change the sign and give phase_of='quantity' (--phase-of quantity)",
     ),
-    (lambda phase: phase + 0.5 * np.pi, "are 90° ahead of those of the displacement, as a velocity's are. Take off 90°"),
-    (lambda phase: phase - 0.5 * np.pi, "are 90° behind those of the displacement, as against a cosine for a sine. Add 90°"),
+    (lambda phase: phase + 0.5 * np.pi, "are 90° ahead of those of the displacement, as for a velocity. Subtract 90°"),
+    (lambda phase: phase - 0.5 * np.pi, "are 90° behind those of the displacement, as a cosine relative to a sine. Add 90°"),
     (lambda phase: 0.5 * np.pi - phase, "are those of swapped real and imaginary parts. Swap them"),
     (lambda phase: -0.5 * np.pi - phase, "are those of swapped real and imaginary parts. Swap them"),
     (

@@ -256,7 +256,7 @@ def what_was_free(attrs: Mapping[str, Any]) -> str:
     """The parameters that the identification found, as a sentence."""
     line = str(attrs.get("free_over_level", "")).split(", ")  # earlier versions knew none
     each = [f"{name} (along a line over the levels)" if name in line else name for name in attrs["free_of_each_test"].split(", ")]
-    own = f"; of each test by itself: {', '.join(each)}" if attrs["free_of_each_test"] else ""
+    own = f"; separately for each test: {', '.join(each)}" if attrs["free_of_each_test"] else ""
     return f"Free: {attrs['free'] or 'nothing'}{own}."
 
 
@@ -280,7 +280,7 @@ def _peaks(dataset: xr.Dataset) -> list[str]:
         one = {key: [float(dataset[f"{key}{end}"].values[k]) for end in ("", "_low", "_high")] for _, _, key in COMPARED}
         if not np.isfinite(one["peak_frequency"][0]):
             where = "the part of the band that the curves reach" if dataset["unsolved"].values[k] else "the band"
-            why = "" if dataset.attrs["held"] == "force" else ", because force and displacement are nowhere at 90°"
+            why = "" if dataset.attrs["held"] == "force" else ", because force and displacement are not at 90° anywhere"
             remedy = "" if dataset["unsolved"].values[k] else " Give another or a wider band."
             found.append(f"{level:.4g} {dataset['level'].attrs['units']}: no peak in {where}{why}.{remedy}")
             continue
@@ -360,12 +360,12 @@ def remarks_on_draws(attrs: Mapping[str, Any]) -> list[str]:
     """What the tests leave open, and how far they scatter."""
     found = []
     if attrs["unknown"]:
-        found.append(f"Not determined by the tests, and drawn between their bounds: {attrs['unknown']}.")
+        found.append(f"Not determined by the tests, so drawn between their bounds: {attrs['unknown']}.")
     if not attrs["scatter_known"]:
-        found.append("One test does not show how far tests scatter from mounting to mounting: the intervals do not include it.")
+        found.append("With only one test, the scatter from mounting to mounting is unknown and not in the intervals.")
     elif attrs["gain_scatter"] or attrs["frequency_scatter"]:
         found.append(
-            f"Tests scatter beyond parameters and noise by {100.0 * attrs['gain_scatter']:.2g} % in response and "
+            f"The tests scatter more than parameters and noise explain, by {100.0 * attrs['gain_scatter']:.2g} % in response and "
             f"{100.0 * attrs['frequency_scatter']:.2g} % in frequency (standard deviations), which the intervals include."
         )
     return found
@@ -377,8 +377,7 @@ def remark_on_few_draws(dataset: xr.Dataset) -> list[str]:
         return []
     share = held_share(dataset)
     return [
-        f"With {dataset.attrs['draws']} draws the intervals go from the lowest to the highest draw and hold {share:.0f} %. Take "
-        f"{WHOLE} draws or more for 95 %."
+        f"{dataset.attrs['draws']} draws are too few: the intervals cover {share:.0f} %, not 95 %. Use {WHOLE} draws or more."
     ]
 
 
@@ -387,18 +386,16 @@ def remark_on_harmonics(off: float, size: float, what: str) -> list[str]:
     if not (size > ALLOWED or off > ALLOWED_SHIFT):
         return []
     return [
-        f"The harmonics of the identification leave errors of up to {100.0 * off:.2g} % in the frequency and "
-        f"{100.0 * size:.2g} % in the {what}, which the intervals include. The parameters carry an error of the same cause, "
-        "which they do not: identify again with more harmonics."
+        f"The number of harmonics of the identification causes errors of up to {100.0 * off:.2g} % in the frequency and "
+        f"{100.0 * size:.2g} % in the {what}, which the intervals include. It also shifts the identified parameters, which they "
+        "do not include: identify again with more harmonics."
     ]
 
 
 def _remarks(dataset: xr.Dataset) -> list[str]:
     found = remarks_on_draws(dataset.attrs)
     if not dataset["interpolated"].values.all():
-        found.append(
-            "Beyond the measured levels the prediction rests on the contact law alone, whose error is not in the intervals."
-        )
+        found.append("Beyond the measured levels the prediction relies on the contact law, whose error is not in the intervals.")
     off, size = (dataset[f"peak_{key}_error"].values for key in ("frequency", "amplitude"))
     peaks = np.isfinite(dataset["peak_frequency"].values)
     known = peaks & np.isfinite(size)

@@ -52,8 +52,8 @@ UNEXPLAINED = 2.0
 """A misfit this many times the median one, and the stated error, is named."""
 
 SUSPICION = (
-    "This is a suspicion: a model with a wrong mass or stiffness looks the same. The values and intervals that follow mean "
-    "nothing before the cause is found."
+    "This is a suspicion: a model with a wrong mass or stiffness looks the same. Do not use the values and "
+    "intervals that follow before the cause is found."
 )
 
 
@@ -81,10 +81,10 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
     contacts = [contact for t, model in enumerate(fit.tests) for contact in model.problem(fit.values(x, t)).contacts]
     if not np.any(dataset["slips"].values) and any(contact.law.rubs for contact in contacts):
         known = np.isfinite(dataset["least"].values).any()
-        words = "no more of friction than that it holds" if known else "nothing of friction coefficients"
-        found.append(f"No contact slips or opens at any point: the responses say {words}.")
+        words = "only lower bounds of the friction coefficients" if known else "no friction coefficient"
+        found.append(f"No contact slips or opens at any point, so these tests give {words}.")
     elif not np.any(dataset["slips"].values) and any(contact.normal is not None for contact in contacts):
-        found.append("No contact opens or closes at any point: the responses say nothing of gaps.")
+        found.append("No contact opens or closes at any point, so these tests do not determine gaps.")
     for k, name in enumerate(names):
         value, low, high = (float(dataset[key].values[k]) for key in ("value", "low", "high"))
         if np.isfinite(dataset["least"].values[k]):
@@ -92,7 +92,7 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
         free = fit.free[name]  # a value near zero between bounds on both sides of it may be well known
         known_within = 2.0 * UNCERTAIN * abs(value) if free.logarithmic else UNCERTAIN * (free.high - free.low)
         if statistics.blind[k] or not np.isfinite(high) or high - low > known_within:
-            found.append(f"{name} is not found: its 95 % interval is {low:.3g} to {high:.3g}.")
+            found.append(f"{name} is not determined: its 95 % interval is {low:.3g} to {high:.3g}.")
     found += _at_bounds(fit, x)
     for i in range(len(names)):
         for j in range(i):
@@ -110,10 +110,10 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
     found += _about_outliers(fit, dataset)
     found += _about_misfit(fit, x, statistics, dataset)
     if fit.unfinished(x):
-        found.append("The fit stopped before it converged: raise `evaluations`. The intervals mean little.")
+        found.append("The fit stopped before it converged: raise `evaluations`. The intervals are too narrow.")
     lost = int(np.sum(np.isfinite(dataset["frequency"].values)) - np.sum(dataset["solved"].values))
     if lost:
-        found.append(f"{lost} points have no solution at the identified parameters; they count as wrong by their whole size.")
+        found.append(f"{lost} points could not be computed with the identified parameters; they count as errors of 100 %.")
     return found
 
 
@@ -127,7 +127,7 @@ def _at_bounds(fit: ResponseFit, x: Array) -> list[str]:
             for side, end, value in (("lower", low[k], free.low), ("upper", high[k], free.high)):
                 if abs(x[k] - end) < AT_BOUND * (high[k] - low[k]):
                     words = f"{variable.name}{where} ends at its {side} bound, {value:.4g}"
-                    found.append(f"{words}: widen it, or the model lacks something.")
+                    found.append(f"{words}. Widen the bound; if it stays there, the model is probably incomplete.")
     return found
 
 
@@ -152,7 +152,7 @@ def _doubtful_gains(dataset: xr.Dataset) -> list[str]:
         for test, gain in zip(dataset["test"].values, gains, strict=True)
         if np.isfinite(gain) and not GAINS[0] <= gain <= GAINS[1]
     ]
-    words = "The measured response is so many times what the model computes: check units, and calibration of the sensors."
+    words = "It is the ratio of measured to computed response: check the units, and the calibration of the sensors."
     return [f"The gain is {first_of(found, LISTED)}. {words}"] if found else []
 
 
@@ -166,21 +166,22 @@ def _about_misfit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset
         suspects += " and the phase (of the displacement, not of the acceleration, which is 180° from it)"
     words = f"The model does not explain the tests: {sizes}. Check {suspects}"
     if min(one.size for one in series) < FEWEST_POINTS:
-        return [f"{words}; the intervals mean little."] if large else []
+        return [f"{words}. The intervals are not reliable."] if large else []
     if statistics.one_in < TOGETHER:
-        noise = "From point to point the residuals are independent, as noise is: the intervals hold that."
+        noise = "The residuals are independent from point to point, like noise, and the intervals include this."
         if "outlier" in dataset and np.any(dataset["outlier"].values):
             noise = "Outliers are part of it."
         return [f"The tests scatter more than stated: {sizes}. {noise}"] if large else []
     if not large and np.sqrt(statistics.noise) < SEEN:
         return []
-    together = f"Residuals go together over {statistics.one_in:.0f} points, at {above_noise(series):.2g} times their noise"
-    held = "The intervals are widened for that"
+    times = f"{above_noise(series):.2g} times their noise"
+    together = f"Residuals of about {statistics.one_in:.0f} neighbouring points are correlated, at {times}"
+    held = "The intervals are widened accordingly"
     if len(fit.tests) >= FEWEST_TESTS:
-        held += ", by how the tests disagree; an error that all tests share, such as a wrong contact law, they do not hold."
+        held += ", by how the tests disagree; they do not include an error common to all tests, such as a wrong contact law."
     else:
-        held += ", but hold only if the model is right."
-    return [f"{words}. {together}. {held}" if large else f"{together}: the model lacks something. {held}"]
+        held += ", but are valid only if the model is right."
+    return [f"{words}. {together}. {held}" if large else f"{together}: the model is incomplete. {held}"]
 
 
 def _repeated(fit: ResponseFit) -> list[str]:
@@ -189,7 +190,7 @@ def _repeated(fit: ResponseFit) -> list[str]:
     keys = ("frequency", "amplitude", "force", "phase")
     content = [b"".join(np.asarray(getattr(test, key), dtype=float).tobytes() for key in keys) for test in tests]
     firsts = [content.index(one) for one in content]
-    words = "hold the same points, which count twice: the intervals are too narrow."
+    words = "contain the same points, which count twice: the intervals are too narrow."
     return [f"{tests[first].name} and {tests[t].name} {words}" for t, first in enumerate(firsts) if first < t]
 
 

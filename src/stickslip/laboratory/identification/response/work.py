@@ -30,7 +30,7 @@ from stickslip.support.checks import Array, InputError, fault, numbers, of_kind,
 from stickslip.support.machine import one_blas_thread
 
 Starts = Literal["virgin", "free"]
-StartStates = Annotated[Starts, Setting(OneOf(get_args(Starts)), "of the contacts: as the problem says, or of each test its own")]
+StartStates = Annotated[Starts, Setting(OneOf(get_args(Starts)), "start states: those of the problem, or free for each test")]
 OfValues = Annotated[Callable[..., Problem], Setting(maker)]
 Three = tuple[float, float, float]
 
@@ -86,10 +86,10 @@ class ResponseIdentificationWork(Sampled):
     rule: Rule = "traction_ratio"
     share: Share = "element"
     start_deviation: Annotated[float, Setting(positive, "standard deviation of free start variables about 0, their prior")] = 0.5
-    leave_one_out: Annotated[bool, Setting(truth, "predict each curve, or each joint, by the others too")] = False
-    tries: Annotated[int, Setting(Whole(0), "further starts of the fit, of which the best is taken")] = 8
+    leave_one_out: Annotated[bool, Setting(truth, "also predict each curve, or each joint, from the others")] = False
+    tries: Annotated[int, Setting(Whole(0), "number of further starts of the fit; the best result is used")] = 8
     seed: Seed = 0
-    evaluations: Annotated[int, Setting(Whole(1), "of the residuals in one fit, at most")] = 60
+    evaluations: Annotated[int, Setting(Whole(1), "largest number of evaluations of the residuals in one fit")] = 60
     checkpoint: Checkpoint | None = None
     progress: Progress = silent
 
@@ -274,14 +274,14 @@ def identify_response(work: ResponseIdentificationWork) -> ResponseIdentificatio
     takes its own measured force, or its own measured response. Derivatives are exact, by the implicit function theorem.
 
     start_states: "virgin", those of the problem; or "free": each test has start variables of its own (`rule`, `share` as for
-    `response_samples`), with a normal prior of mean 0 and start_deviation: tests that are equal by name differ in how their
-    contacts were put together. tries: further starts between the bounds, of which the best is taken.
-    leave_one_out: fit again without each test, or without each joint where tests name theirs, and compare what was left out with
-    what the others predict; its own variables are fitted to it.
+    `response_samples`), with a normal prior of mean 0 and start_deviation: nominally equal tests differ in how their contacts
+    were assembled. tries: further starts between the bounds; the best result is used. leave_one_out: fit again without each test,
+    or without each joint if tests name theirs, and compare it with the prediction from the others; its own variables are fitted
+    to it.
 
-    Intervals hold 95 % with errors as large as the residuals. Where these go together along the curves, they count by the number
-    of independent ones, and from three tests on an interval is at least as wide as the tests disagree (cluster-robust errors);
-    where tests name joints, as these do.
-    So it holds what differs from test to test; what all tests share, such as a wrong contact law, it does not.
+    The 95 % intervals take the residuals as errors. Residuals that are correlated along the curves are counted by the number of
+    independent ones, and from three tests on an interval is at least as wide as the disagreement of the tests, or of the joints
+    if they are named (cluster-robust errors). So it includes differences from test to test, but no error common to all tests,
+    such as a wrong contact law.
     """
     return work.finished(all_cases(work, work.checkpoint, 1, work.progress), work.checkpoint, 1, work.progress)
