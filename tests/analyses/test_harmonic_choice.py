@@ -139,6 +139,19 @@ def test_the_whole_curve_is_right_to_the_tolerance_not_its_peak_alone():
     assert sufficient_harmonics(problem, (0.15, 0.35), [0.5], tolerance=1e-2, samples=64).harmonics == 3
 
 
+def test_a_detached_curve_chooses_too():
+    """A stop 20 times as stiff as the blade: the sweep stays below it and needs 3 harmonics, the detached curve strikes it."""
+    M, K, C = np.diag([2.0, 0.06]), np.array([[1166713.0, -29713.0], [-29713.0, 29713.0]]), np.array([[2.3, -2.0], [-2.0, 2.0]])
+    stop = ss.Contact("stop", ss.Gap(kn=2e7, gap=150e-6), normal={"blade.x": 1.0})
+    blade = ss.Structure(M, K, ("blade.x", "absorber.x"), C=C)
+    problem = ss.Problem(blade, (stop,), (ss.Force("blade.x", 1.0),), ("blade.x",))
+    response = ss.forced_response(problem, ss.hertz(90.0, 220.0), 4.6, harmonics="auto")
+    assert response.dataset.sizes["case"] == 2
+    assert response.dataset["truncation_error"].max() < 4e-3
+    assert sufficient_harmonics(problem, (90.0, 220.0), [4.6]).harmonics == 3
+    assert len(response.dataset["harmonic"]) > 4
+
+
 def test_a_stuck_contact_needs_no_more_than_the_least():
     assert sufficient_harmonics(single_mass(limit=1e6), (0.1, 0.3), [1.0]).harmonics == 3
 

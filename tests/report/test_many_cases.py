@@ -250,6 +250,18 @@ def test_a_cloud_is_represented_by_its_lowest_median_and_highest():
     assert representatives(levels(), 8).words == "8 of 40 force levels"
 
 
+def test_the_level_of_the_largest_response_is_among_those_shown():
+    """It was left out of the first table where it stood between the levels that are evenly spread."""
+    data = levels()
+    highest = int(np.nanargmax(np.nanmax(data["amplitude"].values, axis=(1, 2))))
+    place = next(k for k in range(40) if k not in spread(40, 8))
+    order = np.arange(40)
+    order[[place, highest]] = order[[highest, place]]
+    chosen = representatives(data.isel(case=order), 8)
+    assert place in chosen.cases
+    assert len(chosen.cases) == 8
+
+
 def test_places_are_spread():
     assert spread(40, 4) == [0, 13, 26, 39]
     assert [spread(3, 5), spread(0, 3), spread(7, 1)] == [[0, 1, 2], [], [6]]

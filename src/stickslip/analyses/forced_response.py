@@ -512,6 +512,11 @@ def compile_forced_response() -> None:
     forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
 
+def _seeks(settings: ForcedResponseSettings, problem: Problem) -> bool:
+    """Whether curves apart from the sweeps are sought where there may be some."""
+    return sought_unasked(problem) if settings.isolated is None else settings.isolated
+
+
 @dataclass(frozen=True, eq=False)
 class ForcedResponseWork(OneBalance):
     """A forced response as independent cases, one level each: its settings, and what they come to for the problem.
@@ -538,7 +543,8 @@ class ForcedResponseWork(OneBalance):
         reach = AUTOMATIC if isinstance(asked, str) else highest(harmonics_for(problem, asked, OR_AUTO))
         problem = on_few_coordinates(problem, reach * max(settings.frequencies))
         if isinstance(asked, str):
-            chosen = sufficient_harmonics(problem, settings.frequencies, levels, settings.tolerance, Nt)
+            detached = _seeks(settings, problem) and not settings.listed and settings.periods == 1 and not unsought(problem)
+            chosen = sufficient_harmonics(problem, settings.frequencies, levels, settings.tolerance, Nt, detached)
             asked, Nt, choice = chosen.harmonics, chosen.samples, chosen.sentence
         H = harmonics_for(problem, asked, OR_AUTO)
         fourier(highest(H), Nt)
@@ -598,7 +604,7 @@ class ForcedResponseWork(OneBalance):
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on: of the settings, and what they come to."""
         how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}, {self.others}"
-        how += ", with isolated curves" if self._seeks else ""
+        how += ", with isolated curves" if _seeks(self.settings, self.problem) else ""
         return tuple(f"forced response, level {level!r}, {how}" for level in self.levels)
 
     @property
@@ -643,7 +649,7 @@ class ForcedResponseWork(OneBalance):
 
     def _isolated(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of the curves that lie apart from that of a level, one beside the other, and what was searched."""
-        if not self._seeks:
+        if not _seeks(self.settings, self.problem):
             return {}
         if reason := self._unsought(curve):
             sentence = f"There was no search for detached curves: {reason}."
@@ -655,12 +661,6 @@ class ForcedResponseWork(OneBalance):
         found, sentence = searched(solved)
         arrays = [self.arrays(each) for each in found]
         return beside(arrays) | {"isolated_search": np.array(sentence)}
-
-    @property
-    def _seeks(self) -> bool:
-        """Whether curves apart from the sweeps are sought where there may be some."""
-        asked = self.settings.isolated
-        return sought_unasked(self.problem) if asked is None else asked
 
     def _unsought(self, curve: Curve) -> str:
         """Why no curves apart from that of a level are sought; empty where they are."""
@@ -754,7 +754,7 @@ class ForcedResponseWork(OneBalance):
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
             self._other_motion(curve),
-            (truncation_warning(self.harmonics, names, errors["truncation_error"]) if curve.points else "")
+            (truncation_warning(self.harmonics, names, errors["truncation_error"], self.choice) if curve.points else "")
             or away_warning(self.balance, curve, measure, along),
             work_warning(self.harmonics, names, errors["work_error"]),
             by_finer,

@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stickslip.analyses.further_curves import SolvedCurve
+from stickslip.analyses.isolated import searched
 from stickslip.analyses.truncation import ALLOWED, AT_POINTS, FEW_POINTS, affordable, sampling_error
 from stickslip.model.contact.point import Contact
 from stickslip.model.problem import Problem
@@ -20,6 +22,7 @@ from stickslip.solve.continuation.finer_peak import resolved
 from stickslip.solve.continuation.truncation import Truncation, beside, enough_beyond, truncation_at
 from stickslip.solve.curves.curve import Curve, solve_curve
 from stickslip.solve.peaks.climb import plane_at
+from stickslip.solve.peaks.search import TOLERANCE
 from stickslip.support.checks import Array, InputError, between, fault, positive
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
@@ -175,7 +178,12 @@ class HarmonicChoice:
 
 
 def sufficient_harmonics(
-    problem: Problem, frequencies: Sequence[float], levels: Sequence[float], tolerance: float = 2e-3, samples: int = 256
+    problem: Problem,
+    frequencies: Sequence[float],
+    levels: Sequence[float],
+    tolerance: float = 2e-3,
+    samples: int = 256,
+    detached: bool = False,
 ) -> HarmonicChoice:
     """The least number of harmonics beyond which more change the motion of contacts and outputs by less than `tolerance` along
     the curve, and the samples, doubled from `samples` on, whose error there is below it too.
@@ -183,7 +191,7 @@ def sufficient_harmonics(
     frequencies: the ends of the band, or the frequencies wanted, in Hz; levels: force levels. A curve with H = 3 finds the
     highest peak of each output and level (in a band without a peak the largest point), and of some points along it the one that
     needs the most harmonics; there H is raised, each solution padded, then Nt. The error of samples falls with their square: 4/3
-    of what twice as many change.
+    of what twice as many change. detached: whether curves that the sweep does not meet are sought, and choose, too.
     """
     if not 0.0 < positive("tolerance", tolerance) < 0.5:
         raise fault("tolerance", "must lie between 0 and 0.5", tolerance, "It is relative; 2e-3 is usual.")
@@ -196,7 +204,7 @@ def sufficient_harmonics(
             def traced(share: float, number: int = number, level: float = level) -> None:
                 report((number + TRACING * share) / len(levels), f"force level {level:g}")
 
-            for balance, evaluation in _worst_points(problem, frequencies, level, lowest, samples, tolerance, traced):
+            for balance, evaluation in _worst_points(problem, frequencies, level, lowest, samples, tolerance, detached, traced):
                 raised = _raised(problem, frequencies, balance, evaluation, tolerance, samples)
                 choices.append(_sampled(problem, *raised, tolerance))
     if not choices:
@@ -231,21 +239,33 @@ def _worst_points(
     harmonics: int,
     samples: int,
     tolerance: float,
+    detached: bool = False,
     progress: Callable[[float], None] = lambda share: None,
 ) -> list[tuple[HarmonicBalance, Evaluation]]:
-    """The highest peak of every output at a level, or the largest point of a curve without one, and the point beside them that
-    needs the most harmonics."""
+    """Of each curve at a level the highest peak of every output, or the largest point of one without a peak, and the point beside
+    them that needs the most harmonics."""
     balance = HarmonicBalance(problem, harmonics, _enough(problem, samples, harmonics))
     ends = [2.0 * np.pi * min(frequencies), 2.0 * np.pi * max(frequencies)]
-    curve = solve_curve(balance, ends, level, ends[0] == ends[1], progress)
+    swept = solve_curve(balance, ends, level, ends[0] == ends[1], progress)
+    curves = [swept]
+    if detached and swept.outcome == Outcome.CONVERGED:
+        solved = SolvedCurve(balance, list(swept.points), level, (ends[0], ends[1]), TOLERANCE, swept.measure, 1)
+        curves += searched(solved)[0]
+    return [(balance, evaluation) for curve in curves for evaluation in _worst_of(balance, curve, tolerance)]
+
+
+def _worst_of(balance: HarmonicBalance, curve: Curve, tolerance: float) -> list[Evaluation]:
+    """The points of one curve that choose the harmonics."""
     found = []
-    for output in range(len(problem.outputs)):
+    for output in range(len(balance.problem.outputs)):
         if points := curve.tops(output):
             best = max(points, key=lambda point: _amplitude(balance, point.evaluation, output))
             found.append((_amplitude(balance, best.evaluation, output), best.evaluation))
     largest = max((amplitude for amplitude, _ in found), default=0.0)
-    worst = [evaluation for amplitude, evaluation in found if amplitude >= MOVES * largest]
-    return [(balance, evaluation) for evaluation in (*worst, *_worst_along(balance, curve, tolerance))]
+    return [
+        *(evaluation for amplitude, evaluation in found if amplitude >= MOVES * largest),
+        *_worst_along(balance, curve, tolerance),
+    ]
 
 
 def _worst_along(balance: HarmonicBalance, curve: Curve, tolerance: float) -> Iterator[Evaluation]:

@@ -141,13 +141,17 @@ class Isolated:
         return [self.curve.followed(each, _kind_of(self.curve, each)) for each in self.found]
 
 
+IN_THIS_BAND = "A curve that the sweep does not meet in this band"
+"""How the message of an open curve begins."""
+
+
 def _kind_of(curve: SolvedCurve, found: Followed) -> str:
     """What a curve is, as the beginning of a sentence; an open one may be the rest of the sweep, outside the band."""
     if curve.balance.periods > 1:
         return "A subharmonic curve"
     if found.closed or found.lost is not None:
         return "An isolated curve"
-    return "A curve that the sweep does not meet in this band, though it may in a wider one"
+    return f"{IN_THIS_BAND}, though it may in a wider one"
 
 
 def take_from_modes(isolated: Isolated, modes: Sequence[xr.Dataset]) -> int:

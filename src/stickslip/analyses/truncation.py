@@ -321,15 +321,17 @@ def finer_balance(balance: HarmonicBalance, beyond: int, times: int = MORE_SAMPL
     return finer
 
 
-def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) -> str:
-    """What to say where the largest of the errors is not small, or none is known; empty where it is small."""
+def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array, choice: str = "") -> str:
+    """What to say where the largest of the errors is not small, or none is known; empty where it is small. choice: how "auto"
+    chose the harmonics, where it did."""
     more = f"{'More' if isinstance(harmonics, int) else 'Others'} than {in_words(harmonics)}"
     if np.isnan(errors).all():
         return f"What {more[0].lower()}{more[1:]} would change at the highest peaks is not known."
     if not np.any(errors > ALLOWED):
         return ""
     worst = int(np.nanargmax(errors))
-    return f'{more} would change {outputs[worst]} at its highest peak {_much(errors[worst])}: take more, or harmonics = "auto".'
+    remedy = "take more" if choice else 'take more, or harmonics = "auto"'
+    return f"{more} would change {outputs[worst]} at its highest peak {_much(errors[worst])}: {remedy}."
 
 
 def away_warning(balance: HarmonicBalance, curve: Curve, measure: Measure, errors: Array) -> str:

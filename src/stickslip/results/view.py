@@ -511,13 +511,23 @@ def words_of(chosen: list[int]) -> list[str]:
     return [REPRESENTATIVE[place] for place in spread(len(REPRESENTATIVE), len(chosen))]
 
 
+def chosen_levels(dataset: xr.Dataset, most: int) -> list[int]:
+    """At most `most` places of `levels_of`, evenly spread, and among them that of the largest response."""
+    groups = levels_of(dataset)
+    places = spread(len(groups), most)
+    sizes = [np.nan_to_num(dataset["amplitude"].values[cases]).max(initial=0.0) for cases in groups]
+    highest = int(np.argmax(sizes))
+    nearest = min(places, key=lambda place: abs(place - highest))
+    return sorted({*places} - {nearest} | {highest})
+
+
 def representatives(dataset: xr.Dataset, most: int) -> Representatives:
-    """At most `most` cases: all; else levels evenly spread, and of a cloud three start states of each."""
+    """At most `most` cases: all, or those of `chosen_levels`, of a cloud three start states of each."""
     groups = levels_of(dataset)
     if dataset.sizes["case"] <= most:
         return Representatives(dataset, list(range(dataset.sizes["case"])), "")
     cloud = is_cloud(dataset)
-    levels = spread(len(groups), max(1, most // len(REPRESENTATIVE)) if cloud else most)
+    levels = chosen_levels(dataset, max(1, most // len(REPRESENTATIVE)) if cloud else most)
     chosen = partial(representative_starts, dataset, most=most) if cloud else list
     kept = [case for level in levels for case in chosen(groups[level])]
     fewer = f"{len(levels)} of {len(groups)} force levels" if len(levels) < len(groups) else ""

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stickslip.analyses.isolated import IN_THIS_BAND
 from stickslip.analyses.reached import Reached
 from stickslip.analyses.variability.bounds import detached, has_bounds
 from stickslip.results import view
@@ -77,13 +78,17 @@ def further_curves_sentence(dataset: xr.Dataset, output: int = 0) -> str:
 
     def height(case: int) -> str:
         largest = f", up to {number(peaks[case].max_abs / unit.metres)} {unit.name} in time," if in_time else ""
-        return f"{number(peaks[case].amplitude / unit.metres)} {unit.name}{largest} at {hertz(peaks[case].frequency)} Hz"
+        end = view.higher_end(dataset, case, output)
+        higher = "" if end is None else f" and {number(end.amplitude / unit.metres)} {unit.name} at its end"
+        return f"{number(peaks[case].amplitude / unit.metres)} {unit.name}{largest} at {hertz(peaks[case].frequency)} Hz{higher}"
 
     own = [case for case in peaks if levels[case] == levels[highest]]
     swept = next((case for case in own if kinds[case] == CurveKind.SWEEP), None)
     alike = sum(kinds[case] == kinds[highest] for case in own)
     one, several = ("detached curve", "detached curves") if kinds[highest] == CurveKind.ISOLATED else ("branch", "branches")
     which = f"a {one}" if alike == 1 else f"the highest of {alike} {several}"
+    if str(dataset["case_message"].values[highest]).startswith(IN_THIS_BAND):
+        which = f"{IN_THIS_BAND[0].lower()}{IN_THIS_BAND[1:]}"
     names = [view.force_text(dataset, highest)] if len(set(levels)) > 1 else []
     names += [str(dataset["output"].values[output])] if dataset.sizes["output"] > 1 else []
     parts = []

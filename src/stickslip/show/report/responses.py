@@ -23,6 +23,7 @@ from stickslip.analyses.variability.samples import percentiles as percentiles_of
 from stickslip.results import quantities
 from stickslip.results.schema import CurveKind, in_system, kind_words, kinds_in, shown_table, system_of
 from stickslip.results.view import (
+    chosen_levels,
     force_text,
     higher_end,
     highest_peak,
@@ -191,10 +192,10 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     of = "" if measure == DISPLACEMENT_AMPLITUDE else f", {measure.words}"
     lines += [f"highest peaks of {dataset['output'].values[0]}{of}"]
     levels = levels_of(dataset)
-    shown = spread(len(levels), MOST_LINES)
+    shown = chosen_levels(dataset, MOST_LINES)
     for cases in (levels[place] for place in shown):
         lines += cloud_lines(dataset, cases) if len(cases) > 1 else [level_line(dataset, cases[0])]
-    lines += [f"  {len(shown)} of {len(levels)} force levels; the report shows all"] if len(shown) < len(levels) else []
+    lines += [f"  {len(shown)} of {len(levels)} {_curves(dataset)}; the report shows all"] if len(shown) < len(levels) else []
     lines += outside_lines(dataset)
     lines += [f"  {sentence}"] if (sentence := quantities.about_all(dataset)) else []
     lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
@@ -204,6 +205,11 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines += stress_sentences(dataset) if has_stress(dataset) else []
     lines += strain_sentences(dataset) if has_gauges(dataset) else []
     return [*lines, *(fatigue_sentences(dataset) if has_fatigue(dataset) else [])]
+
+
+def _curves(dataset: xr.Dataset) -> str:
+    """What the cases are called: several curves may have one force level."""
+    return "curves" if "curve_kind" in dataset else "force levels"
 
 
 def _bounds_alone(dataset: xr.Dataset) -> bool:
@@ -235,10 +241,10 @@ def truncation_sentences(dataset: xr.Dataset) -> list[str]:
     worst[~solved] = 0.0
     case = int(np.argmax(worst))
     names = tuple(str(name) for name in dataset["output"].values)
-    warning = truncation_warning(of_attribute(dataset.attrs["harmonics"]), names, errors[case])
+    choice = str(dataset.attrs.get("harmonics_chosen", ""))
+    warning = truncation_warning(of_attribute(dataset.attrs["harmonics"]), names, errors[case], choice)
     count, unknown = int(np.count_nonzero(worst > ALLOWED)), " or unknown" if np.isinf(worst).any() else ""
-    curves = "force levels" if "curve_kind" not in dataset else "curves"
-    more = f" ({count} of {len(errors)} {curves} above {100.0 * ALLOWED:g} %{unknown})" if count > 1 else ""
+    more = f" ({count} of {len(errors)} {_curves(dataset)} above {100.0 * ALLOWED:g} %{unknown})" if count > 1 else ""
     return [f"warning, force {float(dataset['force_level'][case]):g}: {warning}{more}"] if warning and worst[case] else []
 
 
@@ -246,12 +252,12 @@ def message_sentences(dataset: xr.Dataset) -> list[str]:
     """What else the message of a completed curve warns of: the first force level with it, an unstable one before others, and how
     many there are.
     """
-    found, harmonics = [], of_attribute(dataset.attrs["harmonics"])
+    found, harmonics, choice = [], of_attribute(dataset.attrs["harmonics"]), str(dataset.attrs.get("harmonics_chosen", ""))
     names = tuple(str(name) for name in dataset["output"].values)
     for case in np.flatnonzero(dataset["case_outcome"].values == Outcome.CONVERGED):
         _, _, more = str(dataset["case_message"].values[case]).partition(". ")
         errors = dataset["truncation_error"].values[case] if "truncation_error" in dataset else np.zeros(1)
-        rest = more.replace(truncation_warning(harmonics, names, errors), "").strip()
+        rest = more.replace(truncation_warning(harmonics, names, errors, choice), "").strip()
         found += [f"warning, force {float(dataset['force_level'][case]):g}: {rest}"] if rest else []
     found.sort(key=lambda words: "Unstable motion" not in words)
     return [*found[:1], *([f"  and of {counted(len(found) - 1, 'more curve')}; the report has them"] if len(found) > 1 else [])]
