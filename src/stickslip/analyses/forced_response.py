@@ -47,6 +47,7 @@ from stickslip.analyses.solved_points import (
     deformed_shape,
     on_its_coordinates,
     peaks_of_another,
+    refuse_hidden,
     refuse_unexcited,
     response_at,
     with_shapes,
@@ -542,6 +543,7 @@ class ForcedResponseWork(OneBalance):
         Nt, choice, finer = problem.systems.enough_samples(settings.samples), "", problem.at_nodes
         reach = AUTOMATIC if isinstance(asked, str) else highest(harmonics_for(problem, asked, OR_AUTO))
         problem = on_few_coordinates(problem, reach * max(settings.frequencies))
+        refuse_hidden(problem, levels)
         if isinstance(asked, str):
             detached = _seeks(settings, problem) and not settings.listed and settings.periods == 1 and not unsought(problem)
             chosen = sufficient_harmonics(problem, settings.frequencies, levels, settings.tolerance, Nt, detached)
