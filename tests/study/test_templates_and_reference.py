@@ -12,6 +12,7 @@ from stickslip.model.rigs import three_mass_wedge
 from stickslip.study import read, templates
 from stickslip.study.templates import KINDS, write_new
 from stickslip.support.checks import InputError
+from tools import measured_files
 from tools.reference import SECTIONS, kind_of, limits, reference
 
 TEMPLATES = Path(templates.__file__).parent
@@ -27,6 +28,17 @@ def test_templates_are_sound(tmp_path, kind):
     study = read(tmp_path / "study.toml")
     assert study.plan.summary
     assert study.sweep is None or study.sweep.problem.contacts
+
+
+@pytest.mark.parametrize("write", measured_files.ALL[:2] + measured_files.ALL[3:], ids=lambda write: write.__name__)
+def test_measured_files_are_what_their_tool_writes(tmp_path, write):
+    """To the last digits written, which depend on the machine; the decay takes too long for a quick test."""
+    write(tmp_path)
+    for file in tmp_path.iterdir():
+        kept = measured_files.FOLDER / file.name
+        assert file.read_text().partition("\n")[0] == kept.read_text().partition("\n")[0]
+        fresh, known = (np.loadtxt(each, delimiter=",", skiprows=1) for each in (file, kept))
+        np.testing.assert_allclose((fresh - known) / np.abs(known).max(axis=0), 0.0, atol=1e-5)
 
 
 def test_new_without_a_kind_lists_every_kind_with_its_purpose(capsys):

@@ -1,8 +1,9 @@
 """Commented study files to start from, KIND.toml in this folder; $words stand for inserted values.
 
-`beside.py` writes the files that some of them need beside them.
+`beside.py` writes the models that some of them need beside them, `measured` holds the measurements that others read.
 """
 
+import json
 import os
 import re
 import tempfile
@@ -19,7 +20,8 @@ from stickslip.support.files import replacing, write_text
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
 """Force levels of the published experiment on the single blade, N."""
 
-KINDS = tuple(sorted(Path(file.name).stem for file in resources.files(__name__).iterdir() if file.name.endswith(".toml")))
+FOLDER = resources.files(__name__)
+KINDS = tuple(sorted(Path(file.name).stem for file in FOLDER.iterdir() if file.name.endswith(".toml")))
 
 BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
     "lumped": beside.wedge_matrices,
@@ -28,13 +30,19 @@ BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
     "two_blades": beside.blade_with_a_platform,
     "jointed_beams": beside.two_jointed_beams,
     "beams_with_a_gap": beside.two_beams_with_a_gap,
-    "identification": beside.synthetic_loops,
-    "contact_law": beside.synthetic_contact_record,
-    "response_identification": beside.synthetic_responses,
-    "response_prediction": beside.synthetic_responses_to_predict,
-    "decay_prediction": beside.synthetic_responses_and_a_decay,
 }
-"""What writes the files beside a study at a path: the words that it puts into the study, and the files."""
+"""What writes the models beside a study at a path: the words that it puts into the study, and the files."""
+
+SINES = ("_0.5_N.csv", "_6_N.csv", "_15_N.csv")
+MEASURED: dict[str, dict[str, tuple[str, ...]]] = {
+    "identification": {"loops": ("_out_of_phase.csv", "_in_phase.csv")},
+    "contact_law": {"files": (".csv",)},
+    "response_identification": {"files": SINES},
+    "response_prediction": {"files": SINES, "compared": ("_10_N.csv",)},
+    "decay_prediction": {"files": SINES, "compared": ("_ring_down.csv",)},
+}
+"""Measurements beside a study: the words that are lists of them in the study, and how their names end after that of the study.
+They are synthetic (`tools/measured_files.py`)."""
 
 
 def kinds() -> dict[str, str]:
@@ -64,6 +72,10 @@ def write_new(kind: str, path: Path, overwrite: bool = False) -> list[Path]:
     with tempfile.TemporaryDirectory() as folder:
         words, made = BESIDE[kind](Path(folder, path.name)) if kind in BESIDE else ({}, [])
         contents = {path.with_name(file.name): file.read_bytes() for file in made}
+    for word, endings in MEASURED.get(kind, {}).items():
+        files = {path.with_name(path.stem + ending): FOLDER / "measured" / f"record{ending}" for ending in endings}
+        words |= {word: json.dumps([file.name for file in files], ensure_ascii=False)}
+        contents |= {file: data.read_bytes() for file, data in files.items()}
     refuse_existing(contents, overwrite)
     for file, content in contents.items():
         with replacing(file) as temporary:
@@ -91,9 +103,8 @@ def single_blade_study(
 
 
 def _raw(kind: str) -> str:
-    return resources.files(__package__).joinpath(f"{kind}.toml").read_text(encoding="utf-8")
+    return (FOLDER / f"{kind}.toml").read_text(encoding="utf-8")
 
 
 def _text(kind: str, words: Mapping[str, object]) -> str:
-    template = _raw(kind)
-    return Template(template).substitute({"shapes": ", ".join(SHAPES), **words})
+    return Template(_raw(kind)).substitute({"shapes": ", ".join(SHAPES), **words})
