@@ -301,10 +301,6 @@ class RunUpWork(Execution):
         return [(order, level) for order in orders for level in force_levels(self.force)]
 
     @property
-    def names(self) -> list[str]:
-        return [f"{words}: {self.identity()}" for words in self.words]
-
-    @property
     def words(self) -> list[str]:
         return [f"engine order {order}, force level {level:g}" for order, level in self.places]
 

@@ -132,13 +132,6 @@ class Damper:
             if f != 0.0
         )
 
-    def wrench(self, surface: str, forces: Array) -> Array:
-        """Force and moment about the mass centre, (6,), of contact forces (points, 3) given along t1, t2, n on the damper."""
-        place = self.surface(surface)
-        vectors = np.asarray(forces) @ np.asarray(place.frame)
-        arms = np.asarray(place.points) - np.asarray(self.body.centre)
-        return np.concatenate([vectors.sum(axis=0), np.cross(arms, vectors).sum(axis=0)])
-
 
 GAUSS_POINTS = 40
 """On each piece of a boundary."""

@@ -61,7 +61,8 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     cases = representatives(dataset, MOST_LEVELS).cases if dataset.sizes["case"] > 1 else [0]
     outputs = range(dataset.sizes["output"] if len(cases) * dataset.sizes["output"] <= MOST_PEAKS else 1)
     shown = [(case, output) for case in cases for output in outputs]
-    limits = [which for which in _limits(dataset) if any(_change(dataset, which, *place) != NOTHING for place in shown)]
+    linear = linear_limits(dataset) if dataset.sizes["contact"] else ()  # a structure without contacts is one itself
+    limits = [which for which in linear if any(_change(dataset, which, *place) != NOTHING for place in shown)]
     name = "" if len(outputs) > 1 else f" of {dataset['output'].values[0]}"
     measure = measure_in(dataset)
     size = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
@@ -104,11 +105,6 @@ def _warning(words: str) -> str:
     largest = max(range(len(sentences)), key=lambda k: max(map(float, PERCENT.findall(sentences[k])), default=0.0))
     first = sentences.pop(largest)
     return f'<details class="warning"><summary>{text(of + colon + first)}</summary>{text(" ".join(sentences))}</details>'
-
-
-def _limits(dataset: xr.Dataset) -> list[str]:
-    """The linear responses to compare with; none for a structure without contacts, which is one itself."""
-    return list(linear_limits(dataset)) if dataset.sizes["contact"] else []
 
 
 def errors_of(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
