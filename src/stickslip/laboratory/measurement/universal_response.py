@@ -226,7 +226,9 @@ def _against(one: UniversalFunction, wanted: Wanted) -> str:
         return f"what is no displacement, velocity or acceleration {HOW_TO_SAY}"
     if wanted.quantity not in (None, motion):
         return f"what is no {wanted.quantity}, as is asked for"
-    if one.kind != SPECTRUM and not _is_per_force(one, wanted):
+    units = [response_unit(text) for text in (one.ordinate.unit, wanted.unit)]
+    per_force = _of(one.denominator) == "force" or any(unit is not None and unit.per_force for unit in units)
+    if one.kind != SPECTRUM and not per_force:
         silent = one.denominator.kind == 0 and not one.denominator.unit
         return f"what is not said to be per force {HOW_TO_SAY}" if silent else "motions per motion"
     return ""
@@ -236,11 +238,6 @@ def _motion(one: UniversalFunction, wanted: Wanted) -> str | None:
     """The quantity of a function: as the file says, or else as is asked for, or as the unit that is given says."""
     given = response_unit(wanted.unit)
     return _of(one.ordinate) or wanted.quantity or (given.kind if given else None)
-
-
-def _is_per_force(one: UniversalFunction, wanted: Wanted) -> bool:
-    whole = [response_unit(text) for text in (one.ordinate.unit, wanted.unit)]
-    return _of(one.denominator) == "force" or any(unit is not None and unit.per_force for unit in whole)
 
 
 def _table(file: UniversalFile, one: UniversalFunction, wanted: Wanted, place: tuple[int, int]) -> NumberTable:

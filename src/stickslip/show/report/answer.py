@@ -68,7 +68,9 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     size = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
     size += "" if measure.quantity.name == "displacement" else f" of the {measure.quantity.name}"
     heads = ["Force level", *(["Output"] if len(outputs) > 1 else []), "Frequency in Hz"]
-    heads += [f"Rotor speed in rev/min, {_engine_orders(dataset)}"] if engine_order(dataset) else []
+    if engine_order(dataset):
+        orders = np.atleast_1d(dataset.attrs.get("excited_orders", engine_order(dataset))).tolist()
+        heads.append(f"Rotor speed in rev/min, engine order{'' if len(orders) == 1 else 's'} {', '.join(map(str, orders))}")
     heads += [f"{size}{name} in {peak_unit(dataset).name}", "Estimated error", *(AGAINST[which] for which in limits)]
     heads += ["Fatigue margin"] if has_fatigue(dataset) else []
     margins = smallest_margins(dataset) if has_fatigue(dataset) else {}
@@ -116,12 +118,6 @@ def errors_of(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
 def engine_order(dataset: xr.Dataset) -> int:
     """Cycles of the excitation in a turn of the rotor, 0 where it is not that of a disk."""
     return abs(int(dataset.attrs.get("engine_order", 0)))
-
-
-def _engine_orders(dataset: xr.Dataset) -> str:
-    """The engine orders of the excitation in words."""
-    orders = [int(order) for order in np.atleast_1d(dataset.attrs.get("excited_orders", engine_order(dataset)))]
-    return f"engine order{'' if len(orders) == 1 else 's'} {', '.join(map(str, orders))}"
 
 
 def _row(dataset: xr.Dataset, case: int, output: int, named: bool, limits: Sequence[str], margins: Mapping[int, Margin]) -> str:

@@ -161,8 +161,10 @@ def _towards_the_resonance(
     for _ in range(MOST):
         starts = [points[-1].forces]
         if len(known) > 2:
-            turn = _turn(known, following) / ((whole.first.start + 1) // 2)  # over several periods X is not harmonic 1
-            starts = [_extrapolated(points[-2:], _resonance(known)[0], following), _delayed(points[-1].forces, turn)]
+            p, r, c = _resonance(known)
+            turn = float(np.angle((c + r / (following - p)) / known[-1][1]))  # by how much the phase of X grows from the last
+            turn /= (whole.first.start + 1) // 2  # over several periods X is not harmonic 1
+            starts = [_extrapolated(points[-2:], p, following), _delayed(points[-1].forces, turn)]
         for forces in starts:
             start = replace(points[-1], omega=following, forces=forces)
             solution = solved_on_all_modes(whole, few, start, fixed("omega", following))
@@ -212,12 +214,6 @@ def _resonance(known: list[tuple[float, complex]]) -> tuple[complex, complex, co
         p = (ratio * w1 - w3) / (ratio - 1.0)
         r = (X1 - X2) / (w2 - w1) * (w1 - p) * (w2 - p)
         return p, r, X1 - r / (w1 - p)
-
-
-def _turn(known: list[tuple[float, complex]], omega: float) -> float:
-    """By how much the phase of X grows from the last point to ω."""
-    p, r, c = _resonance(known)
-    return float(np.angle((c + r / (omega - p)) / known[-1][1]))
 
 
 def _delayed(forces: Array, turn: float) -> Array:

@@ -125,7 +125,8 @@ def with_own_tangent(balance: HarmonicBalance, point: CurvePoint, before: Evalua
 
 def segment(low: Knot, high: Knot, metric: Metric) -> Segment:
     """The segment between two knots in a metric."""
-    chord = _straight(low, high)
+    a, b = low.evaluation, high.evaluation
+    chord = _Slope(b.point.forces - a.point.forces, b.w - a.w, b.point.omega - a.point.omega)
     weight, amount = metric.weight * chord.motion, metric.parameter * chord.omega
     square = float(np.vdot(weight, chord.motion)) + amount * chord.omega
     plane = PathCondition("omega", weight / square, amount / square, 0.0)
@@ -133,11 +134,6 @@ def segment(low: Knot, high: Knot, metric: Metric) -> Segment:
     first, last = (_slope(knot.direction, chord, plane, metric) for knot in (low, high))
     controls = low.omega, low.omega + first.omega / 3.0, high.omega - last.omega / 3.0, high.omega
     return Segment(low, high, plane, (first, last), controls)
-
-
-def _straight(low: Knot, high: Knot) -> _Slope:
-    a, b = low.evaluation, high.evaluation
-    return _Slope(b.point.forces - a.point.forces, b.w - a.w, b.point.omega - a.point.omega)
 
 
 def _slope(direction: Direction | None, chord: _Slope, plane: PathCondition, metric: Metric) -> _Slope:
