@@ -1,19 +1,18 @@
 """Commented study files to start from, KIND.toml in this folder; $words stand for inserted values.
 
-`beside.py` writes the models that some of them need beside them, `measured` holds the measurements that others read.
+beside/KIND holds the models and measurements that lie beside some of them, named as those of study.toml: models as other programs
+export them, measurements with noise. `tools/template_files.py` makes them.
 """
 
 import json
 import os
 import re
-import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from string import Template
 
 from stickslip.model.dampers import SHAPES
-from stickslip.study.templates import beside
 from stickslip.support.checks import fault, similar
 from stickslip.support.files import replacing, write_text
 
@@ -22,27 +21,6 @@ FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
 
 FOLDER = resources.files(__name__)
 KINDS = tuple(sorted(Path(file.name).stem for file in FOLDER.iterdir() if file.name.endswith(".toml")))
-
-BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
-    "lumped": beside.wedge_matrices,
-    "model": beside.blade_model,
-    "bladed_disk": beside.bladed_disk_sector,
-    "two_blades": beside.blade_with_a_platform,
-    "jointed_beams": beside.two_jointed_beams,
-    "beams_with_a_gap": beside.two_beams_with_a_gap,
-}
-"""What writes the models beside a study at a path: the words that it puts into the study, and the files."""
-
-SINES = ("_0.5_N.csv", "_6_N.csv", "_15_N.csv")
-MEASURED: dict[str, dict[str, tuple[str, ...]]] = {
-    "identification": {"loops": ("_out_of_phase.csv", "_in_phase.csv")},
-    "contact_law": {"files": (".csv",)},
-    "response_identification": {"files": SINES},
-    "response_prediction": {"files": SINES, "compared": ("_10_N.csv",)},
-    "decay_prediction": {"files": SINES, "compared": ("_ring_down.csv",)},
-}
-"""Measurements beside a study: the words that are lists of them in the study, and how their names end after that of the study.
-They are synthetic (`tools/measured_files.py`)."""
 
 
 def kinds() -> dict[str, str]:
@@ -69,18 +47,14 @@ def write_new(kind: str, path: Path, overwrite: bool = False) -> list[Path]:
     refuse_existing([path], overwrite)
     if kind == "forced_response":
         return [write_text(path, single_blade_study())]
-    with tempfile.TemporaryDirectory() as folder:
-        words, made = BESIDE[kind](Path(folder, path.name)) if kind in BESIDE else ({}, [])
-        contents = {path.with_name(file.name): file.read_bytes() for file in made}
-    for word, endings in MEASURED.get(kind, {}).items():
-        files = {path.with_name(path.stem + ending): FOLDER / "measured" / f"record{ending}" for ending in endings}
-        words |= {word: json.dumps([file.name for file in files], ensure_ascii=False)}
-        contents |= {file: data.read_bytes() for file, data in files.items()}
+    beside = FOLDER / "beside" / kind
+    files = beside.iterdir() if beside.is_dir() else ()
+    contents = {path.with_name(file.name.replace("study", path.stem, 1)): file.read_bytes() for file in files}
     refuse_existing(contents, overwrite)
     for file, content in contents.items():
         with replacing(file) as temporary:
             temporary.write_bytes(content)
-    return [write_text(path, _text(kind, words)), *contents]
+    return [write_text(path, _text(kind, {"study": json.dumps(path.stem, ensure_ascii=False)[1:-1]})), *sorted(contents)]
 
 
 def refuse_existing(files: Iterable[Path], overwrite: bool) -> None:
