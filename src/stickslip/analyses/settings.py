@@ -146,7 +146,7 @@ class Settings(StateOfFields):
 
     @property
     def names(self) -> Sequence[str]:
-        """Everything that each case depends on; where words do not tell cases apart, a work has names of its own."""
+        """Everything that each case depends on; a work whose words may be the same for two cases has names of its own."""
         return [f"{words}: {self.identity()}" for words in self.words]
 
     def identity(self, *but: str) -> str:

@@ -147,8 +147,7 @@ class CompilationNotice:
             _write(f"{counted(self._done, 'kernel')} compiled after {now - self._began:.0f} s.")
 
     def _show(self) -> None:
-        seen = _may_write() and (in_notebook() or (sys.stderr is not None and sys.stderr.isatty()))
-        if self.command_bar is None and not seen:
+        if self.command_bar is None and not _bar_is_seen():
             if not self._done and _may_write():
                 self._began = self._said = time.monotonic()
                 _write(SENTENCE)
@@ -182,6 +181,11 @@ def _may_write() -> bool:
 
 def _write(sentence: str) -> None:
     logging.getLogger("stickslip").warning(sentence)
+
+
+def _bar_is_seen() -> bool:
+    """Whether a bar can be shown: on a terminal or in a notebook, by the process that the user started."""
+    return _may_write() and (in_notebook() or (sys.stderr is not None and sys.stderr.isatty()))
 
 
 def _own_bar() -> Progress | NotebookBar | None:

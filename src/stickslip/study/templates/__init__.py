@@ -54,7 +54,8 @@ def write_new(kind: str, path: Path, overwrite: bool = False) -> list[Path]:
     for file, content in contents.items():
         with replacing(file) as temporary:
             temporary.write_bytes(content)
-    return [write_text(path, _text(kind, {"study": json.dumps(path.stem, ensure_ascii=False)[1:-1]})), *sorted(contents)]
+    text = _text(kind, {"study": json.dumps(path.stem, ensure_ascii=False)[1:-1]})
+    return [write_text(path, text), *sorted(contents, key=lambda file: text.find(file.name))]
 
 
 def refuse_existing(files: Iterable[Path], overwrite: bool) -> None:
