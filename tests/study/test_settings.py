@@ -36,7 +36,6 @@ DIFFERENT_MEANING = {
         "blade",
     ): "in Python the nodes of a blade (`blade_nodes` in a file), in a file the pattern of the blades",
     ("mistuned_population", "count"): "one disk, the default of a file, is `mistuned_disk` in Python",
-    ("identification", "errors"): "in a file by the names of RigErrors, whose other defaults hold",
     ("decay_prediction", "identification"): "in Python what was identified, in a file results to read it from, if any",
     ("decay_prediction", "amplitude"): "decays to compare with give it in a file; in Python they are compared afterwards",
     ("response_prediction", "identification"): "in Python what was identified, in a file results to read it from, if any",

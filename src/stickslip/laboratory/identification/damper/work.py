@@ -8,7 +8,7 @@ Plausibility checks of measured cycles before a fit and of the result after it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from hashlib import sha256
 from typing import Annotated, Any
@@ -277,8 +277,8 @@ class IdentificationWork(Settings):
     unknown: Sequence[str] = ()
     _: KW_ONLY
     law: Annotated[str | Sequence[str], Setting(_laws)] = "macroslip"
-    errors: RigErrors = field(default_factory=RigErrors)
-    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    errors: RigErrors | None = None
+    bounds: Mapping[str, tuple[float, float]] | None = None
     steps: int = 500
     resamples: Annotated[int, Setting(Whole(8))] = 24
     population: int = 6
@@ -294,13 +294,18 @@ class IdentificationWork(Settings):
             raise fault("loops", "must be at least two, to hold one out and choose a law", len(self.cases), "Name one law.")
         _ = self.fit
 
+    @property
+    def rig_errors(self) -> RigErrors:
+        """Those given, or the usual ones."""
+        return RigErrors() if self.errors is None else self.errors
+
     @cached_property
     def cases(self) -> tuple[CycleSet, ...]:
         """The loops as checked cycles, with the zeros of their cells where load removals give them."""
         loops = [self.loops] if isinstance(self.loops, CycleSet | Record) else list(self.loops)
         if self.load_removal is not None:
-            loops = [*zeroed(loops, self.load_removal, self.errors.calibration)]
-        return checked_cases(loops, self.damper, self.errors)
+            loops = [*zeroed(loops, self.load_removal, self.rig_errors.calibration)]
+        return checked_cases(loops, self.damper, self.rig_errors)
 
     @property
     def names(self) -> Sequence[str]:
@@ -319,14 +324,14 @@ class IdentificationWork(Settings):
     @cached_property
     def fit(self) -> DamperFit:
         """Loops and model."""
-        unknowns = parameters(self.unknown, self.damper, self.bounds)
-        return DamperFit.of(self.cases, self.damper, unknowns, self.errors, self.steps)
+        unknowns = parameters(self.unknown, self.damper, self.bounds or {})
+        return DamperFit.of(self.cases, self.damper, unknowns, self.rig_errors, self.steps)
 
     def solve(self, case: int, report: Callable[[float], object]) -> Arrays:
         """Logarithms of the unknowns of the law that is chosen, and of their refits; errors of all laws on loops held out."""
         fit, seen = self.fit, np.nan
         best, others = self._searched(fit, lambda share: report(0.4 * share))
-        if self.errors.lag is None:
+        if self.rig_errors.lag is None:
             largest, late = GRADUAL / (2.0 * np.pi * max(case.frequency for case in self.cases)), fit.with_lag(LAG_PRIOR)
             coarse = late.steps(COARSE)
             seen = coarse.lag_at(coarse.solved(best, evaluations=EVALUATIONS).x)
@@ -367,7 +372,7 @@ class IdentificationWork(Settings):
         intervals = {name: (float(low), float(high)) for name, (low, high) in zip(names, ends, strict=True)}
         of_cases = (sentence for case in self.cases for sentence in case.warnings)
         counted = (sentence for sentence in (again.refusal, again.remark) if sentence)
-        late = lag_remarks(fit, theta, lag_error) if prior or self.errors.lag is not None else ()
+        late = lag_remarks(fit, theta, lag_error) if prior or self.rig_errors.lag is not None else ()
         warnings = (*counted, *of_cases, *late, *remarks(fit, theta, scatter), *never_sliding(fit, theta, self.damper))
         with np.errstate(invalid="ignore", divide="ignore"):
             enough = len(replicates) > 1
