@@ -9,7 +9,7 @@ from typing import Any
 
 from stickslip.solve.continuation import steps
 from stickslip.solve.continuation.newton import Correction, Found, correct
-from stickslip.solve.continuation.step import Stepped, step
+from stickslip.solve.continuation.steps import Stepped, step
 
 
 def calls(found: Correction | Found) -> int:

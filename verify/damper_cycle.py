@@ -11,7 +11,7 @@ from analyses.damper_alone.test_damper_cycle import random_case
 from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.model.contact.iwan import Iwan
 from stickslip.model.dampers import in_phase, out_of_phase
-from stickslip.model.rigs.laboratory_damper import FRICTION_ROWS, laboratory_damper
+from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.solve.platforms.cycle import CycleOutcome
 from verify.row import CLOSED, INDEPENDENT, PAGE, Row, absolute, at_most, relative
 
@@ -20,6 +20,16 @@ ABOUT = (
     "The three-point laboratory damper (feet 14 mm apart, kt 56, kn 84 N/µm) at 45 and 37 degrees under 50 N, moved by 30 µm; "
     "4000 steps a cycle. Friction rows of the source read as L1, L2, R and as R, L1, L2."
 )
+FRICTION_ROWS = (
+    (0.14, 0.13, 0.13),
+    (0.14, 0.22, 0.13),
+    (0.14, 0.22, 0.14),
+    (0.22, 0.22, 0.13),
+    (0.32, 0.22, 0.32),
+    (0.40, 0.22, 0.32),
+)
+"""The six rows of the source's friction study; whether their columns are L1, L2, R or R, L1, L2 is not readable in it."""
+
 # Energies in µJ of FRICTION_ROWS read as L1, L2, R and as R, L1, L2, out of phase and in phase each (docs/damper_cycle.md).
 STUDY = (
     (804.3, 775.1, 820.2, 788.0),

@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle
 from stickslip.laboratory.identification.contact_law.fit import ContactLoop, force_lag
@@ -16,13 +17,7 @@ from stickslip.laboratory.identification.damper.model import LINE_LAWS
 from stickslip.laboratory.identification.damper.result import Identification
 from stickslip.laboratory.identification.damper.work import identify
 from stickslip.laboratory.measurement.contact_record import ContactRecord
-from stickslip.laboratory.measurement.reconstruction import (
-    NO_ERRORS,
-    RigErrors,
-    loop_of,
-    synthetic_record,
-    true_cycle,
-)
+from stickslip.laboratory.measurement.reconstruction import RigErrors, synthetic_record, true_cycle
 from stickslip.laboratory.measurement.records import Record
 from stickslip.model.contact.microslip import MicroslipArray
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion
@@ -36,6 +31,7 @@ ABOUT = (
     "unknown. Errors are relative to the truth, root mean squares over 20 sets of measurements, 40 where "
     "intervals are judged."
 )
+NO_ERRORS = RigErrors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, lag=0.0)
 SEEDS, MANY = 20, 40
 LAGS = (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0)
 """Lags of the forces behind the motions that are put in, ms."""
@@ -311,6 +307,23 @@ def record_rows() -> Iterator[Row]:
     yield Row(
         "Force 1 % of a period late: error of kt, mean of 20, as recorded", float(np.mean(raw)), 0.12, 0.02, "why", "absolute"
     )
+
+
+def loop_of(
+    law_weights: ArrayLike, kt: float, mu: float, normal: float, amplitude: float, samples: int = 400
+) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement and force (samples,) of a steady loop of one contact by marching: elements of equal kt share whose limits
+    are `law_weights` (mean 1) times mu × normal / count, under u = amplitude sin."""
+    weights = np.asarray(law_weights, dtype=float)
+    u = amplitude * np.sin(2.0 * np.pi * np.arange(samples) / samples)
+    limit, stiffness = mu * normal * weights / weights.size, kt / weights.size
+    tension, force = np.zeros(weights.size), np.zeros(samples)
+    last = 0.0
+    for _ in range(2):
+        for n in range(samples):
+            tension = np.clip(tension + stiffness * (u[n] - last), -limit, limit)
+            last, force[n] = u[n], tension.sum()
+    return u, force
 
 
 def contact_record(generator: np.random.Generator, gains: np.ndarray, later: int = 0) -> ContactRecord:

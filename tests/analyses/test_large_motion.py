@@ -26,7 +26,7 @@ def test_a_motion_of_a_part_of_the_size_is_said(side, said):
 
 
 def test_a_gap_that_rounding_would_hide_the_force_behind_is_refused():
-    """A gap of 1e15 m as "never closes": a peak of 11.8 m was listed where the linear one is 43.5 m, and three detached curves."""
+    """A gap of 1e15 m as "never closes": the peak was 11.8 m, which is 43.5 m, and three detached curves."""
     structure = ss.Structure(M=np.eye(1), K=np.eye(1), C=0.023 * np.eye(1), dofs=("a.x",))
 
     def peak(gap):

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
-from stickslip.laboratory.measurement.reconstruction import loop_of
 from stickslip.support import console
 from stickslip.support.files import only_own_files, write_text
+from verify.identification import loop_of
 
 
 @pytest.fixture

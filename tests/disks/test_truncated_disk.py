@@ -6,7 +6,7 @@ import pytest
 from stickslip.model.rigs.octopus_blisk import BliskSector, octopus_blisk
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.linear_part import LinearPart
-from stickslip.solve.continuation.all_modes import solved_on_all_modes
+from stickslip.solve.continuation.finer_peak import solved_on_all_modes
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.curves.curve import solve_curve
 

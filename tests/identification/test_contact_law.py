@@ -11,10 +11,10 @@ import pytest
 import stickslip as ss
 from stickslip.laboratory.identification.contact_law.fit import array_weights, fitted, half_ellipse, judged
 from stickslip.laboratory.measurement.contact_cycles import contact_cycles
-from stickslip.laboratory.measurement.reconstruction import loop_of
 from stickslip.show.plots.identification import over_cycles
 from stickslip.show.report.identification import law_tables as tables
 from stickslip.support.checks import InputError
+from verify.identification import loop_of
 
 KT, MU, N = 20e6, 0.4, 100.0
 WEIGHTS = {"jenkins": np.ones(1), "iwan": half_ellipse(400), "array": array_weights(np.array([0.8]))}

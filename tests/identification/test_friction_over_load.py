@@ -5,9 +5,9 @@ import pytest
 
 import stickslip as ss
 from stickslip.laboratory.identification.contact_law.result import sentences
-from stickslip.laboratory.measurement.reconstruction import loop_of
 from stickslip.show.report.identification import law_tables as tables
 from stickslip.support.checks import InputError
+from verify.identification import loop_of
 
 KT, LOADS = 20e6, np.array([20.0, 60.0, 180.0])
 FALLING = np.array([0.6, 0.45, 0.33])

@@ -21,7 +21,7 @@ from stickslip.laboratory.identification.damper.work import (
     remarks,
 )
 from stickslip.laboratory.measurement.cycles import LoadRemoval, analysis, whole_cycles
-from stickslip.laboratory.measurement.reconstruction import NO_ERRORS, RigErrors, synthetic_record, true_cycle
+from stickslip.laboratory.measurement.reconstruction import RigErrors, synthetic_record, true_cycle
 from stickslip.laboratory.measurement.records import Record, write_record
 from stickslip.model.contact.law import LoadDependentFriction
 from stickslip.model.dampers import Cylinder, Wedge
@@ -36,7 +36,7 @@ from stickslip.study.measured_curves import with_loops
 from stickslip.study.templates import write_new
 from stickslip.support.checks import InputError
 from stickslip.support.units import UnitSystem
-from verify.identification import with_microslip
+from verify.identification import NO_ERRORS, with_microslip
 
 FRICTION = (0.18, 0.199, 0.45)
 TRUTH = {"kt": 56e6, "kn": 84e6, "mu_L1": 0.18, "mu_L2": 0.199, "mu_R": 0.45}

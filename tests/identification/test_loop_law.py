@@ -16,8 +16,8 @@ from stickslip.laboratory.identification.contact_law.fit import (
 from stickslip.laboratory.identification.contact_law.result import LawFit, share_in_slip
 from stickslip.laboratory.identification.contact_law.work import contact_law
 from stickslip.laboratory.identification.least_squares import Solution
-from stickslip.laboratory.measurement.reconstruction import loop_of
 from stickslip.support.checks import InputError
+from verify.identification import loop_of
 
 PLACE = (np.arange(400) + 0.5) / 400
 ELLIPSE = np.sqrt(1.0 - PLACE**2) / np.mean(np.sqrt(1.0 - PLACE**2))

@@ -7,8 +7,8 @@ from scipy import io
 
 import stickslip as ss
 from stickslip.laboratory.measurement.contact_cycles import contact_cycles, loop_area, reversals
-from stickslip.laboratory.measurement.reconstruction import loop_of
 from stickslip.support.checks import InputError
+from verify.identification import loop_of
 
 KT, MU, N, AMPLITUDE = 20e6, 0.4, 100.0, 10e-6
 

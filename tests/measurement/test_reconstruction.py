@@ -6,8 +6,6 @@ import pytest
 from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.laboratory.measurement.cycles import whole_cycles
 from stickslip.laboratory.measurement.reconstruction import (
-    blade_damper_forces,
-    blade_rig_forces,
     damper_motion,
     reconstruct,
     reconstructed,
@@ -94,20 +92,6 @@ def test_motion_at_the_right_has_errors_and_needs_the_lasers():
         reconstruct(whole_cycles(record), RIG, draws=2, kn=-1.0)
 
 
-def test_forces_of_a_blade_damper_from_its_cells():
-    """At rest, by hand: pull 40 N at 45 degrees, no friction, gives N = 40/(2 cos 45) at both sides and 20 N on each cell."""
-    c = np.cos(np.pi / 4)
-    normal = 40.0 / (2.0 * c)
-    np.testing.assert_allclose(blade_damper_forces(20.0, 20.0, 40.0, np.pi / 4), [0.0, normal, 0.0, normal], atol=1e-12)
-    time = np.linspace(0.0, 1.0, 50)
-    x, y = 20.0 + 3.0 * np.sin(time), 20.0 + 2.0 * np.cos(time)
-    cylinder_friction, cylinder_load, flat_friction, flat_load = blade_damper_forces(x, y, 40.0, np.pi / 4)
-    np.testing.assert_allclose(-cylinder_load * c + cylinder_friction * c, -y)
-    np.testing.assert_allclose(
-        cylinder_friction * c - cylinder_load * c - flat_load * c + flat_friction * c + 40.0, 0.0, atol=1e-12
-    )
-
-
 def cells_record(cycles=6, rate=500.0, samples=200):
     """Readings of both dampers from chosen forces on their cylinders, resolved by hand: the platform rises at 40 degrees; a force
     N across and T up along the other one, falling outwards, presses the separator with N n - T t."""
@@ -122,30 +106,24 @@ def cells_record(cycles=6, rate=500.0, samples=200):
     return Record(phase / rate, signals, "cells"), truth
 
 
-def test_forces_of_both_dampers_of_the_blade_rig(tmp_path):
+def test_forces_of_the_dampers_of_the_blade_rig_are_those_of_the_page(tmp_path):
+    """The formulas of docs/identification.md: at the cylinder what was put in, at the flat what balances that and the pull."""
     record, truth = cells_record()
     read = read_record(write_record(record, tmp_path / "cells.csv"))
-    assert blade_rig_forces(read, 45.0, 40.0, draws=2).attrs["frequency"] == pytest.approx(500.0, rel=1e-3)
-    data = blade_rig_forces(read, (45.0, 50.0), 40.0, frequency=500.0, samples=200)
+    cycles, pull = whole_cycles(read), 45.0
+    assert cycles.frequency == pytest.approx(500.0, rel=1e-3)
+    cycles = whole_cycles(read, 500.0)
     c, s = np.cos(np.radians(40.0)), np.sin(np.radians(40.0))
-    for side, pull in (("left", 45.0), ("right", 50.0)):
-        one, (normal, friction) = data.sel(damper=side), truth[side]
-        np.testing.assert_allclose(one.cylinder_normal, normal, atol=1e-3)
-        np.testing.assert_allclose(one.cylinder_tangential, friction, atol=1e-3)
-        across = -s * one.cylinder_normal - c * one.cylinder_tangential + s * one.flat_normal + c * one.flat_tangential
-        along = -c * one.cylinder_normal + s * one.cylinder_tangential - c * one.flat_normal + s * one.flat_tangential + pull
-        np.testing.assert_allclose(across, 0.0, atol=1e-9)
-        np.testing.assert_allclose(along, 0.0, atol=1e-9)
-        assert float(one.flat_normal_error.mean()) > 0.3
+    for side, (normal, friction) in truth.items():
+        x, y = (cycles.cycle(f"{side}_{cell}", 200) for cell in ("outward", "upward"))
+        np.testing.assert_allclose(s * x + c * y, normal, atol=1e-3)
+        np.testing.assert_allclose(c * x - s * y, friction, atol=1e-3)
+        flat_friction, flat_load = c * x + s * (y - pull), s * x - c * (y - pull)
+        np.testing.assert_allclose(-x + s * flat_load + c * flat_friction, 0.0, atol=1e-9)
+        np.testing.assert_allclose(-y - c * flat_load + s * flat_friction + pull, 0.0, atol=1e-9)
 
 
-def test_bad_records_of_the_blade_rig_are_refused():
+def test_clipped_readings_of_a_cell_are_refused():
     record, _ = cells_record()
-    with pytest.raises(InputError, match="must hold right_upward"):
-        blade_rig_forces(Record(record.time, {k: v for k, v in record.signals.items() if k != "right_upward"}), 45.0)
-    with pytest.raises(InputError, match="Right unit"):
-        blade_rig_forces(Record(record.time, {name: 1e3 * values for name, values in record.signals.items()}), 45.0)
-    with pytest.raises(InputError, match="Reversed sign"):
-        blade_rig_forces(Record(record.time, dict(record.signals) | {"left_upward": -record.signals["left_upward"]}), 45.0)
     with pytest.raises(InputError, match="must not be clipped"):
         Record(record.time, dict(record.signals) | {"left_upward": np.minimum(record.signals["left_upward"], 22.0)})

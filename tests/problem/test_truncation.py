@@ -20,8 +20,8 @@ from stickslip.model.structure.matrices import Dashpot, ModalDamping, Structure
 from stickslip.solve.balance.balance import HarmonicBalance
 from stickslip.solve.balance.linear_response import WithoutContacts, linear_amplitudes
 from stickslip.solve.balance.receptance import REAL_MODE
-from stickslip.solve.continuation.all_modes import solved_on_all_modes
 from stickslip.solve.continuation.continuation import first_point
+from stickslip.solve.continuation.finer_peak import solved_on_all_modes
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.continuation.truncation import beside
 from stickslip.solve.curves.curve import solve_curve

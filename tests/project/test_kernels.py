@@ -113,7 +113,7 @@ def test_a_change_compiles_what_holds_it_and_nothing_else(monkeypatch):
     forces = changed_by(monkeypatch, "stickslip.solve.balance.contact_forces", "def contact_forces(", "def contact_forces (")
     assert forces == {"solve.balance.contact_forces", "solve.balance.energy"}
     newton = changed_by(monkeypatch, "stickslip.solve.continuation.newton", "halvings + 1", "halvings + 2")
-    assert newton == {"solve.continuation.newton", "solve.continuation.step"}
+    assert newton == {"solve.continuation.newton", "solve.continuation.steps"}
     types = changed_by(monkeypatch, "stickslip.solve.balance.system", "class State", "class  State")
     assert {"solve.balance.system", "solve.balance.iteration", "solve.continuation.newton"} <= types
     constant = changed_by(monkeypatch, "stickslip.model.contact.law", "SLIDERS", "SLIDERS ")

@@ -12,7 +12,7 @@ from scipy import sparse
 
 from stickslip.model.structure.cyclic_reduction import craig_bampton
 from stickslip.model.structure.solid import solid
-from stickslip.study.templates import beside
+from tools import template_files
 
 HELD = 1e36
 """What Abaqus adds to the diagonal of K where a boundary condition holds a row."""
@@ -57,12 +57,12 @@ class SectorFiles:
 
 def sector():
     """The sector of the template with the elements' rows at the bore."""
-    body = solid(beside.sector_mesh(cells=1))
-    points = body.points / beside.MM
-    held = np.hypot(points[:, 0], points[:, 1]) < beside.RADII["bore"] + 1e-6
-    chosen = beside.sector_sets()
+    body = solid(template_files.sector_mesh(cells=1))
+    points = body.points / template_files.MM
+    held = np.hypot(points[:, 0], points[:, 1]) < template_files.RADII["bore"] + 1e-6
+    chosen = template_files.sector_sets()
     sets = {name: np.array([k for k, point in enumerate(points) if on(point)]) for name, on in chosen.items()}
-    sets["TIP"] = np.array([int(np.linalg.norm(points - [beside.RADII["tip"], 0.0, 0.0], axis=1).argmin())])
+    sets["TIP"] = np.array([int(np.linalg.norm(points - [template_files.RADII["tip"], 0.0, 0.0], axis=1).argmin())])
     ids = 1000 + 7 * np.random.default_rng(5).permutation(len(points))
     places = [(int(node), axis) for node in ids for axis in (1, 2, 3)]
     rows = body.numbers.ravel()

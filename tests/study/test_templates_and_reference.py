@@ -12,6 +12,7 @@ from stickslip.model.rigs import three_mass_wedge
 from stickslip.study import read, templates
 from stickslip.study.templates import KINDS, write_new
 from stickslip.support.checks import InputError
+from tools import template_files
 from tools.reference import SECTIONS, kind_of, limits, reference
 
 TEMPLATES = Path(templates.__file__).parent
@@ -27,6 +28,35 @@ def test_templates_are_sound(tmp_path, kind):
     study = read(tmp_path / "study.toml")
     assert study.plan.summary
     assert study.sweep is None or study.sweep.problem.contacts
+
+
+QUICK = (*template_files.MODELS, template_files.loops, template_files.stepped_sines, template_files.contact_record)
+
+
+@pytest.mark.parametrize("write", QUICK, ids=lambda write: write.__name__)
+def test_files_beside_templates_are_what_their_tool_writes(tmp_path, write):
+    """To the last digits, which depend on the machine; the decay takes too long for a quick test."""
+    for kind in template_files.FOLDER.iterdir():
+        (tmp_path / kind.name).mkdir()
+    write(tmp_path)
+    written = [file for file in tmp_path.rglob("study*") if file.is_file()]
+    assert written
+    for file in written:
+        kept = template_files.FOLDER / file.relative_to(tmp_path)
+        if file.suffix == ".npz":
+            with np.load(file) as fresh, np.load(kept) as known:
+                assert fresh.files == known.files
+                for name in known.files:
+                    if known[name].dtype.kind == "f":
+                        np.testing.assert_allclose(fresh[name], known[name], atol=1e-10 * np.abs(known[name]).max())
+                    else:
+                        assert np.array_equal(fresh[name], known[name])
+        elif "node" in kept.read_text()[:10]:
+            assert file.read_text() == kept.read_text()
+        else:
+            assert file.read_text().partition("\n")[0] == kept.read_text().partition("\n")[0]
+            fresh, known = (np.loadtxt(each, delimiter=",", skiprows=1) for each in (file, kept))
+            np.testing.assert_allclose((fresh - known) / np.abs(known).max(axis=0), 0.0, atol=1e-5)
 
 
 def test_new_without_a_kind_lists_every_kind_with_its_purpose(capsys):

@@ -753,9 +753,11 @@ class ForcedResponseWork(OneBalance):
             springs = len(self.problem.mean_springs) - len(self.settings.problem.mean_springs)
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         history, by_history, unsought = history_change(self.balance, curve, measure, self.seated_at)
+        one = self.settings.listed or contracts(self.problem)
+        other = "" if one else other_motion_warning(self.balance, curve, self.measure.over(self.periods))
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
-            self._other_motion(curve),
+            other,
             (truncation_warning(self.harmonics, names, errors["truncation_error"], self.choice) if curve.points else "")
             or away_warning(self.balance, curve, measure, along),
             work_warning(self.harmonics, names, errors["work_error"]),
@@ -773,12 +775,6 @@ class ForcedResponseWork(OneBalance):
         errors["point_truncation_error"][arrays["outcome"] == Outcome.CONVERGED] = along
         said = {"case_message": message, "history_change": history, "static_history": np.array(unsought)}
         return arrays | errors | finer | stability.flags(len(names)) | said
-
-    def _other_motion(self, curve: Curve) -> str:
-        """What to say of another motion in the band; nothing at listed frequencies, and where there is one motion only."""
-        if self.settings.listed or contracts(self.problem):
-            return ""
-        return other_motion_warning(self.balance, curve, self.measure.over(self.periods))
 
     def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
         """The response of the curves of all force levels; kinds: of the curves, all of sweeps unless given."""

@@ -122,12 +122,6 @@ class FreeDecayWork(Settings):
             _at(self.problem, self.displacement or {}, self.velocity or {})
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Everything that the decay depends on."""
-        start = () if self.start is None else [values.tolist() for values in vars(self.start).values()]
-        return (f"free decay, {self.identity('start')}, start {start}",)
-
-    @property
     def words(self) -> tuple[str, ...]:
         return ("free decay",)
 

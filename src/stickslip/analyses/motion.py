@@ -248,17 +248,17 @@ def _faces(body: BodyMotion, touching: Sequence[_Touch]) -> list[FaceMotion]:
 def largest_loops(motion: PeriodOfMotion, count: int) -> list[int]:
     """The loops that enclose most, at most `count`, by their places in `loops`; one of those that cover each other."""
     loops = motion.loops
+
+    def covers(one: LoopMotion, other: LoopMotion) -> bool:
+        pairs = ((one.displacement, other.displacement), (one.force, other.force))
+        return all(float(np.abs(a - b).max()) <= SAME_LOOP * float(np.ptp(a)) for a, b in pairs)
+
     areas = [abs(float(loop.force @ (np.roll(loop.displacement, -1) - np.roll(loop.displacement, 1)))) for loop in loops]
     chosen: list[int] = []
     for k in sorted(range(len(areas)), key=lambda k: -areas[k]):
-        if len(chosen) < count and not any(_covers(loops[other], loops[k]) for other in chosen):
+        if len(chosen) < count and not any(covers(loops[other], loops[k]) for other in chosen):
             chosen.append(k)
     return sorted(chosen)
-
-
-def _covers(one: LoopMotion, other: LoopMotion) -> bool:
-    pairs = ((one.displacement, other.displacement), (one.force, other.force))
-    return all(float(np.abs(a - b).max()) <= SAME_LOOP * float(np.ptp(a)) for a, b in pairs)
 
 
 def response_motion(dataset: xr.Dataset, problem: Problem, case: int, point: int) -> PeriodOfMotion:

@@ -139,6 +139,16 @@ class Settings(StateOfFields):
             if not not_given(type(self), name, getattr(self, name)):
                 object.__setattr__(self, name, mark.check(name, getattr(self, name)))
 
+    @property
+    def words(self) -> Sequence[str]:
+        """What each case is, for the console."""
+        raise NotImplementedError
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Everything that each case depends on; a work whose words may be the same for two cases has names of its own."""
+        return [f"{words}: {self.identity()}" for words in self.words]
+
     def identity(self, *but: str) -> str:
         """Everything that results depend on, less the fields that are named."""
         kept = {each.name: getattr(self, each.name) for each in fields(self) if each.name not in (*EXECUTION, *but)}

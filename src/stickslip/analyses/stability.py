@@ -101,7 +101,8 @@ def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None 
     converged = [(int(case), int(point)) for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED)]
     fastest = 2.0 * np.pi * float(np.nanmax(dataset["frequency"].values, initial=0.0)) / solved.balance.periods
     with one_blas_thread():
-        judge = StabilityOf(solved.balance, fastest, None if highest is None else _highest(highest))
+        until = highest if highest in (None, np.inf) else 2.0 * np.pi * positive("highest", highest)
+        judge = StabilityOf(solved.balance, fastest, until)
         found = {place: judge.verdict(solved.evaluation(*place)) for place in converged}
         error = 0.0
         if highest is None and judge.dropped and converged:
@@ -146,11 +147,6 @@ class StabilityOf:
     def dropped(self) -> int:
         """Modes that follow at once."""
         return self._judge.dropped
-
-
-def _highest(highest: float) -> float:
-    """The largest natural frequency of modes that move by themselves, rad/s."""
-    return np.inf if highest == np.inf else 2.0 * np.pi * positive("highest", highest)
 
 
 def _distance(verdict: Verdict) -> float:

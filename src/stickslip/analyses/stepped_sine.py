@@ -85,12 +85,6 @@ class SteppedSineWork(Settings):
         return March(self.steps_per_period, self.method, NEVER, self.dwell)
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Everything that the stepped sine depends on."""
-        start = () if self.start is None else [values.tolist() for values in vars(self.start).values()]
-        return (f"stepped sine, {self.identity('start')}, start {start}",)
-
-    @property
     def words(self) -> tuple[str, ...]:
         return ("stepped sine",)
 

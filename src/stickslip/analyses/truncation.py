@@ -16,9 +16,8 @@ from stickslip.results.schema import shown_sentence
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.balance.fourier import Harmonics, in_words
 from stickslip.solve.balance.measure import Measure
-from stickslip.solve.continuation.all_modes import solved_on_all_modes
 from stickslip.solve.continuation.curve_points import CurvePoint
-from stickslip.solve.continuation.finer_peak import finer_peak, phase_condition
+from stickslip.solve.continuation.finer_peak import finer_peak, phase_condition, solved_on_all_modes
 from stickslip.solve.continuation.newton import correct, fixed
 from stickslip.solve.continuation.truncation import Beside, beside, beyond_within, contact_work, moving
 from stickslip.solve.curves.curve import Curve

@@ -21,7 +21,7 @@ from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out_one, fin
 from stickslip.support.checks import InputError, existing, fault, finite, nearest
 from stickslip.support.console import progress_bar, say
 from stickslip.support.files import only_own_files
-from stickslip.support.late import Figure, xr
+from stickslip.support.late import xr
 
 if TYPE_CHECKING:
     from stickslip.laboratory.measurement.decay import MeasuredDecay
@@ -105,6 +105,7 @@ def contact_stiffness(
     """Stiffness of a line contact from geometry: Harris, Brändlein, Allara; print it and draw it against the load."""
     from stickslip.analyses.hysteresis_loop import contact_stiffness as stiffness_over
     from stickslip.model.contact.stiffness import LineContact, static_normal_load
+    from stickslip.show.plots.paper import write_figure
     from stickslip.support.units import mm
 
     if (load is None) == (pull is None):
@@ -122,17 +123,10 @@ def contact_stiffness(
     if out is not None:
         refuse_existing([out], overwrite)
         loads = [at * step / 100.0 for step in range(2, 301, 2)]
-        say(f"Wrote {drawn_to(out, stiffness_over(contact, loads, at).plot())}")
-
-
-def drawn_to(path: Path, figure: Figure) -> Path:
-    """The figure in a file, PNG or SVG by its ending."""
-    from stickslip.show.plots.paper import write_figure
-
-    if path.suffix not in (".png", ".svg"):
-        raise fault("--out", "must end in .png or .svg", str(path))
-    write_figure(figure, path, path.suffix[1:])
-    return path
+        if out.suffix not in (".png", ".svg"):
+            raise fault("--out", "must end in .png or .svg", str(out))
+        write_figure(stiffness_over(contact, loads, at).plot(), out, out.suffix[1:])
+        say(f"Wrote {out}")
 
 
 @guarded

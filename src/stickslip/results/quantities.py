@@ -106,7 +106,7 @@ def stability_sentences(dataset: xr.Dataset) -> list[str]:
     stuck, dropped = int(np.nanmax(dataset["stuck_sliders"].values, initial=0)), int(dataset.attrs["stability_dropped_modes"])
     if stuck:
         lines.append(
-            f"  up to {counted(stuck, 'slider')} that never slip: multipliers of exactly 1, by which forces are not unique, no more"
+            f"  up to {counted(stuck, 'slider')} that never slip: multipliers of 1 say that forces are not unique, no more"
         )
     if dropped:
         error = float(dataset.attrs["stability_mode_error"])

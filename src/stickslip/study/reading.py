@@ -21,7 +21,7 @@ from stickslip.model.problem.meshed import meshed_problem
 from stickslip.model.problem.truncation import REACH
 from stickslip.model.readers.reduction import Progress, quiet
 from stickslip.model.structure.cyclic import NEXT, CyclicStructure
-from stickslip.model.structure.matrices import Damping, ModalDamping, Structure
+from stickslip.model.structure.matrices import ModalDamping
 from stickslip.model.structure.sparse import SparseStructure
 from stickslip.results.schema import sentence_in
 from stickslip.solve.balance.fourier import harmonics_for, highest
@@ -473,7 +473,8 @@ def from_model(
         found.stop()  # the reduction of a sector may take minutes
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
     order = None if whole_disk or tables.aerodynamics or not tables.excitation else build.lowest_order(tables.excitation)
-    meshed = meshed_surfaces(tables.contact) if modes_to is not None and tables.base is None and _on_stuck(damping) else ()
+    on_stuck = not (isinstance(damping, ModalDamping) and damping.on == "free")
+    meshed = meshed_surfaces(tables.contact) if modes_to is not None and tables.base is None and on_stuck else ()
     rotation = found.attempt("[rotation]", build.rotation, tables.rotation, tables.over_speed, units) if tables.rotation else None
     whole_of = Whole(damping, order, rotation)
     structures = structures_of(tables.structures, several, surfaces, whole_of, folder, units, found, messages, meshed)
@@ -485,7 +486,11 @@ def from_model(
         messages[1].append(rotation_note(rotation, parts.loads, units.system))
     only = tables.structures[0] if len(tables.structures) == 1 else None
     known = tuple(only.dofs) if only is not None and only.dofs and not tables.bodies else ()  # where the study gives them all
-    names = Names(known or (_names_of(parts.structure) if parts else ()), units)
+    if parts and not known:
+        following = [f"{NEXT}{dof}" for dof in parts.structure.dofs] if isinstance(parts.structure, CyclicStructure) else []
+        names = Names((*parts.structure.dofs, *following), units)
+    else:
+        names = Names(known, units)
     found.messages += names.faults(document) if parts and not known else []
     contacts = contacts_of(tables, names, parts, found, messages[1])
     forces = *forces_of(tables, names, parts, found), *pulls
@@ -518,11 +523,6 @@ def reached(tables: Tables, where: Frequencies | None) -> float | None:
         * (AUTOMATIC if isinstance(harmonics, str) else highest(harmonics))
         * (where.high if isinstance(where, Band) else max(where))
     )
-
-
-def _on_stuck(damping: Damping | None) -> bool:
-    """Whether a damping rule is of the structure as it is solved, and not of modes without contacts."""
-    return not (isinstance(damping, ModalDamping) and damping.on == "free")
 
 
 def _is_disk(tables: Tables) -> bool:
@@ -564,13 +564,6 @@ def _check_disk(tables: Tables, document: Mapping[str, Any], found: Found) -> No
     for key in ("dashpot", "base"):
         if key in document:
             found.messages.append(f"{key} must go with another model than a sector of a bladed disk. Leave it out.")
-
-
-def _names_of(structure: Structure) -> tuple[str, ...]:
-    """The degrees of freedom, of a sector those of the following one too."""
-    if not isinstance(structure, CyclicStructure):
-        return structure.dofs
-    return (*structure.dofs, *(f"{NEXT}{dof}" for dof in structure.dofs))
 
 
 def contacts_of(tables: Tables, names: Names, parts: Parts | None, found: Found, notes: list[str]) -> tuple[Contact, ...]:

@@ -29,11 +29,8 @@ def _is_table(value: Any) -> bool:
 
 
 def _pairs(table: Mapping[str, Any]) -> list[str]:
-    return [f"{_key(key)} = {_value(value)}" for key, value in table.items() if value is not None]
-
-
-def _key(key: str) -> str:
-    return key if BARE.fullmatch(key) else json.dumps(key, ensure_ascii=False)
+    written = {key if BARE.fullmatch(key) else json.dumps(key, ensure_ascii=False): value for key, value in table.items()}
+    return [f"{key} = {_value(value)}" for key, value in written.items() if value is not None]
 
 
 def _value(value: Any) -> str:

@@ -185,9 +185,7 @@ def _write(sentence: str) -> None:
 
 def _bar_is_seen() -> bool:
     """Whether a bar can be shown: on a terminal or in a notebook, by the process that the user started."""
-    if multiprocessing.parent_process() is not None:
-        return False
-    return in_notebook() or (sys.stderr is not None and sys.stderr.isatty())
+    return _may_write() and (in_notebook() or (sys.stderr is not None and sys.stderr.isatty()))
 
 
 def _own_bar() -> Progress | NotebookBar | None:

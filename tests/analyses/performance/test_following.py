@@ -205,7 +205,7 @@ def test_what_F_C_is():
     [
         (lambda rig: ss.performance_curve(rig, [1.0, -2.0]), "force_ratio must be positive"),
         (lambda rig: ss.performance_curve(rig, [1.0], friction=-0.1), "friction must not be negative"),
-        (lambda rig: ss.performance_curve(rig, [1.0], vary="mass"), "vary must be force or preload"),
+        (lambda rig: ss.performance_curve(rig, [1.0], vary="mass"), "vary must be one of force, preload"),
         (lambda rig: ss.performance_curve(rig, [1.0], output=3), "output must be 0 to 0"),
         (lambda rig: ss.performance_curve(rig, [1.0], check_every=0), "check_every must be at least 1"),
         (lambda rig: ss.follow_peaks(lambda v: rig, [1.0, 1.0], BAND), "values must be different"),

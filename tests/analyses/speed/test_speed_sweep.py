@@ -176,7 +176,6 @@ def test_the_envelope_is_the_largest_of_all_engine_orders():
             highest = float(data["envelope"].values[case, :, output].max())
             assert highest == pytest.approx(float(tops[level, name]), rel=2e-3)
     sweep.plot()
-    sweep.plot("peaks")
     assert "engine order 2" in repr(sweep)
 
 

@@ -371,7 +371,9 @@ class SteadyCyclesWork(Driven):
         for cycle in (gathered(self.rig, self.motion, march_of(arrays)) for arrays in results):
             if cycle.outcome not in REPEATING:
                 continue
-            match = next((i for i, other in enumerate(found) if _difference(cycle, other) <= self.same), len(found))
+            force = cycle.march.record.force
+            apart = (np.max(np.abs(force - other.march.record.force)) for other in found)
+            match = next((i for i, each in enumerate(apart) if each <= self.same * np.max(np.abs(force))), len(found))
             if match == len(found):
                 found, counts = [*found, cycle], [*counts, 0]
             counts[match] += 1
@@ -388,12 +390,6 @@ def steady_cycles(work: SteadyCyclesWork) -> SteadyCycles:
     of the largest force count as equal. workers: number of processes; progress(share, text) is called after each start.
     """
     return work.gathered(all_cases(work, None, work.workers, work.progress))
-
-
-def _difference(a: DamperCycle, b: DamperCycle) -> float:
-    """Largest difference of contact forces relative to the largest force."""
-    one, other = a.march.record.force, b.march.record.force
-    return float(np.max(np.abs(one - other)) / np.max(np.abs(one)))
 
 
 @dataclass(frozen=True, eq=False)

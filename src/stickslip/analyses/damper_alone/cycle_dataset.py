@@ -43,7 +43,15 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
     variables |= _states(model, march) | _energies(model, march) | _section(rig)
     return xr.Dataset(
         {name: named(dims, values, words, units) for name, (dims, values, units, words) in variables.items()},
-        coords={name: named(dim, values, words) for name, dim, values, words in _coordinates(rig)},
+        coords={
+            "contact": named("contact", [point.name for point in rig.points], "line of contact"),
+            "side": named("contact", [point.side for point in rig.points], "platform it is on"),
+            "axis": named("axis", ["x", "y"], "x to the right, y along the pull"),
+            "damper": named("damper", ["x", "y", "rotation"], "motion of the damper"),
+            "kind": named("kind", ["stick", "slip", "open"], "state of a contact"),
+            "platform": named("platform", ["left", "right"], "platform"),
+            "part": named("part", ["re", "im"], "real and imaginary part"),
+        },
         attrs={
             "title": rig.title or rig.damper.name,
             "pull": float(np.hypot(*np.asarray(rig.damper.pull)[:2])),
@@ -60,19 +68,6 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
 def _constant(mu: Friction) -> float:
     """A coefficient, NaN of one that depends on the load."""
     return np.nan if isinstance(mu, LoadDependentFriction) else float(mu)
-
-
-def _coordinates(rig: BetweenPlatforms) -> list[tuple[str, str, list[str], str]]:
-    """Name, dimension, labels and meaning."""
-    return [
-        ("contact", "contact", [point.name for point in rig.points], "line of contact"),
-        ("side", "contact", [point.side for point in rig.points], "platform it is on"),
-        ("axis", "axis", ["x", "y"], "x to the right, y along the pull"),
-        ("damper", "damper", ["x", "y", "rotation"], "motion of the damper"),
-        ("kind", "kind", ["stick", "slip", "open"], "state of a contact"),
-        ("platform", "platform", ["left", "right"], "platform"),
-        ("part", "part", ["re", "im"], "real and imaginary part"),
-    ]
 
 
 def _section(rig: BetweenPlatforms) -> Variables:

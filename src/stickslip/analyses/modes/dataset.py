@@ -53,10 +53,15 @@ def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any
         if dims[:2] == ("case", "point"):
             empty = np.empty((0, *(sizes[dim] for dim in dims[2:])))
             arrays[name] = np.array([values[name] for values in places], dtype=float) if places else empty
+    resonances = [
+        f"Internal resonance: from the modal amplitude {amplitude:.3g} m kg^0.5 on, harmonic {harmonic} excites mode {mode} of "
+        f"the stuck structure with at least {100.0 * INTERNAL:g} % of the energy."
+        for (harmonic, mode), amplitude in met.items()
+    ]
     return arrays | {
         "mode_number": np.array(float(balance.followed + 1)),
         "case_outcome": np.array(float(curve.outcome)),
-        "case_message": np.array(" ".join([curve.message, *(_met(*pair, where) for pair, where in met.items())])),
+        "case_message": np.array(" ".join([curve.message, *resonances])),
         "stuck_frequency": np.array(balance.linear_omega / (2.0 * np.pi)),
         "stuck_damping": np.array(balance.linear_damping),
     }
@@ -71,13 +76,6 @@ def decay_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[An
         "decay_damping_ratio": decay.damping_ratio,
         "decay_message": np.array(decay_message(balance.problem.output_names[0], decay, shared)),
     }
-
-
-def _met(harmonic: int, mode: int, amplitude: float) -> str:
-    return (
-        f"Internal resonance: from the modal amplitude {amplitude:.3g} m kg^0.5 on, harmonic {harmonic} excites mode {mode} of "
-        f"the stuck structure with at least {100.0 * INTERNAL:g} % of the energy."
-    )
 
 
 def decay_message(output: str, decay: SlowDecay, shared: NDArray[np.bool_]) -> str:

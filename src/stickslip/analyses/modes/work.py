@@ -18,7 +18,7 @@ import numpy as np
 from stickslip.analyses.isolated import ModeMotions
 from stickslip.analyses.modes.dataset import decay_arrays, mode_arrays, modes_dataset
 from stickslip.analyses.modes.synthesis import Synthesis
-from stickslip.analyses.settings import Execution, OfProblem, OutputNumber, Samples, Setting, Settings, output_of
+from stickslip.analyses.settings import Execution, OfProblem, OneOf, OutputNumber, Samples, Setting, Settings, output_of
 from stickslip.model.problem import Problem
 from stickslip.model.rigs import single_mass
 from stickslip.results.schema import named, variables_in
@@ -31,7 +31,6 @@ from stickslip.solve.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, Mo
 from stickslip.support.checks import (
     Array,
     InputError,
-    among,
     between,
     fault,
     in_percent,
@@ -266,11 +265,6 @@ def ends_of(name: str, amplitude: Any) -> tuple[float, float]:
     return low, high
 
 
-def first_or_all(name: str, extended: Any) -> str:
-    """Which harmonics are extended."""
-    return among(name, of_kind(name, extended, str), get_args(Extended))
-
-
 @dataclass(frozen=True, eq=False)
 class Modes(Settings):
     """Which modes, from 1 on, over which amplitudes of the output in m, and how finely; a case is a mode."""
@@ -287,9 +281,9 @@ class Modes(Settings):
     frequency: float | None = None
     output: OutputNumber = 0
     largest_at_output: bool = False
-    extended: Annotated[Extended, Setting(first_or_all, "harmonics whose equation contains the negative damping of the mode")] = (
-        "first"
-    )
+    extended: Annotated[
+        Extended, Setting(OneOf(get_args(Extended)), "harmonics whose equation contains the negative damping of the mode")
+    ] = "first"
 
     def __post_init__(self) -> None:
         super().__post_init__()

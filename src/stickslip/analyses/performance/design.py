@@ -357,6 +357,7 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
 def _of_designs(designs: Designs, starts: AllStarts) -> dict[str, Any]:
     """What is known of every design, in the order in which they were computed."""
     records = designs.records
+    sampled = [record.each[:, 0] for record in records]
     failed = stacked([np.reshape(record.failed, (-1, 3)) for record in records])
     searches = np.array([starts.searches(k) for k in range(len(records))])
     place = np.array([record.place for record in records]).T
@@ -364,7 +365,7 @@ def _of_designs(designs: Designs, starts: AllStarts) -> dict[str, Any]:
     return {
         "value": np.array([record.point for record in records]),
         **dict(zip(worst, place, strict=True)),
-        "sampled_peak": [_highest(record.each[:, 0]) for record in records],
+        "sampled_peak": [np.nanmax(sizes) if np.isfinite(sizes).any() else np.inf for sizes in sampled],
         "searched_peak": np.where(searches > 0, [starts.peak(k) for k in range(len(records))], np.nan),
         "searches": searches,
         "failed": [len(record.failed) for record in records],
@@ -375,8 +376,3 @@ def _of_designs(designs: Designs, starts: AllStarts) -> dict[str, Any]:
 
 VARIABLES = variables_in("damper_design")
 """Dimensions, unit ("" for that of the objective) and meaning of the variables of a design."""
-
-
-def _highest(sizes: Array) -> float:
-    """The largest of the numbers, infinite where there is none."""
-    return float(np.nanmax(sizes)) if np.isfinite(sizes).any() else np.inf

@@ -28,6 +28,7 @@ from stickslip.analyses.settings import (
     Execution,
     MeasuredOutput,
     OfProblem,
+    OneOf,
     Sampled,
     Setting,
     Whole,
@@ -48,7 +49,7 @@ from stickslip.solve.balance.linear_response import linear_peak
 from stickslip.solve.continuation.curve_points import LostCurveError
 from stickslip.solve.peaks.climb import PeakBand
 from stickslip.solve.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
-from stickslip.support.checks import Array, Index, fault, positive
+from stickslip.support.checks import Array, Index, positive
 from stickslip.support.machine import one_blas_thread
 from stickslip.support.outcome import Outcome
 from stickslip.support.units import Band
@@ -200,12 +201,6 @@ Vary = Literal["force", "preload"]
 Pull = Annotated[float | None, Setting(positive, "centrifugal load F_C of the problem; default: its largest static force")]
 
 
-def _vary(name: str, vary: Any) -> str:
-    if vary not in get_args(Vary):
-        raise fault(name, "must be force or preload", vary)
-    return str(vary)
-
-
 @dataclass(frozen=True, eq=False)
 class PerformanceWork(Sampled, MeasuredOutput, Execution):
     """Performance curves as independent cases, a friction coefficient each."""
@@ -216,7 +211,9 @@ class PerformanceWork(Sampled, MeasuredOutput, Execution):
         float | Sequence[float] | None,
         Setting(frictions_of, "friction coefficients of all contacts; default: those of the problem"),
     ] = None
-    vary: Annotated[Vary, Setting(_vary, "load that changes: the excitation, or the static forces and preloads")] = "force"
+    vary: Annotated[
+        Vary, Setting(OneOf(get_args(Vary)), "load that changes: the excitation, or the static forces and preloads")
+    ] = "force"
     _: KW_ONLY
     band: Annotated[Band | None, Setting(over_a_band)] = None
     pull: Pull = None

@@ -131,10 +131,6 @@ class CampbellWork(Execution):
         return [(tuple(orders), mode) for orders in waves.values() for mode in modes]
 
     @property
-    def names(self) -> list[str]:
-        return [f"{words}: {self.identity()}" for words in self.words]
-
-    @property
     def words(self) -> list[str]:
         kinds = {0: "natural frequencies"} | {mode: f"resonance of mode {mode}" for mode in self.modes}
         return [f"{kinds[mode]}, engine order {', '.join(map(str, orders))}" for orders, mode in self.places]

@@ -301,10 +301,6 @@ class RunUpWork(Execution):
         return [(order, level) for order in orders for level in force_levels(self.force)]
 
     @property
-    def names(self) -> list[str]:
-        return [f"{words}: {self.identity()}" for words in self.words]
-
-    @property
     def words(self) -> list[str]:
         return [f"engine order {order}, force level {level:g}" for order, level in self.places]
 
@@ -316,7 +312,9 @@ class RunUpWork(Execution):
         if cycles < FEWEST:
             found = f"{self.duration:g} s, {cycles} cycles"
             raise fault("duration", f"must hold {FEWEST} cycles of the excitation at least", found)
-        return float(ends[0]), rate, _times(float(ends[0]), rate, cycles)
+        # ω t + ½ rate t² = 2π k, k = 0..cycles, solved so that it is exact where the rate is small, too.
+        angles = 2.0 * np.pi * np.arange(cycles + 1)
+        return float(ends[0]), rate, 2.0 * angles / (ends[0] + np.sqrt(ends[0] ** 2 + 2.0 * rate * angles))
 
     def solve(self, case: int, report: Report) -> Arrays:
         """One run, from the steady motion at its first speed."""
@@ -368,12 +366,6 @@ def run_up(settings: RunUpWork) -> RunUp:
     workers, checkpoint, progress: as for `forced_response`.
     """
     return settings.gathered(all_cases(settings, settings.checkpoint, settings.workers, settings.progress))
-
-
-def _times(omega: float, rate: float, cycles: int) -> Array:
-    """The ends of the cycles, s: ω t + ½ rate t² = 2π k, k = 0..cycles; exact where the rate is small, too."""
-    angles = 2.0 * np.pi * np.arange(cycles + 1)
-    return np.asarray(2.0 * angles / (omega + np.sqrt(omega**2 + 2.0 * rate * angles)))
 
 
 def _marched(

@@ -158,7 +158,16 @@ def _falls(record: Record, windows: Sequence[Window]) -> float:
 def _judged(tried: Sequence[Tried]) -> list[float]:
     """The error of δ of each shape; where longer windows contradict, as they do short ones of two modes that beat, the
     difference."""
-    judged, along = [], [[np.array(values) for values in zip(*map(_damping, windows), strict=True)] for _, windows in tried]
+    judged, along = (
+        [],
+        [
+            [
+                np.array(values)
+                for values in zip(*((each.middle, each.delta, float(each.errors[2])) for each in windows), strict=True)
+            ]
+            for _, windows in tried
+        ],
+    )
     for (shape, windows), (middle, own, error) in zip(tried, along, strict=True):
         least = _error(windows)
         for (longer, _), (beside, value, spread) in zip(tried, along, strict=True):
@@ -175,10 +184,6 @@ def _judged(tried: Sequence[Tried]) -> list[float]:
 
 def _error(windows: Sequence[Window]) -> float:
     return float(np.median([each.errors[2] for each in _half(windows)]))
-
-
-def _damping(window: Window) -> tuple[float, float, float]:
-    return window.middle, window.delta, float(window.errors[2])
 
 
 def _windows(

@@ -6,11 +6,6 @@ Source of the motion at the right contact, "pure rolling" dr and "pure translati
 
 Measurement errors of a damper rig, for synthetic records, reconstruction and fits.
 
-Contact forces of the blade rig's dampers from the two load cells behind each.
-
-The separator splits the force of the damper's cylinder into one part along each arm, outwards and up; its cells read them. The
-flat side carries what is left of the pull: quasi-static, for the inertia of a 50 g damper is small against the forces.
-
 Synthetic measurements: a damper's cycle by Newton's method in fine steps, then the errors of a rig.
 
 For trying an identification before trusting it: the identification computes its cycles by another scheme
@@ -21,17 +16,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from stickslip.laboratory.measurement.cycles import HARMONICS, CycleSet, synthesis, whole_cycles
-from stickslip.laboratory.measurement.records import BLADE_CELLS, Record
+from stickslip.laboratory.measurement.cycles import CycleSet, synthesis
+from stickslip.laboratory.measurement.records import Record
 from stickslip.model.dampers.between_platforms import BetweenPlatforms, PlatformMotion
 from stickslip.results.schema import named
 from stickslip.solve.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
-from stickslip.support.checks import Array, fault, finite, not_negative, positive, vector
+from stickslip.support.checks import Array, fault, not_negative, positive
 from stickslip.support.late import xr
 
 SIGNALS = ("force_x", "force_y", "rotation", "damper_y")
@@ -237,75 +230,8 @@ def _signals(cycles: CycleSet, table: Array, drawn: dict[str, tuple[float, float
     return {name: distorted(values, drawn[name]) if name in SIGNALS else values for name, values in found.items()}
 
 
-MEANINGS = {
-    "cylinder_tangential": "friction force on the damper at the cylinder, up along its platform",
-    "cylinder_normal": "normal force at the cylinder, positive pressing",
-    "flat_tangential": "friction force on the damper at the flat, up along the blade's platform",
-    "flat_normal": "normal force at the flat, positive pressing",
-}
-
-
-def blade_rig_forces(
-    record: Record,
-    pull: ArrayLike,
-    platform_angle: float = 45.0,
-    *,
-    frequency: float | None = None,
-    harmonics: int = HARMONICS,
-    samples: int = 400,
-    cell_gain: float = 0.01,
-    zero: float = 0.8,
-    draws: int = 200,
-    seed: int = 0,
-) -> xr.Dataset:
-    """Contact forces of both dampers over the mean cycle of a record of their four cells, (damper, sample), each with its
-    standard deviation NAME_error, and T/N at cylinder and flat, NaN where nothing presses.
-
-    record: with left_outward, left_upward, right_outward, right_upward (`read_record`), outwards away from the blade, zeros
-    removed; pull: on each damper [N], a number or (left, right); frequency [Hz]: found in the largest signal unless given;
-    errors, by sampling: cell_gain of each cell, and zero after load removal [N]. Cycles with gaps are left out and drift is
-    stated, as warnings in the attributes.
-    """
-    record.needs(*BLADE_CELLS)
-    cycles, pulls = whole_cycles(record, frequency, harmonics), vector("pull", pull, 2)
-    angle, best, spread = np.radians(finite("platform_angle", platform_angle)), [], []
-    for side, force in zip(("left", "right"), pulls.tolist(), strict=True):
-        x, y = (cycles.cycle(f"{side}_{cell}", samples) for cell in ("outward", "upward"))
-        means = float(x.mean()), float(y.mean())
-        if min(means) < 0.0:
-            raise fault("The mean readings", "must press the cells", means, "Reversed sign or no zero?")
-        if means[1] > 2.0 * positive("pull", force) or means[0] > 10.0 * force:
-            raise fault("The mean readings", "must be of the size of the pull", means, "Right unit?")
-        gain_x, gain_y, zero_x, zero_y = np.moveaxis(np.random.default_rng(seed).normal(size=(draws, 4, 1)), 1, 0)
-        drawn_x, drawn_y = (1.0 + cell_gain * gain_x) * x + zero * zero_x, (1.0 + cell_gain * gain_y) * y + zero * zero_y
-        best.append(blade_damper_forces(x, y, force, angle))
-        spread.append(blade_damper_forces(drawn_x, drawn_y, force, angle).std(axis=1))
-    values, errors = np.stack(best, axis=1), np.stack(spread, axis=1)
-    variables: dict[str, Any] = {}
-    for k, (name, words) in enumerate(MEANINGS.items()):
-        variables[name] = named(("damper", "sample"), values[k], words, "N")
-        variables[f"{name}_error"] = named(("damper", "sample"), errors[k], f"standard deviation: {words}", "N")
-    for side, tangential, normal in (("cylinder", *values[:2]), ("flat", *values[2:])):
-        ratio = np.divide(tangential, normal, out=np.full(normal.shape, np.nan), where=normal > 0.0)
-        variables[f"{side}_ratio"] = named(("damper", "sample"), ratio, f"T/N at the {side}")
-    attributes = {"title": record.name, "frequency": cycles.frequency, "pull": pulls.tolist(), "warnings": list(cycles.warnings)}
-    return xr.Dataset(variables, {"damper": ["left", "right"]}, attributes)
-
-
-def blade_damper_forces(x: Array, y: Array, pull: float, angle: float) -> Array:
-    """The `MEANINGS`, (4, ...) [N], of a damper at the side whose outward is +x, from the force (x, y) that it puts on the
-    separator, outwards and up. The separator pushes it by −(x, y), the blade by what balances that and the pull, which is up.
-
-    The roof rises to the ridge on either side: the normal (sin, cos) of the outer platform presses down and inwards.
-    """
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * x - s * y, s * x + c * y, c * x + s * (y - pull), s * x - c * (y - pull)])
-
-
 STEPS = 2000
 """Steps of a cycle of the truth."""
-
-NO_ERRORS = RigErrors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, lag=0.0)
 
 
 def true_cycle(rig: BetweenPlatforms, motion: PlatformMotion, steps: int = STEPS) -> dict[str, Array]:
@@ -354,20 +280,3 @@ def synthetic_record(
             noise = errors.force_noise
         signals[key] = repeated + noise * generator.standard_normal(count)
     return Record(np.arange(count) / (samples * positive("frequency", frequency)), signals, name)
-
-
-def loop_of(
-    law_weights: ArrayLike, kt: float, mu: float, normal: float, amplitude: float, samples: int = 400
-) -> tuple[Array, Array]:
-    """Displacement and force (samples,) of a steady loop of one contact by marching: elements of equal kt share whose limits
-    are `law_weights` (mean 1) times mu × normal / count, under u = amplitude sin."""
-    weights = np.asarray(law_weights, dtype=float)
-    u = amplitude * np.sin(2.0 * np.pi * np.arange(samples) / samples)
-    limit, stiffness = mu * normal * weights / weights.size, kt / weights.size
-    tension, force = np.zeros(weights.size), np.zeros(samples)
-    last = 0.0
-    for _ in range(2):
-        for n in range(samples):
-            tension = np.clip(tension + stiffness * (u[n] - last), -limit, limit)
-            last, force[n] = u[n], tension.sum()
-    return u, force

@@ -176,23 +176,12 @@ def _named(file: UniversalFile, what: str, which: str | int) -> list[UniversalFu
         if not 1 <= number <= len(file.functions):
             raise fault(f"The function of {what} in {file.name}", f"must be a number from 1 to {len(file.functions)}", which)
         return [file.functions[number - 1]]
-    for spelled in (_whole, _without_entities, _response_alone):
+    ends = {one: [str(Freedom("", end.node, end.direction)) for end in (one.response, one.reference)] for one in file.functions}
+    for spelled in (lambda one: one.name, lambda one: " / ".join(ends[one]), lambda one: ends[one][0]):
         if found := [one for one in file.functions if _plain(spelled(one)) == _plain(str(which))]:
             return found
     remedy = nearest(str(which), dict.fromkeys(one.name for one in file.functions))
     raise fault(f"The function of {what} in {file.name}", "must be one of its functions", which, remedy)
-
-
-def _whole(one: UniversalFunction) -> str:
-    return one.name
-
-
-def _without_entities(one: UniversalFunction) -> str:
-    return " / ".join(str(Freedom("", end.node, end.direction)) for end in (one.response, one.reference))
-
-
-def _response_alone(one: UniversalFunction) -> str:
-    return str(Freedom("", one.response.node, one.response.direction))
 
 
 def _plain(name: str) -> str:
@@ -206,13 +195,9 @@ def _listed(file: UniversalFile, functions: Sequence[UniversalFunction]) -> str:
         place = file.nodes.get(one.response.node)
         at = "" if place is None else f", node {one.response.node} at " + ", ".join(f"{x:.4g}" for x in place)
         words = f", {one.ids[0]}" if one.ids and one.ids[0] != one.name else ""
-        texts.append(f"{one.number} = {one.name} ({_kind(one)}{words}{at})")
+        kind = KINDS[one.kind] if one.kind < len(KINDS) else f"a function of type {one.kind}"
+        texts.append(f"{one.number} = {one.name} ({kind} of {_of(one.ordinate) or 'what is not stated'}{words}{at})")
     return "; ".join(texts) + (f"; and {len(functions) - LISTED} more" if len(functions) > LISTED else "")
-
-
-def _kind(one: UniversalFunction) -> str:
-    named = KINDS[one.kind] if one.kind < len(KINDS) else f"a function of type {one.kind}"
-    return f"{named} of {_of(one.ordinate) or 'what is not stated'}"
 
 
 def _of(axis: Axis) -> str | None:
@@ -241,7 +226,9 @@ def _against(one: UniversalFunction, wanted: Wanted) -> str:
         return f"what is no displacement, velocity or acceleration {HOW_TO_SAY}"
     if wanted.quantity not in (None, motion):
         return f"what is no {wanted.quantity}, as is asked for"
-    if one.kind != SPECTRUM and not _is_per_force(one, wanted):
+    units = [response_unit(text) for text in (one.ordinate.unit, wanted.unit)]
+    per_force = _of(one.denominator) == "force" or any(unit is not None and unit.per_force for unit in units)
+    if one.kind != SPECTRUM and not per_force:
         silent = one.denominator.kind == 0 and not one.denominator.unit
         return f"what is not said to be per force {HOW_TO_SAY}" if silent else "motions per motion"
     return ""
@@ -251,11 +238,6 @@ def _motion(one: UniversalFunction, wanted: Wanted) -> str | None:
     """The quantity of a function: as the file says, or else as is asked for, or as the unit that is given says."""
     given = response_unit(wanted.unit)
     return _of(one.ordinate) or wanted.quantity or (given.kind if given else None)
-
-
-def _is_per_force(one: UniversalFunction, wanted: Wanted) -> bool:
-    whole = [response_unit(text) for text in (one.ordinate.unit, wanted.unit)]
-    return _of(one.denominator) == "force" or any(unit is not None and unit.per_force for unit in whole)
 
 
 def _table(file: UniversalFile, one: UniversalFunction, wanted: Wanted, place: tuple[int, int]) -> NumberTable:

@@ -16,7 +16,7 @@ from stickslip.model.contact.law import (
     line_of,
     share_of,
 )
-from stickslip.support.checks import Array, InputError, fault, finite, vector
+from stickslip.support.checks import InputError, fault, finite, vector
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,6 @@ class MicroslipArray(Law):
         gaps = largest_gap * np.arange(elements) / (elements - 1)
         return cls(tuple(kt * share), mu, tuple(kn * share), tuple(gaps))
 
-    def _shares(self) -> Array:
-        """The share of each element of the contact, by normal stiffness or load: at its own load it has the coefficient that the
-        whole contact has where all elements are loaded alike."""
-        parts = np.asarray(self.kn if self.normal_load is None else self.normal_load, dtype=float)
-        return np.asarray(np.maximum(parts / max(parts.sum(), 1e-300), 1e-12))
-
     @property
     def has_normal(self) -> bool:
         return self.kn is not None
@@ -84,7 +78,9 @@ class MicroslipArray(Law):
         index = np.arange(size)
         loads = np.zeros(size) if self.normal_load is None else np.asarray(self.normal_load, dtype=float)
         first, last = (index, index + 1) if normal else (0 * index, 0 * index)
-        mu = [share_of(self.mu, share) for share in self._shares()]
+        # At its own load an element has the coefficient that the whole contact has where all elements are loaded alike.
+        parts = np.asarray(self.kn if self.normal_load is None else self.normal_load, dtype=float)
+        mu = [share_of(self.mu, max(part / max(parts.sum(), 1e-300), 1e-12)) for part in parts]
         limits = np.array([limit_at(each, load) for each, load in zip(mu, loads, strict=True)])
         lines = [line_of(each) for each in mu]
         slopes = np.array([line.slope for line in lines])

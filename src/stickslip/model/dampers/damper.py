@@ -132,13 +132,6 @@ class Damper:
             if f != 0.0
         )
 
-    def wrench(self, surface: str, forces: Array) -> Array:
-        """Force and moment about the mass centre, (6,), of contact forces (points, 3) given along t1, t2, n on the damper."""
-        place = self.surface(surface)
-        vectors = np.asarray(forces) @ np.asarray(place.frame)
-        arms = np.asarray(place.points) - np.asarray(self.body.centre)
-        return np.concatenate([vectors.sum(axis=0), np.cross(arms, vectors).sum(axis=0)])
-
 
 GAUSS_POINTS = 40
 """On each piece of a boundary."""
@@ -342,27 +335,20 @@ class Shape(ABC):
         place, body = vector("centre", centre, 3), self.body()
         outline = np.reshape(body.outline, (-1, 3))[::side] @ turn
         placed = RigidBody(body.mass, turn @ np.asarray(body.inertia) @ turn, place, outline=outline)
-        sides = {"left": (self.left(), left_frame), "right": (self.right(), right_frame)}
         surfaces = []
-        for of_side, (touch, frame) in sides.items():
+        for name_of_side, at, touch in (("left", -1, self.left()), ("right", 1, self.right())):
             count = len(np.asarray(touch.points))
             weights = np.full(count, 1.0 / count)
-            surfaces.append(ContactSurface(of_side, touch.points, frame(touch.angle), weights, touch.radius))
+            surfaces.append(ContactSurface(name_of_side, touch.points, frame(touch.angle, at), weights, touch.radius))
         if side == -1:
             surfaces = [_mirrored(surface) for surface in surfaces]
         moved = [ContactSurface(s.name, place + np.asarray(s.points), s.frame, s.weights, s.radius) for s in surfaces]
         return Damper(name, placed, tuple(moved), (0.0, pull, 0.0), label)
 
 
-def left_frame(angle: float) -> Array:
-    """Rows t1, t2, n at the left platform, n into the damper."""
-    c, s = cos(radians(angle)), sin(radians(angle))
-    return np.array([[-c, -s, 0.0], [0.0, 0.0, -1.0], [s, -c, 0.0]])
-
-
-def right_frame(angle: float) -> Array:
-    """Rows t1, t2, n at the right platform, n into the damper."""
-    c, s = cos(radians(angle)), sin(radians(angle))
+def frame(angle: float, side: int) -> Array:
+    """Rows t1, t2, n at the left (side −1) or right (+1) platform, n into the damper."""
+    c, s = cos(radians(angle)), side * sin(radians(angle))
     return np.array([[-c, s, 0.0], [0.0, 0.0, -1.0], [-s, -c, 0.0]])
 
 

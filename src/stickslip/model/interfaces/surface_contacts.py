@@ -57,7 +57,11 @@ def surface_contacts(
     most = len(surface.nodes) if points is None else between("points", points, 1)
     along = surface.along if tangent is None else np.tile(vector("tangent", tangent, 3), (len(surface.nodes), 1))
     places = [surface.motion(k) for k in range(len(surface.nodes))]
-    opposites = {k: motion for k, point in enumerate(surface.points) if (motion := _opposite(against, point)) is not None}
+    opposites: dict[int, Motion] = {}
+    for k, point in enumerate(surface.points):
+        motion = ground if against is None else against.at(point.tolist()) if isinstance(against, NodeSurface) else against(point)
+        if motion is not None:  # another surface may have nothing there
+            opposites[k] = motion
     if not opposites:
         raise InputError(f"Surface {surface.name!r} must touch what lies opposite, but none of its nodes does.")
     touching = np.array(list(opposites))
@@ -100,13 +104,6 @@ def _shares(surface: NodeSurface, members: Index) -> Array:
     """The share of each of some nodes in their area."""
     areas = surface.weights[members]
     return np.asarray(areas / areas.sum())
-
-
-def _opposite(against: Opposite, point: Array) -> Motion | None:
-    """The motion of what lies opposite a point; None where another surface has nothing there."""
-    if against is None:
-        return ground
-    return against.at(point.tolist()) if isinstance(against, NodeSurface) else against(point)
 
 
 def _frame(name: str, normal: Array, along: Array) -> Array:

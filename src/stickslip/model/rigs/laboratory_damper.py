@@ -17,16 +17,6 @@ FRICTION = (0.18, 0.199, 0.45)
 KT, KN = 56.0 * N_per_um, 84.0 * N_per_um
 """Published contact stiffness of every line."""
 
-FRICTION_ROWS = (
-    (0.14, 0.13, 0.13),
-    (0.14, 0.22, 0.13),
-    (0.14, 0.22, 0.14),
-    (0.22, 0.22, 0.13),
-    (0.32, 0.22, 0.32),
-    (0.40, 0.22, 0.32),
-)
-"""The six rows of the source's friction study; whether their columns are L1, L2, R or R, L1, L2 is not readable in it."""
-
 RIG_STIFFNESS, RIG_MASS = 30.0 * N_per_um, 1.0
 """Right platform on its load cells: this project's choice."""
 

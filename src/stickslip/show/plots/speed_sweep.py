@@ -10,9 +10,9 @@ import numpy as np
 
 from stickslip.results.quantities import UNSTABLE
 from stickslip.results.view import Length, level_text, split, unit_for
-from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, spans
+from stickslip.show.plots.chart import Axis, Chart, Layer, Line, Panel, Rule
 from stickslip.show.plots.look import Style, contact, level, level_lines
-from stickslip.show.plots.response_curves import HERTZ, LINEAR, height_limits
+from stickslip.show.plots.response_curves import LINEAR, height_limits
 from stickslip.support.late import xr
 from stickslip.support.outcome import Outcome
 from stickslip.support.renderers import FIGURES
@@ -49,31 +49,6 @@ def over_speed(dataset: xr.Dataset, output: int = 0, log: bool = True) -> Chart:
     return Chart(
         str(dataset.attrs["title"]), [Panel(SPEED, axis, layers, height=4.1)], note="frequency = engine order × speed/60"
     )
-
-
-@FIGURES.of("SpeedSweep", "peaks")
-def peaks_over_speed(dataset: xr.Dataset, output: int = 0) -> Chart:
-    """Highest peak of each curve: amplitude, and frequency on the engine-order lines, over the speed."""
-    unit = unit_for(float(np.nanmax(dataset["peak_amplitude"].values[..., output], initial=0.0)))
-    sizes: list[Layer] = []
-    hertz: list[Layer] = []
-    ends = [float(np.nanmin(dataset["speed"].values)), float(np.nanmax(dataset["speed"].values))]
-    for e, order in enumerate(dataset["engine_order"].values.tolist()):
-        style = contact(e, marker="circle", dash="none", size=5.0)
-        top = dataset.isel(engine_order=e, peak=0, output=output) if dataset.sizes["peak"] else None
-        hertz.append(
-            Line(ends, [order * end / 60.0 for end in ends], contact(e, width=1.0), f"engine order {order}", listed=False)
-        )
-        if top is None:
-            continue
-        names = {"": [level_text(dataset, case) for case in range(dataset.sizes["case"])]}
-        speed, label = top["peak_speed"].values, f"engine order {order}"
-        sizes.append(Line(speed, top["peak_amplitude"].values / unit.metres, style, label, names))
-        hertz.append(Line(speed, top["peak_frequency"].values, style, label, names))
-    values = dataset["peak_amplitude"].values[..., output]
-    axis = Axis(f"amplitude of {dataset['output'].values[output]}", unit.name, log=spans(values[np.isfinite(values)], 8.0))
-    title = f"{dataset.attrs['title']}: highest peaks"
-    return Chart(title, [Panel(SPEED, axis, sizes, height=2.6), Panel(SPEED, HERTZ, hertz, height=2.6)], shared_x=True)
 
 
 def _curve(dataset: xr.Dataset, place: tuple[int, int], output: int, unit: Length, look: dict[str, Any]) -> Iterator[Layer]:

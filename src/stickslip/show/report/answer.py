@@ -61,13 +61,16 @@ def peaks_at_a_glance(label: str, dataset: xr.Dataset) -> str:
     cases = representatives(dataset, MOST_LEVELS).cases if dataset.sizes["case"] > 1 else [0]
     outputs = range(dataset.sizes["output"] if len(cases) * dataset.sizes["output"] <= MOST_PEAKS else 1)
     shown = [(case, output) for case in cases for output in outputs]
-    limits = [which for which in _limits(dataset) if any(_change(dataset, which, *place) != NOTHING for place in shown)]
+    linear = linear_limits(dataset) if dataset.sizes["contact"] else ()  # a structure without contacts is one itself
+    limits = [which for which in linear if any(_change(dataset, which, *place) != NOTHING for place in shown)]
     name = "" if len(outputs) > 1 else f" of {dataset['output'].values[0]}"
     measure = measure_in(dataset)
     size = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
     size += "" if measure.quantity.name == "displacement" else f" of the {measure.quantity.name}"
     heads = ["Force level", *(["Output"] if len(outputs) > 1 else []), "Frequency in Hz"]
-    heads += [f"Rotor speed in rev/min, {_engine_orders(dataset)}"] if engine_order(dataset) else []
+    if engine_order(dataset):
+        orders = np.atleast_1d(dataset.attrs.get("excited_orders", engine_order(dataset))).tolist()
+        heads.append(f"Rotor speed in rev/min, engine order{'' if len(orders) == 1 else 's'} {', '.join(map(str, orders))}")
     heads += [f"{size}{name} in {peak_unit(dataset).name}", "Estimated error", *(AGAINST[which] for which in limits)]
     heads += ["Fatigue margin"] if has_fatigue(dataset) else []
     margins = smallest_margins(dataset) if has_fatigue(dataset) else {}
@@ -106,11 +109,6 @@ def _warning(words: str) -> str:
     return f'<details class="warning"><summary>{text(of + colon + first)}</summary>{text(" ".join(sentences))}</details>'
 
 
-def _limits(dataset: xr.Dataset) -> list[str]:
-    """The linear responses to compare with; none for a structure without contacts, which is one itself."""
-    return list(linear_limits(dataset)) if dataset.sizes["contact"] else []
-
-
 def errors_of(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
     """The known estimates of error of a peak, relative, by what causes them."""
     errors = {source: float(dataset[name].values[case, output]) for name, source in SOURCES.items() if name in dataset}
@@ -120,12 +118,6 @@ def errors_of(dataset: xr.Dataset, case: int, output: int) -> dict[str, float]:
 def engine_order(dataset: xr.Dataset) -> int:
     """Cycles of the excitation in a turn of the rotor, 0 where it is not that of a disk."""
     return abs(int(dataset.attrs.get("engine_order", 0)))
-
-
-def _engine_orders(dataset: xr.Dataset) -> str:
-    """The engine orders of the excitation in words."""
-    orders = [int(order) for order in np.atleast_1d(dataset.attrs.get("excited_orders", engine_order(dataset)))]
-    return f"engine order{'' if len(orders) == 1 else 's'} {', '.join(map(str, orders))}"
 
 
 def _row(dataset: xr.Dataset, case: int, output: int, named: bool, limits: Sequence[str], margins: Mapping[int, Margin]) -> str:

@@ -32,12 +32,6 @@ ANSWER, ALL = "nearest crossings", "all crossings"
 CURVES, DIAGRAM = "natural frequencies over the speed", "interference diagram at the operating speed"
 
 
-def contacts_in(dataset: xr.Dataset, state: str) -> str:
-    """What the contacts do in a state."""
-    level = dataset.attrs.get("force_level", np.nan)
-    return {"free": "without contacts", "stuck": "stuck contacts", "nonlinear": f"force level {level:g}"}[state]
-
-
 def sentences(dataset: xr.Dataset) -> list[str]:
     """The smallest margin or the crossings, each crossing, what holds of all numbers, and warnings."""
     met = _crossings(dataset).dropna(subset=["crossing_speed"])
@@ -122,7 +116,8 @@ def _frame(dataset: xr.Dataset, *names: str) -> pd.DataFrame:
     of = dataset[[name for name in names if name in dataset]]
     of = of.assign({name: 100.0 * of[name] for name in ("margin", "speed_margin", "disk_margin") if name in of})
     table = of.to_dataframe().reset_index().rename(columns={"disk_state": "state"})
-    table["state"] = [contacts_in(dataset, state) for state in table["state"]]
+    level = f"force level {dataset.attrs.get('force_level', np.nan):g}"
+    table["state"] = table["state"].map({"free": "without contacts", "stuck": "stuck contacts", "nonlinear": level})
     return table[[name for name in HEADS if name in table]]
 
 

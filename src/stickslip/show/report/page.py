@@ -98,11 +98,6 @@ def figures(datasets: Datasets, charts: Charts) -> str:
     return section("figures", "Figures", *parts)
 
 
-def has_more_figures(dataset: xr.Dataset) -> bool:
-    """Whether a result has figures beside that of the overview."""
-    return len(presentation_of(dataset).figures(dataset)) > 1
-
-
 def _figure(charts: Charts, place: int, name: str, draw: Callable[[xr.Dataset], Any], dataset: xr.Dataset) -> str:
     return charts.drawn(f"chart-{place}-{name.replace('_', '-')}", draw(dataset), name.replace("_", " "))
 
@@ -251,7 +246,7 @@ NEEDS: dict[str, Callable[[xr.Dataset], bool]] = {
     "percentiles": has_percentiles,
     "disk": has_disk,
     "stress": has_stress,
-    "figures": has_more_figures,
+    "figures": lambda dataset: len(presentation_of(dataset).figures(dataset)) > 1,  # beside that of the overview
     "motion": moves,
 }
 """Sections that only some results fill; every result fills the others."""

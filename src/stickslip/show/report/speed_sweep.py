@@ -7,10 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from stickslip.results.view import length_text, level_text, linear_peak
-from stickslip.show.plots.paper import Figures
-from stickslip.show.plots.speed_sweep import over_speed, peaks_over_speed
+from stickslip.show.plots.speed_sweep import over_speed
 from stickslip.show.report.answer import error_words, errors_of
-from stickslip.show.report.markup import Presentation, hertz, percent, presents
+from stickslip.show.report.markup import Presentation, always, hertz, percent, presents
 from stickslip.support.checks import counted
 from stickslip.support.late import pd, xr
 from stickslip.support.outcome import Outcome
@@ -114,10 +113,6 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"peaks": pd.DataFrame(peaks), f"amplitude over the speed, {count}": pd.DataFrame(points)}
 
 
-def figures(dataset: xr.Dataset) -> Figures:
-    """Curves over the speed, and their peaks."""
-    found: Figures = {"speed_sweep": over_speed}
-    return {**found, "speed_sweep_peaks": peaks_over_speed} if dataset.sizes["peak"] else found
-
-
-PRESENTATION = presents("speed_sweep", Presentation("Speed sweep", sentences, failures, figures, tables))
+PRESENTATION = presents(
+    "speed_sweep", Presentation("Speed sweep", sentences, failures, always({"speed_sweep": over_speed}), tables)
+)

@@ -13,6 +13,7 @@ import numpy as np
 from stickslip.solve.balance.receptance import Complex
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import boxed, inner, kernel
+from stickslip.support.kernels.arrays import rows_of
 
 
 class ExtendedStructure(NamedTuple):
@@ -309,21 +310,13 @@ def extended_receptance(structure: ExtendedStructure, driven: Complex, rows: Ind
         if k < 0:
             continue
         real, imaginary = np.ascontiguousarray(driven[h].real), np.ascontiguousarray(driven[h].imag)
-        shape = _rows_of(structure.real[k], rows)
+        shape = rows_of(structure.real[k], rows)
         result[:, 0, h], result[:, 1, h] = np.dot(shape, real), np.dot(shape, imaginary)
         if structure.imaginary.size:
-            shape = _rows_of(structure.imaginary[k], rows)
+            shape = rows_of(structure.imaginary[k], rows)
             result[:, 0, h] -= np.dot(shape, imaginary)
             result[:, 1, h] += np.dot(shape, real)
     return result
-
-
-@inner
-def _rows_of(values: Array, rows: Index) -> Array:
-    found = np.empty((rows.size, values.shape[1]))
-    for r in range(rows.size):
-        found[r] = values[rows[r]]
-    return found
 
 
 @inner

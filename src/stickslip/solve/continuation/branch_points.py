@@ -258,7 +258,11 @@ def starts(balance: HarmonicBalance, point: BranchPoint) -> list[Start]:
     found: list[Start] = []
     for wanted in _tried(point):
         start = _start(balance, point, wanted)
-        if start is not None and not any(_alike(point.metric, start.along, other.along) for other in found):
+        if start is None:
+            continue
+        weight, slope = point.metric.weight * start.along.motion, point.metric.parameter * start.along.parameter
+        cosines = [np.vdot(weight, other.along.motion) + slope * other.along.parameter for other in found]
+        if not np.any(np.abs(cosines) > SAME_DIRECTION):  # or of the opposite one, which the same curve has
             found.append(start)
     return found
 
@@ -292,9 +296,3 @@ def _start(balance: HarmonicBalance, point: BranchPoint, wanted: Tangent) -> Sta
         if metric.length(motion, amount) <= FARTHEST * distance:
             return Start(evaluation, _unit(metric, forces, motion, amount))
     return None
-
-
-def _alike(metric: Metric, a: Tangent, b: Tangent) -> bool:
-    """Whether two directions, or opposite ones, are the same curve's."""
-    cosine = float(np.vdot(metric.weight * a.motion, b.motion)) + metric.parameter * a.parameter * b.parameter
-    return abs(cosine) > SAME_DIRECTION

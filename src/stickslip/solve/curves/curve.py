@@ -380,7 +380,9 @@ def phase_resonances(balance: HarmonicBalance, points: Sequence[CurvePoint], pha
         if a * b > 0.0:
             continue
         solved = _between(balance, low, high, a / (a - b) if a != b else 0.5, phase)
-        if solved.converged and not any(_same(solved, other) for other in found):
+        place = np.array([solved.evaluation.point.omega, solved.evaluation.point.level])
+        known = ((other.evaluation.point.omega, other.evaluation.point.level) for other in found)
+        if solved.converged and not any(np.all(np.abs(place / other - 1.0) < APART) for other in known):
             found.append(solved)
     return sorted(found, key=lambda each: abs(each.evaluation.point.level))
 
@@ -391,11 +393,6 @@ def _between(balance: HarmonicBalance, low: CurvePoint, high: CurvePoint, fracti
     omega, level = ((1.0 - fraction) * a + fraction * b for a, b in zip(*((e.omega, e.level) for e in ends), strict=True))
     start = Point(between(low, high, fraction), omega, level)
     return correct(balance, start, at_right_angle(balance, omega, phase), iterations=20, halvings=8)
-
-
-def _same(one: Correction, other: Correction) -> bool:
-    a, b = one.evaluation.point, other.evaluation.point
-    return abs(a.omega / b.omega - 1.0) < APART and abs(a.level / b.level - 1.0) < APART
 
 
 def followed_resonances(
@@ -412,14 +409,11 @@ def followed_resonances(
         one = balance.holding(balance.system.control._replace(amplitude=amplitude))
         before = found[-1].evaluation if found and found[-1].converged else None
         solved = _followed(one, before, omega, phase)
-        found.append(solved if solved.converged else _on_curve(one, ends, phase) or solved)
+        if not solved.converged:
+            on_curve = phase_resonances(one, controlled_curve(one, ends, exactly=False).points, phase)
+            solved = on_curve[0] if on_curve else solved  # that of the least force
+        found.append(solved)
     return found
-
-
-def _on_curve(balance: HarmonicBalance, ends: tuple[float, float], phase: float) -> Correction | None:
-    """The phase resonance of the least force on the controlled curve; None where it has none."""
-    found = phase_resonances(balance, controlled_curve(balance, ends, exactly=False).points, phase)
-    return found[0] if found else None
 
 
 def _followed(balance: HarmonicBalance, before: Evaluation | None, omega: float, phase: float) -> Correction:

@@ -222,7 +222,9 @@ class PeakSolver:
         beside = min(samples, key=lambda sample: abs(sample.s - s))
         for stretch in DETOURS:
             place = beside.s + stretch * (s - beside.s)
-            evaluation = self._corrected(_moved(beside, place), plane.at(place))
+            point, step = beside.evaluation.point, place - beside.s  # on the tangent there
+            start = Point(point.forces + step * beside.forces, point.omega + step * beside.omega, point.level)
+            evaluation = self._corrected(start, plane.at(place))
             if evaluation is not None:
                 return self._sample(evaluation, plane, place)
         raise NoPeakError("Newton's method failed beside the peak.")
@@ -290,12 +292,6 @@ def followed(solver_at: Callable[[float], PeakSolver], known: SolvedPeak) -> Sol
             # A step that fails costs as much as several that do not: after one, the length is tried again first.
             step, failed = step if failed else 2.0 * step, False
     return known
-
-
-def _moved(sample: _Sample, s: float) -> Point:
-    """The start of Newton's method at arc length s, on the tangent of a sample."""
-    point, step = sample.evaluation.point, s - sample.s
-    return Point(point.forces + step * sample.forces, point.omega + step * sample.omega, point.level)
 
 
 def _bracket(samples: list[_Sample]) -> tuple[_Sample | None, _Sample | None]:

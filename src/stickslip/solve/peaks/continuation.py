@@ -255,7 +255,8 @@ class PeakContinuation:
                 return place
         if halvings == 0:
             return None
-        middle = _middle(known[0].value, value)
+        a, b = known[0].value, value
+        middle = float(np.sqrt(a * b)) if a > 0.0 and b > 0.0 else 0.5 * (a + b)
         half = self._reach(branch, middle, halvings - 1)
         if half is None:
             return None
@@ -385,10 +386,6 @@ def _predicted(known: Sequence[ParameterPeak], value: float, balance: HarmonicBa
 
 def _abscissa(value: float) -> float:
     return float(np.log(value)) if value > 0.0 else value
-
-
-def _middle(a: float, b: float) -> float:
-    return float(np.sqrt(a * b)) if a > 0.0 and b > 0.0 else 0.5 * (a + b)
 
 
 def _spans(branch: Branch, value: float) -> bool:

@@ -9,7 +9,6 @@ from enum import IntEnum
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.point import ContactTable
@@ -45,7 +44,8 @@ class SteadyCycle:
 
     def path(self, model: "CycleModel") -> march.Record:
         """The record with the state at the end, (steps + 1, ...): along it work is done, whether the cycle closes or not."""
-        end, own = _in_radians(model, standing(model, self.state)), _own_rows(model.table)
+        end, of_own_step = _in_radians(model, standing(model, self.state)), model.table.kind != SLIDERS
+        own = np.repeat(of_own_step, np.diff(model.table.first_row))
         end.force[0, own] = self.record.force[0, own]
         return _joined(self.record, end)
 
@@ -241,11 +241,6 @@ def standing(model: CycleModel, state: march.PlatformState) -> march.Record:
     limit = slip_limits(table, normal)
     iterations = np.zeros(1, dtype=np.int64)
     return march.Record(state.motion[None].copy(), w[None], force[None], state.intercept[None].copy(), limit[None], iterations)
-
-
-def _own_rows(table: ContactTable) -> NDArray[np.bool_]:
-    """The rows of contacts whose law has a step of its own."""
-    return np.asarray(np.repeat(table.kind != SLIDERS, np.diff(table.first_row)))
 
 
 def _shown(model: CycleModel, before: march.Record, record: march.Record) -> march.Record:

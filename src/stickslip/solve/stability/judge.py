@@ -24,7 +24,7 @@ from stickslip.model.problem.contraction import Contraction, contraction
 from stickslip.solve.balance.balance import Evaluation, HarmonicBalance
 from stickslip.solve.stability.event_march import EventMarch, LostMotionError, Passage, State
 from stickslip.solve.stability.multipliers import ContactPeriod, PeriodMap, Stability
-from stickslip.solve.time.march import TimeStart, from_harmonics
+from stickslip.solve.time.march import from_harmonics
 from stickslip.support.checks import Array, InputError, in_percent
 
 CORRECTIONS = 12
@@ -94,18 +94,15 @@ class OrbitSearch:
         scale = np.concatenate(
             [np.full(k, size), np.full(k, size * point.omega), kt * max(float(rows.max(initial=0.0)), np.finfo(float).tiny)]
         )
-        sizes = scale, motion
+        weight, sizes = self.march.coordinates.weight, (scale, motion)
+        begin = State(np.concatenate([weight @ start.motion, weight @ start.velocity]), start.intercepts)
         found: Orbit | None = None
         for settled in (True, False):
             with suppress(LostMotionError):
-                found = self._closed(self._state(start), *sizes, settled=settled)
+                found = self._closed(begin, *sizes, settled=settled)
                 if found.closed:
                     break
         return found
-
-    def _state(self, start: TimeStart) -> State:
-        weight = self.march.coordinates.weight
-        return State(np.concatenate([weight @ start.motion, weight @ start.velocity]), start.intercepts)
 
     def _closed(self, first: State, scale: Array, motion: Array, settled: bool) -> Orbit:
         """Newton's method on P(x) − x = 0 from a state on, or from that after a period in which sliders find their places."""

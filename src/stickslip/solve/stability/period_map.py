@@ -23,6 +23,7 @@ from stickslip.solve.stability.modes import BlockModes
 from stickslip.solve.time.contact_law import slip_limit
 from stickslip.support.checks import Array, Index
 from stickslip.support.kernels import boxed, inner, kernel
+from stickslip.support.kernels.arrays import rows_of
 
 SOON = 1e-3
 """Share of a step over which the rate of friction after a landing is taken."""
@@ -336,7 +337,7 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
                 u, v = path.u[:, k : k + 2], path.v[:, k : k + 2]
                 law_tangent(table, c, u, v, h, inside, intercept, w, memory, kept, tangent)
         _advance(modes.blocks, pushed, h, x, begin, end)
-        x -= np.dot(begin, _rows_of(forces, used))
+        x -= np.dot(begin, rows_of(forces, used))
         free, part = np.dot(modes.motion, x), np.dot(modes.motion, end)
         whole[:] = modes.static
         for i in range(used.size):
@@ -346,7 +347,7 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
             for i in range(used.size):
                 by_rate[:, used[i]] = part[:, i]
         _balance(table, tangent, whole, by_rate, free, free_rate, kept, forces)
-        x -= np.dot(end, _rows_of(forces, used))
+        x -= np.dot(end, rows_of(forces, used))
         w = free - np.dot(whole, forces)
         _remember(table, path, k, w, memory)
         for c in range(table.kind.size):
@@ -366,15 +367,6 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
 def _elements_of(table: ContactTable, c: int) -> tuple[int, int]:
     """The first friction element of contact c, and that after its last."""
     return table.friction_first[table.first_row[c]], table.friction_first[table.first_row[c + 1]]
-
-
-@inner
-def _rows_of(values: Array, rows: Index) -> Array:
-    """values[rows]."""
-    found = np.empty((rows.size, values.shape[1]))
-    for i in range(rows.size):
-        found[i] = values[rows[i]]
-    return found
 
 
 @inner

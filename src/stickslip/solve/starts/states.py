@@ -202,8 +202,11 @@ class StartSolutions:
         first = first_point(balance, self.omega, self.level)
         if not first.converged:
             raise UnsolvedError(failure(balance, first))
-        if self.space.prescribes and _singular(balance, first.evaluation):
-            raise UnsolvedError(Outcome.BODY_HELD_BY_NOTHING)
+        if self.space.prescribes:
+            # Prescribed friction may hold a body in balance, but does not hold it: it could then be anywhere.
+            pivots = np.abs(solved_factors(balance, first.evaluation).pivots)
+            if pivots.min() <= SINGULAR * pivots.max():
+                raise UnsolvedError(Outcome.BODY_HELD_BY_NOTHING)
         return balance, first.evaluation
 
     def _from_known(self, variables: Array) -> tuple[HarmonicBalance, Evaluation]:
@@ -223,12 +226,6 @@ class StartSolutions:
                 raise UnsolvedError
             else:
                 step *= 0.5
-
-
-def _singular(balance: HarmonicBalance, evaluation: Evaluation) -> bool:
-    """Whether a body could be anywhere at a solved point: prescribed friction holds it in balance, but does not hold it."""
-    pivots = np.abs(solved_factors(balance, evaluation).pivots)
-    return bool(pivots.min() <= SINGULAR * pivots.max())
 
 
 ROUNDS, CORNERS, GROWTH = 2, 2, 0.02

@@ -19,7 +19,7 @@ import numpy as np
 from stickslip.model.contact.law import SLIDERS
 from stickslip.model.contact.point import ContactTable, bent, contact_data
 from stickslip.model.contact.protocol import StepMotion, no_step, take_step, traction, traction_by_state
-from stickslip.support.checks import Array, Index
+from stickslip.support.checks import Array
 from stickslip.support.kernels import inlined, inner, kernel
 from stickslip.support.kernels.views import view
 
@@ -239,19 +239,12 @@ Compliance = tuple[Array, Array, Array]
 
 
 @inner
-def _active_rows(slopes: Slopes) -> Index:
-    """The rows of which λ̂ is not constant."""
-    active = (slopes.own != 0.0) | (slopes.coupling != 0.0) | (slopes.cross != 0.0)
-    return np.flatnonzero(active)
-
-
-@inner
 def _change(residual: Array, found: Slopes, given: ContactTable, compliance: Compliance, change: Array) -> bool:
     """Newton's change of λ (rows,); False where the system of the rows that slip or open is singular."""
     slopes, table = view(found), view(given)
     change[:] = -residual
-    active, (G, shape, driven) = _active_rows(slopes), compliance
-    size = active.size
+    active = np.flatnonzero((slopes.own != 0.0) | (slopes.coupling != 0.0) | (slopes.cross != 0.0))
+    (G, shape, driven), size = compliance, active.size
     if G.size < residual.size:
         moved = np.empty((size, shape.shape[1]))
         for i in range(size):

@@ -54,6 +54,11 @@ class TimeStart:
     velocity: Array
     intercepts: Array
 
+    @property
+    def fingerprint(self) -> str:
+        """Everything in it, as `Settings.identity` names it."""
+        return repr([values.tolist() for values in (self.motion, self.velocity, self.intercepts)])
+
 
 def from_rest(problem: Problem) -> TimeStart:
     """No motion, and every slider where its start rule puts it: offset s, T = m L, or T = T̄, clipped to the limits."""

@@ -39,15 +39,11 @@ class ContactLawTable(Table):
     errors: dict[str, Number] = Field(default_factory=dict)
     """of sensors and rig, by the names of LoopErrors"""
 
-    def loop_errors(self) -> LoopErrors:
-        """The errors that loops cannot show."""
-        return errors_of(LoopErrors, self.errors, "contact_law")
-
 
 def plan(asked: Asked) -> Works:
     """Files and what to fit to them; they are read when the work begins."""
     table = ContactLawTable.model_validate(asked.tables["contact_law"])
-    given = in_si(table, asked.units) | {"errors": table.loop_errors()}
+    given = in_si(table, asked.units) | {"errors": errors_of(LoopErrors, table.errors, "contact_law")}
     files, given["units"] = [asked.folder / name for name in given.pop("files")], given.pop("column_units")
     summary = f"{counted(len(files), 'file')}, {' or '.join(table.laws)}"
     work = partial(contact_law_work, files, **given)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -87,19 +86,8 @@ def plan(asked: Asked) -> Works:
     elements_of(rig), parameters(unknown, rig, {})
 
     def work() -> IdentificationWork:
-        cases = table.cases(asked.folder, asked.units)
-        zeros = str([sorted(case.zero_errors.items()) for case in cases]) if removals else ""
-        digest = sha256(b"".join(case.harmonics.tobytes() for case in cases) + zeros.encode()).hexdigest()[:12]
-        return IdentificationWork(
-            cases,
-            rig,
-            unknown=unknown,
-            errors=errors,
-            resamples=table.resamples,
-            seed=table.seed,
-            name=f"identification {digest}",
-            laws=tuple(table.law),
-        )
+        cases, resamples = table.cases(asked.folder, asked.units), table.resamples
+        return IdentificationWork(cases, rig, unknown, law=table.law, errors=errors, resamples=resamples, seed=table.seed)
 
     zeroed_by = ", zeros by load removal" if removals else ""
     summary = f"{counted(len(table.loops), 'loop')}{zeroed_by}, unknown {', '.join(unknown)}, {' or '.join(table.law)}"

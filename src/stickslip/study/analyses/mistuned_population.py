@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag
@@ -12,13 +10,11 @@ from stickslip.analyses.mistuning.disk import Mistuning, Scatter
 from stickslip.analyses.mistuning.population import population_dataset, with_blade_fatigue
 from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork
 from stickslip.model.disks.tuned import TunedDisk
-from stickslip.runs.work import Arrays
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Works, summary_of
 from stickslip.study.fields import NotHuge, Positive, Seed, Table, by_form
 from stickslip.study.further_curves import FatigueTable, fatigue_of, recovery_of
 from stickslip.support.checks import Faults, InputError, counted
-from stickslip.support.late import xr
 
 Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
 Deviation = Annotated[float, Field(gt=-1, allow_inf_nan=False), NotHuge]
@@ -94,13 +90,9 @@ def plan(asked: Asked) -> Works:
     )
     summary = f"{summary_of(sweep)} a sector; {counted(work.count, 'mistuned disk')} of {disk.sectors} sectors"
     fatigue = fatigue_of(asked, recovery_of(asked), with_blade_fatigue)
-    return Works(work, summary, partial(_gathered, fatigue=fatigue))
-
-
-def _gathered(work: PopulationWork, results: Sequence[Arrays], fatigue: Callable[[xr.Dataset], xr.Dataset] | None) -> xr.Dataset:
-    """The disks, with the fatigue margins of their blades where they are asked for."""
-    found = population_dataset(work, results)
-    return found if fatigue is None else fatigue(found)
+    if fatigue is None:
+        return Works(work, summary, population_dataset)
+    return Works(work, summary, lambda work, results: fatigue(population_dataset(work, results)))
 
 
 KIND = Kind(

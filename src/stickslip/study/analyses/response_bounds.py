@@ -27,11 +27,10 @@ def plan(asked: Asked) -> Works:
         base = ForcedResponseWork.of(replace(sweep, isolated=False))
         return {"": base, "bounds": BoundsWork(**taken_over(base), band=sweep.band, force=base.levels, **settings)}
 
-    return Works(works, summary_of(sweep), _gathered)
+    def gathered(works: Mapping[str, Any], arrays: Mapping[str, Sequence[Arrays]]) -> "xr.Dataset":
+        return attached(works[""].gathered(arrays[""]).dataset, works["bounds"].gathered(arrays["bounds"]))
 
-
-def _gathered(works: Mapping[str, Any], arrays: Mapping[str, Sequence[Arrays]]) -> "xr.Dataset":
-    return attached(works[""].gathered(arrays[""]).dataset, works["bounds"].gathered(arrays["bounds"]))
+    return Works(works, summary_of(sweep), gathered)
 
 
 KIND = Kind(plan, {"response_bounds": BoundsTable}, checks={"response_bounds": check_of(BoundsWork)})

@@ -1,40 +1,26 @@
 """Commented study files to start from, KIND.toml in this folder; $words stand for inserted values.
 
-`beside.py` writes the files that some of them need beside them.
+beside/KIND holds the models and measurements that lie beside some of them, named as those of study.toml: models as other programs
+export them, measurements with noise. `tools/template_files.py` makes them.
 """
 
+import json
 import os
 import re
-import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from string import Template
 
 from stickslip.model.dampers import SHAPES
-from stickslip.study.templates import beside
 from stickslip.support.checks import fault, similar
 from stickslip.support.files import replacing, write_text
 
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
 """Force levels of the published experiment on the single blade, N."""
 
-KINDS = tuple(sorted(Path(file.name).stem for file in resources.files(__name__).iterdir() if file.name.endswith(".toml")))
-
-BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
-    "lumped": beside.wedge_matrices,
-    "model": beside.blade_model,
-    "bladed_disk": beside.bladed_disk_sector,
-    "two_blades": beside.blade_with_a_platform,
-    "jointed_beams": beside.two_jointed_beams,
-    "beams_with_a_gap": beside.two_beams_with_a_gap,
-    "identification": beside.synthetic_loops,
-    "contact_law": beside.synthetic_contact_record,
-    "response_identification": beside.synthetic_responses,
-    "response_prediction": beside.synthetic_responses_to_predict,
-    "decay_prediction": beside.synthetic_responses_and_a_decay,
-}
-"""What writes the files beside a study at a path: the words that it puts into the study, and the files."""
+FOLDER = resources.files(__name__)
+KINDS = tuple(sorted(Path(file.name).stem for file in FOLDER.iterdir() if file.name.endswith(".toml")))
 
 
 def kinds() -> dict[str, str]:
@@ -61,14 +47,15 @@ def write_new(kind: str, path: Path, overwrite: bool = False) -> list[Path]:
     refuse_existing([path], overwrite)
     if kind == "forced_response":
         return [write_text(path, single_blade_study())]
-    with tempfile.TemporaryDirectory() as folder:
-        words, made = BESIDE[kind](Path(folder, path.name)) if kind in BESIDE else ({}, [])
-        contents = {path.with_name(file.name): file.read_bytes() for file in made}
+    beside = FOLDER / "beside" / kind
+    files = beside.iterdir() if beside.is_dir() else ()
+    contents = {path.with_name(file.name.replace("study", path.stem, 1)): file.read_bytes() for file in files}
     refuse_existing(contents, overwrite)
     for file, content in contents.items():
         with replacing(file) as temporary:
             temporary.write_bytes(content)
-    return [write_text(path, _text(kind, words)), *contents]
+    text = _text(kind, {"study": json.dumps(path.stem, ensure_ascii=False)[1:-1]})
+    return [write_text(path, text), *sorted(contents, key=lambda file: text.find(file.name))]
 
 
 def refuse_existing(files: Iterable[Path], overwrite: bool) -> None:
@@ -91,9 +78,8 @@ def single_blade_study(
 
 
 def _raw(kind: str) -> str:
-    return resources.files(__package__).joinpath(f"{kind}.toml").read_text(encoding="utf-8")
+    return (FOLDER / f"{kind}.toml").read_text(encoding="utf-8")
 
 
 def _text(kind: str, words: Mapping[str, object]) -> str:
-    template = _raw(kind)
-    return Template(template).substitute({"shapes": ", ".join(SHAPES), **words})
+    return Template(_raw(kind)).substitute({"shapes": ", ".join(SHAPES), **words})

@@ -99,3 +99,12 @@ def same_numbers(a: Index, b: Index) -> bool:
     for i in range(a.size):
         different += a[i] != b[i]
     return different == 0
+
+
+@inner
+def rows_of(values: Array, rows: Index) -> Array:
+    """values[rows]."""
+    found = np.empty((rows.size, values.shape[1]))
+    for i in range(rows.size):
+        found[i] = values[rows[i]]
+    return found

@@ -8,12 +8,15 @@ Plausibility checks of measured cycles before a fit and of the result after it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
+from hashlib import sha256
+from typing import Annotated, Any
 
 import numpy as np
 
 from stickslip.analyses.damper_alone.cycle_dataset import slip_work
+from stickslip.analyses.settings import Seed, Setting, Settings, Whole, takes
 from stickslip.laboratory.identification.damper.fit import (
     COARSE,
     EVALUATIONS,
@@ -40,7 +43,7 @@ from stickslip.model.dampers.between_platforms import BetweenPlatforms
 from stickslip.results.schema import named
 from stickslip.runs.work import Arrays
 from stickslip.solve.platforms.cycle import CycleModel, steady_cycle
-from stickslip.support.checks import Array, InputError, between, fault, nearest, seed_of
+from stickslip.support.checks import Array, InputError, fault, nearest
 
 TURN = 2.0
 """Largest rotation, relative to the platform's motion over the mean distance of the contacts from the mass centre."""
@@ -64,14 +67,11 @@ WIDE = 0.3
 """Standard deviation of a logarithm from which a parameter counts as unknown still."""
 
 
-def checked_cases(
-    loops: Sequence[CycleSet | Record] | CycleSet | Record, rig: BetweenPlatforms, errors: RigErrors
-) -> tuple[CycleSet, ...]:
+def checked_cases(loops: Sequence[CycleSet | Record], rig: BetweenPlatforms, errors: RigErrors) -> tuple[CycleSet, ...]:
     """The cases as cycles, refused where they cannot be those of this damper."""
-    several = [loops] if isinstance(loops, CycleSet | Record) else list(loops)
-    if not several:
+    if not loops:
         raise fault("loops", "must be at least one", 0)
-    cases = tuple(whole_cycles(one) if isinstance(one, Record) else one for one in several)
+    cases = tuple(whole_cycles(one) if isinstance(one, Record) else one for one in loops)
     if len({case.name for case in cases}) < len(cases):
         raise fault("Names of the loops", "must differ", [case.name for case in cases])
     if len({case.harmonics.shape[2] for case in cases}) > 1:
@@ -258,41 +258,60 @@ CLOSE = 1.1
 """A simpler law is kept while its error on loops held out is below this times the smallest."""
 
 
+def _laws(name: str, law: Any) -> tuple[str, ...]:
+    laws = (law,) if isinstance(law, str) else tuple(law)
+    for each in laws:
+        if each not in LINE_LAWS:
+            raise fault("law", "must be a known one", each, nearest(each, LINE_LAWS))
+    if not laws or len(set(laws)) < len(laws):
+        raise fault("law", "must be at least one, each once", list(laws))
+    return laws
+
+
 @dataclass(frozen=True, eq=False)
-class IdentificationWork:
+class IdentificationWork(Settings):
     """An identification as work of one case, which studies keep and resume."""
 
-    cases: tuple[CycleSet, ...]
+    loops: Sequence[CycleSet | Record] | CycleSet | Record
     damper: BetweenPlatforms
+    unknown: Sequence[str] = ()
     _: KW_ONLY
-    unknown: tuple[str, ...] = ()
-    errors: RigErrors = field(default_factory=RigErrors)
-    resamples: int = 24
-    seed: int = 0
-    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    law: Annotated[str | Sequence[str], Setting(_laws)] = "macroslip"
+    errors: RigErrors | None = None
+    bounds: Mapping[str, tuple[float, float]] | None = None
     steps: int = 500
+    resamples: Annotated[int, Setting(Whole(8))] = 24
     population: int = 6
     generations: int = 15
-    name: str = "identification"
-    laws: tuple[str, ...] = ("macroslip",)
+    seed: Seed = 0
+    progress: Callable[[float], object] | None = None
+    load_removal: LoadRemoval | Sequence[LoadRemoval] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "unknown", self.unknown or usual_unknowns(self.damper))
-        between("resamples", self.resamples, 8), seed_of(self.seed)
-        object.__setattr__(self, "cases", checked_cases(self.cases, self.damper, self.errors))
-        parameters(self.unknown, self.damper, self.bounds)
-        for law in self.laws:
-            if law not in LINE_LAWS:
-                raise fault("law", "must be a known one", law, nearest(law, LINE_LAWS))
-        if not self.laws or len(set(self.laws)) < len(self.laws):
-            raise fault("law", "must be at least one, each once", list(self.laws))
-        if len(self.laws) > 1 and len(self.cases) < 2:
+        super().__post_init__()
+        object.__setattr__(self, "unknown", tuple(self.unknown or usual_unknowns(self.damper)))
+        if len(self.law) > 1 and len(self.cases) < 2:
             raise fault("loops", "must be at least two, to hold one out and choose a law", len(self.cases), "Name one law.")
+        _ = self.fit
+
+    @property
+    def rig_errors(self) -> RigErrors:
+        """Those given, or the usual ones."""
+        return RigErrors() if self.errors is None else self.errors
+
+    @cached_property
+    def cases(self) -> tuple[CycleSet, ...]:
+        """The loops as checked cycles, with the zeros of their cells where load removals give them."""
+        loops = [self.loops] if isinstance(self.loops, CycleSet | Record) else list(self.loops)
+        if self.load_removal is not None:
+            loops = [*zeroed(loops, self.load_removal, self.rig_errors.calibration)]
+        return checked_cases(loops, self.damper, self.rig_errors)
 
     @property
     def names(self) -> Sequence[str]:
-        how = f"{self.resamples} refits, seed {self.seed}, {self.steps} steps, search {self.population} by {self.generations}"
-        return (f"{self.name}, {self.laws}, {how}",)
+        zeros = str([sorted(case.zero_errors.items()) for case in self.cases])
+        digest = sha256(b"".join(case.harmonics.tobytes() for case in self.cases) + zeros.encode()).hexdigest()[:12]
+        return (f"identification {digest}, {self.identity('loops', 'damper', 'load_removal')}",)
 
     @property
     def words(self) -> Sequence[str]:
@@ -305,14 +324,14 @@ class IdentificationWork:
     @cached_property
     def fit(self) -> DamperFit:
         """Loops and model."""
-        unknowns = parameters(self.unknown, self.damper, self.bounds)
-        return DamperFit.of(self.cases, self.damper, unknowns, self.errors, self.steps)
+        unknowns = parameters(self.unknown, self.damper, self.bounds or {})
+        return DamperFit.of(self.cases, self.damper, unknowns, self.rig_errors, self.steps)
 
     def solve(self, case: int, report: Callable[[float], object]) -> Arrays:
         """Logarithms of the unknowns of the law that is chosen, and of their refits; errors of all laws on loops held out."""
         fit, seen = self.fit, np.nan
         best, others = self._searched(fit, lambda share: report(0.4 * share))
-        if self.errors.lag is None:
+        if self.rig_errors.lag is None:
             largest, late = GRADUAL / (2.0 * np.pi * max(case.frequency for case in self.cases)), fit.with_lag(LAG_PRIOR)
             coarse = late.steps(COARSE)
             seen = coarse.lag_at(coarse.solved(best, evaluations=EVALUATIONS).x)
@@ -321,7 +340,7 @@ class IdentificationWork:
                 seen = late.lag_at(there[0])
                 # A lag that another minimum seemed to show is none, but has led to a better one.
                 fit, (best, others) = (late, there) if abs(seen) > largest else (fit, fitted(fit, np.array([best, there[0]])))
-        fits = {law: fit.with_law(law) for law in LINE_LAWS if law in self.laws}
+        fits = {law: fit.with_law(law) for law in LINE_LAWS if law in self.law}
         thetas = {law: fitted_with_law(fit, best) for law, fit in fits.items()}
         errors = {law: held_out(fit, thetas[law]) for law, fit in fits.items()} if len(fits) > 1 else {}
         law = next(law for law in fits if not errors or errors[law] <= CLOSE * min(errors.values()))
@@ -353,7 +372,7 @@ class IdentificationWork:
         intervals = {name: (float(low), float(high)) for name, (low, high) in zip(names, ends, strict=True)}
         of_cases = (sentence for case in self.cases for sentence in case.warnings)
         counted = (sentence for sentence in (again.refusal, again.remark) if sentence)
-        late = lag_remarks(fit, theta, lag_error) if prior or self.errors.lag is not None else ()
+        late = lag_remarks(fit, theta, lag_error) if prior or self.rig_errors.lag is not None else ()
         warnings = (*counted, *of_cases, *late, *remarks(fit, theta, scatter), *never_sliding(fit, theta, self.damper))
         with np.errstate(invalid="ignore", divide="ignore"):
             enough = len(replicates) > 1
@@ -361,7 +380,7 @@ class IdentificationWork:
         dataset = identification_dataset(fit, theta, intervals, replicates, (lag_error, zero_errors))
         dataset.attrs |= {"warnings": "\n".join(warnings), "lag_seen": seen}
         dataset = with_slip(dataset, fit, self.damper, float(fit.values(theta)["kn"][-1]))
-        several = [one for one in LINE_LAWS if one in self.laws] if len(self.laws) > 1 else []
+        several = [one for one in LINE_LAWS if one in self.law] if len(self.law) > 1 else []
         errors = dict(zip(several, map(float, arrays["held_out"]), strict=True))
         if errors:
             held_out = named("law", list(errors.values()), "error on loops held out, in standard deviations")
@@ -369,22 +388,8 @@ class IdentificationWork:
         return Identification(values, intervals, correlation, warnings, fit, replicates, dataset, law, errors)
 
 
-def identify(
-    loops: Sequence[CycleSet | Record] | CycleSet | Record,
-    damper: BetweenPlatforms,
-    unknown: Sequence[str] | None = None,
-    *,
-    law: str | Sequence[str] = "macroslip",
-    errors: RigErrors | None = None,
-    bounds: Mapping[str, tuple[float, float]] | None = None,
-    steps: int = 500,
-    resamples: int = 24,
-    population: int = 6,
-    generations: int = 15,
-    seed: int = 0,
-    progress: Callable[[float], object] | None = None,
-    load_removal: LoadRemoval | Sequence[LoadRemoval] | None = None,
-) -> Identification:
+@takes(IdentificationWork)
+def identify(work: IdentificationWork) -> Identification:
     """Contact parameters of a damper from measured cycles of one or several cases.
 
     loops: records or cycles (`whole_cycles`) with platform motion, force_x, force_y and, if measured, rotation and damper_y,
@@ -398,21 +403,4 @@ def identify(
     one each; the records then hold raw readings. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
     resamples: refits for the intervals; population (times unknowns), generations: of the search. progress(share): callback.
     """
-    errors = RigErrors() if errors is None else errors
-    several = [loops] if isinstance(loops, CycleSet | Record) else list(loops)
-    raw = several if load_removal is None else zeroed(several, load_removal, errors.calibration)
-    cases = checked_cases(raw, damper, errors)
-    work = IdentificationWork(
-        cases,
-        damper,
-        unknown=tuple(unknown or ()),
-        errors=errors,
-        resamples=resamples,
-        seed=seed,
-        bounds=bounds or {},
-        steps=steps,
-        population=population,
-        generations=generations,
-        laws=(law,) if isinstance(law, str) else tuple(law),
-    )
-    return work.identification(work.solve(0, lambda share: progress(share) if progress else None))
+    return work.identification(work.solve(0, work.progress or (lambda share: None)))

@@ -396,7 +396,9 @@ def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset
     drawn = np.array([np.asarray(one["found"]) for one in results[1:]])  # (draws, 2, amplitudes)
     errors = np.asarray(results[0]["errors"])
     whole = np.nan_to_num(errors)
-    shifted = [_with_errors(draw, values, whole) for draw, values in zip(work.drawn[1:], drawn, strict=True)]
+    # Frequency and damping ratio (2, amplitudes) of each draw, with its scatter between tests and its share of the errors.
+    changes = [np.array([[draw.shift], [0.0]]) + draw.truncation * whole for draw in work.drawn[1:]]
+    shifted = [values * np.exp(change) for values, change in zip(drawn, changes, strict=True)]
 
     data: dict[str, Any] = {}
     for k, (name, (unit, words)) in enumerate(KEYS.items()):
@@ -415,9 +417,3 @@ def _dataset(work: DecayPredictionWork, results: Sequence[Arrays]) -> xr.Dataset
     }
     attrs = work.about_draws | {"title": "Predicted decay", "mode": work.followed, "measured_from": least, "measured_to": most}
     return xr.Dataset(data, coords, attrs | {"cpu_seconds": sum(float(one["cpu_seconds"]) for one in results)})
-
-
-def _with_errors(draw: Draw, values: Array, errors: Array) -> Array:
-    """Frequency and damping ratio (2, amplitudes) of a draw with its scatter between tests and its share of the errors."""
-    scatter = np.array([[draw.shift], [0.0]])
-    return np.asarray(values * np.exp(scatter + draw.truncation * errors))

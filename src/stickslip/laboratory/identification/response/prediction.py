@@ -445,17 +445,8 @@ def _dataset(work: ResponsePredictionWork, results: Sequence[Arrays]) -> xr.Data
         "level": named("level", list(levels), "held amplitude" if work.held else "force level", work.level_units),
         "parameter": named("parameter", list(work.population.free), "parameter"),
     }
-    return xr.Dataset(data, coords, _attributes(work) | {"cpu_seconds": sum(float(one["cpu_seconds"]) for one in results)})
-
-
-def _measured_levels(work: ResponsePredictionWork) -> tuple[float, float]:
-    """Least and largest level that the tests of the identification had at their largest response."""
-    return float(work.test_levels.min()), float(work.test_levels.max())
-
-
-def _attributes(work: ResponsePredictionWork) -> dict[str, Any]:
     low, high = _measured_levels(work)
-    return work.about_draws | {
+    attributes = work.about_draws | {
         "title": "Predicted responses",
         "held": "response" if work.held else "force",
         "quantity": work.measure.quantity.name,
@@ -463,4 +454,11 @@ def _attributes(work: ResponsePredictionWork) -> dict[str, Any]:
         "measured_to": high,
         "point_error": float(np.median(work.data["point_error"].values)),
         "point_noise": float(np.median(work.data.get("point_noise", work.data["point_error"]).values)),
+        "cpu_seconds": sum(float(one["cpu_seconds"]) for one in results),
     }
+    return xr.Dataset(data, coords, attributes)
+
+
+def _measured_levels(work: ResponsePredictionWork) -> tuple[float, float]:
+    """Least and largest level that the tests of the identification had at their largest response."""
+    return float(work.test_levels.min()), float(work.test_levels.max())

@@ -1,9 +1,12 @@
-"""Files that accompany some templates; each function returns the inserted values and the files.
+"""The models and measurements beside templates of studies: `python tools/template_files.py` renews study/templates/beside.
 
-Models stand as another program would export them: matrices with names of rows, and a table of nodes with sets.
+They are kept as files, so that `stickslip new` has nothing to mesh or solve and writes the same numbers on every machine; the
+results on the pages start from these. Models stand as another program would export them: matrices with names of rows, and a
+table of nodes with sets.
 """
 
-import json
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.free_decay import free_decay
-from stickslip.laboratory.measurement.reconstruction import RigErrors, loop_of, synthetic_record, true_cycle
+from stickslip.laboratory.measurement.reconstruction import RigErrors, synthetic_record, true_cycle
 from stickslip.laboratory.measurement.records import write_record
 from stickslip.model.dampers.between_platforms import in_phase, out_of_phase
 from stickslip.model.rigs import blade_and_wedge, three_mass_wedge
@@ -21,67 +24,52 @@ from stickslip.model.rigs.laboratory_damper import laboratory_damper
 from stickslip.model.structure.solid import Solid, box_mesh, solid
 from stickslip.support.checks import Array
 from stickslip.support.files import write_arrays, write_text
+from verify.identification import loop_of
+
+FOLDER = Path(__file__).parents[1] / "src" / "stickslip" / "study" / "templates" / "beside"
 
 
-def wedge_matrices(study: Path) -> tuple[dict[str, str], list[Path]]:
-    """M, K and C of the three-mass wedge."""
-    structure, file = three_mass_wedge().structure, study.with_suffix(".npz")
-    write_arrays(file, {"M": structure.M, "K": structure.K, "C": np.asarray(structure.C)})
-    return {"matrices": file.name}, [file]
+def wedge_matrices(folder: Path) -> None:
+    """lumped: M, K and C of the three-mass wedge."""
+    structure = three_mass_wedge().structure
+    write_arrays(folder / "lumped" / "study.npz", {"M": structure.M, "K": structure.K, "C": np.asarray(structure.C)})
 
 
-def synthetic_loops(study: Path) -> tuple[dict[str, str], list[Path]]:
-    """Two loops of the laboratory damper, measured with the errors of a rig."""
+def loops(folder: Path) -> None:
+    """identification: two loops of the laboratory damper, measured with the errors of a rig."""
     rig, errors = laboratory_damper(37.0), RigErrors()
-    systematic, loops = errors.draw(np.random.default_rng(0)), []
+    systematic = errors.draw(np.random.default_rng(0))
     for seed, (name, motion) in enumerate({"out_of_phase": out_of_phase(30e-6), "in_phase": in_phase(30e-6)}.items()):
         record = synthetic_record(true_cycle(rig, motion), errors, seed=seed, systematic=systematic, cycles=10, name=name)
-        loops.append(write_record(record, study.with_name(f"{study.stem}_{name}.csv")))
-    return {"loops": json.dumps([loop.name for loop in loops], ensure_ascii=False)}, loops
+        write_record(record, folder / "identification" / f"study_{name}.csv")
 
 
-def synthetic_responses(study: Path) -> tuple[dict[str, str], list[Path]]:
-    """Three stepped sines of the blade on a wedge with 1 % noise, amplitude and phase."""
-    files = _stepped_sines(study, (0.5, 6.0, 15.0))
-    return {"files": json.dumps([file.name for file in files], ensure_ascii=False)}, files
-
-
-def synthetic_responses_to_predict(study: Path) -> tuple[dict[str, str], list[Path]]:
-    """The same, and one at another force, which they predict."""
-    *files, other = _stepped_sines(study, (0.5, 6.0, 15.0, 10.0))
-    words = {"files": json.dumps([file.name for file in files], ensure_ascii=False)}
-    return words | {"compared": json.dumps([other.name], ensure_ascii=False)}, [*files, other]
-
-
-def synthetic_responses_and_a_decay(study: Path) -> tuple[dict[str, str], list[Path]]:
-    """The same three, and the displacement with 0.2 % noise while the motion decays after the excitation at 15 N has stopped."""
-    files = _stepped_sines(study, (0.5, 6.0, 15.0))
-    problem, rng = blade_and_wedge(pull=60.0), np.random.default_rng(1)
-    decay = free_decay(problem, 0.5, frequency=333.0, force=15.0, steps=32_000).dataset
-    time, motion = decay["time"].values[::8], decay["displacement"].values[0, ::8]
-    motion = motion + 2e-3 * np.abs(motion).max() * rng.normal(size=motion.size)
-    rows = [f"{t:.6g},{u:.6g}" for t, u in zip(time, motion, strict=True)]
-    ring_down = study.with_name(f"{study.stem}_ring_down.csv")
-    write_text(ring_down, "\n".join(["time [s],displacement [m]", *rows]) + "\n")
-    words = {"files": json.dumps([file.name for file in files], ensure_ascii=False)}
-    return words | {"compared": json.dumps([ring_down.name], ensure_ascii=False)}, [*files, ring_down]
-
-
-def _stepped_sines(study: Path, forces: Sequence[float]) -> list[Path]:
-    """A file of a stepped sine of the blade on a wedge for each force, with 1 % noise."""
-    rng, files = np.random.default_rng(0), []
+def stepped_sines(folder: Path) -> None:
+    """Stepped sines of the blade on a wedge at four forces with 1 % noise, amplitude and phase."""
+    rng = np.random.default_rng(0)
     frequencies = 350.35 + np.array([-40.0, -30, -22, -15, -10, -6, -4, -2.5, -1.5, -0.7, 0, 0.7, 1.5, 2.5, 4, 6, 10, 15, 20])
-    for force in forces:
+    for force in (0.5, 6.0, 15.0, 10.0):
         data = forced_response(blade_and_wedge(pull=60.0), frequencies.tolist(), force, harmonics=9).dataset
         X = data["response"].values[0, :, 0, 1] @ np.array([1.0, 1j]) * (2.0 * np.pi * frequencies) ** 2
         X = X * (1.0 + 0.01 * (rng.normal(size=X.size) + 1j * rng.normal(size=X.size)))
         rows = [f"{f:.6g},{abs(x):.6g},{force:g},{np.angle(x):.6g}" for f, x in zip(frequencies, X, strict=True)]
         text = "\n".join(["frequency [Hz],acceleration [m/s2],force [N],phase [rad]", *rows]) + "\n"
-        files.append(write_text(study.with_name(f"{study.stem}_{force:g}_N.csv"), text))
-    return files
+        for kind in ("response_identification", "response_prediction", "decay_prediction"):
+            if force != 10.0 or kind == "response_prediction":
+                write_text(folder / kind / f"study_{force:g}_N.csv", text)
 
 
-def synthetic_contact_record(study: Path) -> tuple[dict[str, str], list[Path]]:
+def ring_down(folder: Path) -> None:
+    """The displacement with 0.2 % noise while the motion decays after the excitation at 15 N has stopped."""
+    problem, rng = blade_and_wedge(pull=60.0), np.random.default_rng(1)
+    decay = free_decay(problem, 0.5, frequency=333.0, force=15.0, steps=32_000).dataset
+    time, motion = decay["time"].values[::8], decay["displacement"].values[0, ::8]
+    motion = motion + 2e-3 * np.abs(motion).max() * rng.normal(size=motion.size)
+    rows = [f"{t:.6g},{u:.6g}" for t, u in zip(time, motion, strict=True)]
+    write_text(folder / "decay_prediction" / "study_ring_down.csv", "\n".join(["time [s],displacement [m]", *rows]) + "\n")
+
+
+def contact_record(folder: Path) -> None:
     """Twenty cycles of one slider as a rig would record them."""
     generator, cycles, samples = np.random.default_rng(0), 20, 400
     u, force = (np.tile(signal, cycles) for signal in loop_of([1.0], 20e6, 0.4, 100.0, 10e-6, samples))
@@ -90,10 +78,7 @@ def synthetic_contact_record(study: Path) -> tuple[dict[str, str], list[Path]]:
     u = 1.004 * u + drift + 0.08e-6 * generator.standard_normal(u.size)
     force = 0.995 * force + 0.7 + 0.1 * generator.standard_normal(u.size)
     rows = [f"{t:.6g},{1e6 * x:.6g},{f:.6g}" for t, x, f in zip(time, u, force, strict=True)]
-    file = write_text(
-        study.with_name(f"{study.stem}.csv"), "\n".join(["time [s],displacement [um],friction force [N]", *rows]) + "\n"
-    )
-    return {"files": json.dumps([file.name], ensure_ascii=False)}, [file]
+    write_text(folder / "contact_law" / "study.csv", "\n".join(["time [s],displacement [um],friction force [N]", *rows]) + "\n")
 
 
 MM = 1e-3
@@ -104,24 +89,23 @@ BLADE = (8.0, 120.0, 30.0)
 """Thickness, height and width of the blade, mm."""
 
 
-def blade_model(study: Path) -> tuple[dict[str, str], list[Path]]:
+def blade_model(folder: Path) -> None:
     """A clamped blade: matrices in mm, t, s with names and coordinates of its nodes."""
     thickness, height, width = BLADE
     blade = _block([0.0, thickness], np.linspace(0.0, height, 9), np.linspace(0.0, width, 3))
-    file = _write_matrices(study.with_suffix(".npz"), blade.clamp(lambda points: points[:, 1] < 1e-9))
-    return {"model": file.name}, [file]
+    _write_matrices(folder / "model" / "study.npz", blade.clamp(lambda points: points[:, 1] < 1e-9))
 
 
-def two_jointed_beams(study: Path) -> tuple[dict[str, str], list[Path]]:
+def two_jointed_beams(folder: Path) -> None:
     """Beams of 40 x 20 x 5 and 140 x 20 x 5 mm that overlap by 20 mm, the short one clamped; 3 x 5 nodes each in the joint."""
     x, y = [20.0, 30.0, 40.0], [0.0, 5.0, 10.0, 15.0, 20.0]
     upper = _block(np.arange(0.0, 41.0, 10.0), y, [0.0, 5.0]).clamp(lambda points: points[:, 0] < 1e-9)
     lower = _block(np.arange(20.0, 161.0, 10.0), y, [-5.0, 0.0])
     joint = _on(x, y, [0.0])
-    return _written(study, {"upper": (upper, {"JOINT": joint}), "lower": (lower, {"JOINT": joint})})
+    _write(folder / "jointed_beams", {"upper": (upper, {"JOINT": joint}), "lower": (lower, {"JOINT": joint})})
 
 
-def two_beams_with_a_gap(study: Path) -> tuple[dict[str, str], list[Path]]:
+def two_beams_with_a_gap(folder: Path) -> None:
     """Clamped beams of 160 x 20 x 3.344 mm, 0.01 mm apart; 5 x 3 nodes on each side of the last quarter of both."""
     x, y, thickness, gap = np.linspace(0.0, 160.0, 17), [0.0, 10.0, 20.0], 3.344, 0.01
     end = x[x >= 120.0].tolist()
@@ -130,7 +114,7 @@ def two_beams_with_a_gap(study: Path) -> tuple[dict[str, str], list[Path]]:
         beam = _block(x, y, [bottom, bottom + thickness]).clamp(lambda points: points[:, 0] < 1e-9)
         inside, outside = (bottom, bottom + thickness) if name == "upper" else (0.0, bottom)
         beams[name] = (beam, {"INSIDE": _on(end, y, [inside]), "OUTSIDE": _on(end, y, [outside])})
-    return _written(study, beams)
+    _write(folder / "beams_with_a_gap", beams)
 
 
 STALK, PLATFORM_EDGE, PLATFORM_FOOT, PLATFORM_TOP, RISE = 4.0, 18.0, 46.0, 58.0, 30.0
@@ -138,7 +122,7 @@ STALK, PLATFORM_EDGE, PLATFORM_FOOT, PLATFORM_TOP, RISE = 4.0, 18.0, 46.0, 58.0,
 slope of its underside, degrees."""
 
 
-def blade_with_a_platform(study: Path) -> tuple[dict[str, str], list[Path]]:
+def blade_with_a_platform(folder: Path) -> None:
     """A clamped blade of 160 mm with a platform whose undersides rise to both sides."""
     side = np.linspace(STALK, PLATFORM_EDGE, 3)
     heights = [0.0, 0.5 * PLATFORM_FOOT, PLATFORM_FOOT, PLATFORM_TOP, 92.0, 126.0, 160.0]
@@ -152,7 +136,7 @@ def blade_with_a_platform(study: Path) -> tuple[dict[str, str], list[Path]]:
     def underside(side: float) -> Where:
         return lambda point: side * point[0] > STALK - 1e-6 and abs(point[1] - _foot(point[0])) < 1e-6
 
-    return _written(study, {"blade": (blade, {"PLATFORM_RIGHT": underside(1.0), "PLATFORM_LEFT": underside(-1.0)})})
+    _write(folder / "two_blades", {"blade": (blade, {"PLATFORM_RIGHT": underside(1.0), "PLATFORM_LEFT": underside(-1.0)})})
 
 
 def _foot(x: Any) -> Any:
@@ -171,14 +155,11 @@ HALF_LENGTH = 12.0
 """Of a sector along the axis, mm."""
 
 
-def bladed_disk_sector(study: Path) -> tuple[dict[str, str], list[Path]]:
+def bladed_disk_sector(folder: Path) -> None:
     """One of 12 sectors of a disk with blades and platforms; dampers lie under the platforms of neighbours."""
     bore = MM * RADII["bore"]
     body = solid(sector_mesh()).clamp(lambda points: np.hypot(points[:, 0], points[:, 1]) < bore + 1e-9)
-    tip = np.array([RADII["tip"], 0.0, 0.0])
-    near = body.points[np.linalg.norm(body.points - MM * tip, axis=1).argmin()] / MM
-    words, files = _written(study, {"sector": (body, sector_sets())})
-    return words | {"tip": str([round(float(c), 6) for c in near])}, files
+    _write(folder / "bladed_disk", {"sector": (body, sector_sets())})
 
 
 def sector_sets() -> dict[str, Where]:
@@ -246,16 +227,11 @@ def _on(x: Sequence[float], y: Sequence[float], z: Sequence[float]) -> Where:
     return lambda point: all(np.abs(line - c).min() < 1e-6 for line, c in zip(lines, point, strict=True))
 
 
-def _written(study: Path, bodies: Mapping[str, tuple[Solid, Mapping[str, Where]]]) -> tuple[dict[str, str], list[Path]]:
-    """Matrices and nodes of several bodies, STUDY_NAME.npz and STUDY_NAME.csv; the words of the study are the files."""
-    words: dict[str, str] = {}
-    files: list[Path] = []
+def _write(folder: Path, bodies: Mapping[str, tuple[Solid, Mapping[str, Where]]]) -> None:
+    """Matrices and nodes of several bodies, study_NAME.npz and study_NAME.csv."""
     for name, (body, sets) in bodies.items():
-        place = study.with_name(f"{study.stem}_{name}")
-        written = [_write_matrices(place.with_suffix(".npz"), body), _write_nodes(place.with_suffix(".csv"), body, sets)]
-        words |= {name: written[0].name, f"{name}_nodes": written[1].name}
-        files += written
-    return words, files
+        _write_matrices(folder / f"study_{name}.npz", body)
+        _write_nodes(folder / f"study_{name}.csv", body, sets)
 
 
 def _write_matrices(file: Path, body: Solid) -> Path:
@@ -283,3 +259,11 @@ def _write_nodes(file: Path, body: Solid, sets: Mapping[str, Where]) -> Path:
 
 def _sets_at(point: Array, sets: Mapping[str, Where]) -> str:
     return " ".join(name for name, holds in sets.items() if holds(point))
+
+
+MODELS = (wedge_matrices, blade_model, two_jointed_beams, two_beams_with_a_gap, blade_with_a_platform, bladed_disk_sector)
+MEASUREMENTS = (loops, stepped_sines, ring_down, contact_record)
+
+if __name__ == "__main__":
+    for write in (*MODELS, *MEASUREMENTS):
+        write(FOLDER)
