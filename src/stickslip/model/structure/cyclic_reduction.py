@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 
 from stickslip.model.structure.centrifugal import Z_AXIS, RotationAxis
-from stickslip.model.structure.complete_modes import ModeCount, held_modes
+from stickslip.model.structure.complete_modes import ModeCount, held_modes, longest, orthonormal
 from stickslip.model.structure.cyclic import CyclicStructure, cyclic
 from stickslip.model.structure.factor import Pencil, Singular, solver
 from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.modes import ROUNDING
 from stickslip.model.structure.solid import Solid
 from stickslip.model.structure.sparse import symmetric_sparse
 from stickslip.support.checks import Array, Index, InputError, fault, first_of
@@ -330,6 +331,48 @@ def reduced_waves(
         which = f"nodal diameter {n}, {done + 1} of {len(nodal_diameters)}"
         progress(done / len(nodal_diameters), f"reducing {which}, {sector.solid.size} rows")
         yield _reduced_wave(sector, np.array(list(kept.values()), dtype=int), modes, n, acting)
+
+
+def shared_modes(kept: Mapping[str, int], modes: int) -> int:
+    """The number of modal coordinates of `shared_waves`."""
+    return 2 * modes + min(modes, len(kept))
+
+
+def shared_waves(
+    ends: Sequence[Sector],
+    kept: Mapping[str, int],
+    modes: int,
+    nodal_diameters: Sequence[int],
+    progress: Progress = lambda share, text: None,
+    loads: Array | None = None,
+) -> Iterator[ReducedWave]:
+    """The reduction of each nodal diameter, with the first of two K, in the shapes that the sector has with either.
+
+    Kept rows move as with the first K. Modal coordinates are the fixed-interface modes of both, and what static shapes with the
+    second K have beyond: of that the motions which, left out, raise its stiffness by the largest share. Where both K have the same
+    shapes, further modes of the first fill the number.
+    """
+    size, number = len(kept), shared_modes(kept, modes)
+    M, K, other_K = ends[0].solid.M, *(end.solid.K for end in ends)
+    both = zip(*(reduced_waves(end, kept, modes, nodal_diameters, progress, loads) for end in ends), strict=True)
+    for n, waves in zip(nodal_diameters, both, strict=True):
+        (static, inside), (other, beside) = (np.split(wave.transformation, [size], axis=1) for wave in waves)
+        changed = other - static
+        values, order = linalg.eigh(waves[1].K[:size, :size])
+        order /= np.sqrt(np.maximum(values, ROUNDING * values.max(initial=0.0)))  # free disks have motions without stiffness
+        raised = order.conj().T @ hermitian(changed.conj().T @ (other_K @ changed)) @ order
+        order = order @ linalg.eigh(raised)[1][:, ::-1][:, :modes]
+        for more, was in ((beside, beside), (changed @ order, other @ order)):
+            inside = np.hstack([inside, orthonormal(more, M, inside, longest(was, M @ was))[0]])
+        if inside.shape[1] < number:
+            more = next(reduced_waves(ends[0], kept, number, [n])).transformation[:, size + modes :]
+            inside = np.hstack([inside, orthonormal(more, M, inside, 1.0)[0]])[:, :number]
+        T = np.hstack([static, inside])
+        mass, stiffness = (hermitian(T.conj().T @ (A @ T)) for A in (M, K))
+        lacking = waves[0].beyond
+        solved = linalg.solve(stiffness[size:, size:], inside.conj().T @ (K @ lacking), assume_a="her")
+        counted = next((w.counted for w in waves if not w.counted.there == w.counted.found == modes), waves[0].counted)
+        yield ReducedWave(mass, stiffness, T, waves[0].squares, counted, lacking - inside @ solved)
 
 
 def _reduced_wave(sector: Sector, kept: Index, modes: int, nodal_diameter: int, acting: Array) -> ReducedWave:

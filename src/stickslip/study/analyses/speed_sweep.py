@@ -1,13 +1,15 @@
 """Speed sweep in a study: the table [speed_sweep], engine orders over a range of rotor speeds."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stickslip.analyses.speed.models import at_reference_speed
+from stickslip.analyses.speed.models import at_reference_speed, waves_at, with_waves
 from stickslip.analyses.speed.speed_sweep import SpeedSweepSettings, SpeedSweepWork, samples_for
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
@@ -68,6 +70,9 @@ def problem_over_speed(asked: Asked, table: OverSpeedTable) -> tuple[Problem, fl
         remedy = "Write the speed in rev/min at which [structure] and the static forces hold."
         raise InputError(f"[{table.key}]: reference_speed must be given, but is missing. {remedy}")
     at_rest = stiffness_at_rest(asked, table, problem, reference)
+    own = _on_line(asked.disks, table.speed, reference)
+    if own is not None:
+        problem = with_waves(problem, own)
     try:
         return at_reference_speed(problem, 2.0 * pi * reference / 60.0, at_rest), reference
     except InputError as error:
@@ -78,7 +83,7 @@ def stiffness_at_rest(asked: Asked, table: OverSpeedTable, problem: Problem, ref
     """K at rest in SI, (n, n); None where it is the same at all speeds."""
     given, structure, key = table.stiffness_at_rest, problem.structure, f"[{table.key}]: stiffness_at_rest"
     if asked.disks:
-        return _disk_at_rest(asked.disks)
+        return _on_line(asked.disks, table.speed, 0.0)
     if isinstance(structure, CyclicStructure) and any(isinstance(force, CentrifugalLoad) for force in problem.forces):
         remedy = "Write at_speeds in [structure.sector], with the model of the sector at rest or at another speed."
         raise fault("[rotation]", "must go with K at two speeds for a sector over the speed", "one speed alone", remedy)
@@ -102,16 +107,13 @@ def stiffness_at_rest(asked: Asked, table: OverSpeedTable, problem: Problem, ref
     return np.asarray(K * asked.units.factor(STIFFNESS))
 
 
-def _disk_at_rest(disks: Mapping[float, CyclicStructure]) -> Array | None:
-    """K(Ω) = K_r + (Ω² − Ω_r²) K₁ of every nodal diameter at rest, K_r that at the reference speed, K₁ by least squares."""
-    own, *others = disks
-    K = {speed: np.asarray(disk.stiffnesses) for speed, disk in disks.items()}
-    if not others:
+def _on_line(disks: Mapping[float, CyclicStructure], ends: Sequence[float], speed: float) -> NDArray[Any] | None:
+    """K of every nodal diameter at a speed on the straight line in Ω² through those at both ends of the table; None where the
+    disk is stated at one speed."""
+    if len(disks) < 2:
         return None
-    steps = np.array([speed**2 - own**2 for speed in others])
-    changes = np.array([K[speed] - K[own] for speed in others])
-    rate = np.tensordot(steps, changes, axes=1) / (steps @ steps)
-    return np.asarray(K[own] - own**2 * rate)
+    low, high = (waves_at(disks, end) for end in ends)
+    return np.asarray(low + (speed**2 - ends[0] ** 2) / (ends[1] ** 2 - ends[0] ** 2) * (high - low))
 
 
 def _read(path: Path, key: str) -> Array:
