@@ -349,8 +349,8 @@ def shared_waves(
     """The reduction of each nodal diameter, with the first of two K, in the shapes that the sector has with either.
 
     Kept rows move as with the first K. Modal coordinates are the fixed-interface modes of both, and what static shapes with the
-    second K have beyond: of that the motions which, left out, raise its stiffness by the largest share. Where both K have the same
-    shapes, further modes of the first fill the number.
+    second K have beyond: of that the motions which, left out, raise its stiffness by the largest share. Where both K have
+    the same shapes, further modes of the first fill the number.
     """
     size, number = len(kept), shared_modes(kept, modes)
     M, K, other_K = ends[0].solid.M, *(end.solid.K for end in ends)
