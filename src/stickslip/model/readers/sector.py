@@ -141,11 +141,13 @@ def read_sector_at_speeds(
     progress: Progress = quiet,
 ) -> dict[float, CyclicStructure]:
     """Read the models of one sector at several rotor speeds, {speed in rev/min: path}, and return {speed: disk}, all of them
-    in the same coordinates: K(Ω) of `ss.campbell` and `ss.speed_sweep` lies between them.
+    in the same coordinates. In a Campbell diagram K(Ω) lies between them, and turns with the blades. That of `ss.speed_sweep`
+    goes straight with Ω², so that its two models should be near to the speeds of the sweep.
 
     The mass matrix must be the same at all speeds, and every K must contain what its program adds at that speed: stress
-    stiffening and, as in CalculiX, spin softening. All are reduced with the shapes of the mean of the slowest and the fastest K.
-    Other arguments as those of `read_sector`.
+    stiffening and, as in CalculiX, spin softening. All are reduced with the shapes of the slowest and the fastest K together:
+    modes is the number of fixed-interface modes of each, and of the static shapes in which they differ, so that there are up to
+    three times as many modal coordinates. Other arguments as those of `read_sector`.
     """
     speeds = sorted(not_negative("paths, a speed", speed) for speed in paths)
     if len(speeds) < 2:
@@ -332,8 +334,6 @@ def _reduced(
 def _raised(sector: Sector, stiffnesses: Sequence[Sparse], kept: Mapping[str, int], modes: int, n: int, wave: Any) -> Array:
     """By how much the lowest natural frequencies of each model are higher in the shapes that all speeds share than in its own,
     relatively, at a nodal diameter; empty for one model.
-
-    Where the load bends a thin blade as far as its thickness, each K has other soft motions, which no K between has.
     """
     raised = []
     for k, K in enumerate(stiffnesses if len(stiffnesses) > 1 else ()):
@@ -351,11 +351,7 @@ def _shared_notes(raised: Array, models: Sequence[Model], n: int) -> Iterator[st
     most = int(np.argmax(raised))
     where = f"the {LOWEST} lowest frequencies at nodal diameter {n} are up to {100.0 * max(raised[most], 0.0):.2g} % higher"
     said = f"In the shapes that all speeds share {where} than in those of {models[most].file} alone"
-    if raised[most] <= SHARED:
-        yield said
-        return
-    remedy = "Frequencies at all speeds are too high by about as much: compute each speed from its own model"
-    yield f"Warning: {said}: the steady deformation changes which motions are soft. {remedy}."
+    yield said if raised[most] <= SHARED else f"Warning: {said}: take more modes"
 
 
 def _count_notes(counts: Mapping[int, ModeCount], modes: int) -> Iterator[str]:

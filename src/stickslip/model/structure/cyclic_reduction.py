@@ -370,7 +370,7 @@ def shared_waves(
         T = np.hstack([static, inside])
         mass, stiffness = (hermitian(T.conj().T @ (A @ T)) for A in (M, K))
         lacking = waves[0].beyond
-        solved = linalg.solve(stiffness[size:, size:], inside.conj().T @ (K @ lacking), assume_a="her")
+        solved = np.linalg.solve(stiffness[size:, size:], inside.conj().T @ (K @ lacking))
         counted = next((w.counted for w in waves if not w.counted.there == w.counted.found == modes), waves[0].counted)
         yield ReducedWave(mass, stiffness, T, waves[0].squares, counted, lacking - inside @ solved)
 
@@ -394,16 +394,18 @@ def _reduced_wave(sector: Sector, kept: Index, modes: int, nodal_diameter: int, 
         )
     basis = np.zeros((independent.size, kept.size + modes), dtype=K.dtype)
     basis[boundary, np.arange(kept.size)] = 1.0
-    basis[interior, : kept.size] = -body.solve(K[interior][:, boundary].toarray())
+    inside = (T.conj().T @ acting)[interior]
+    static = body.solve(
+        np.hstack([-K[interior][:, boundary].toarray(), inside])
+    )  # before the modes, whose count shifts the factor
+    basis[interior, : kept.size] = static[:, : kept.size]
     found = held_modes(body, modes)
     if found.squares.size < modes:
         raise fault("modes", f"must be at most {found.squares.size}, the modes that the sector has with mass", modes)
     shapes, squares = found.shapes[:, :modes], found.squares[:modes]
     basis[interior, kept.size :] = shapes
-    inside = (T.conj().T @ acting)[interior]
     beyond = np.zeros((independent.size, acting.shape[1]), dtype=K.dtype)
-    if inside.size:  # PARDISO takes no empty right-hand side
-        beyond[interior] = body.solve(inside) - shapes @ ((shapes.conj().T @ inside) / squares[:, None])
+    beyond[interior] = static[:, kept.size :] - shapes @ ((shapes.conj().T @ inside) / squares[:, None])
     mass_of_basis, stiffness = (hermitian(basis.conj().T @ (A @ basis)) for A in (M, K))
     return ReducedWave(mass_of_basis, stiffness, T @ basis, squares, found.count, T @ beyond)
 

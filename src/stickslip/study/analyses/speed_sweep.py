@@ -1,21 +1,22 @@
 """Speed sweep in a study: the table [speed_sweep], engine orders over a range of rotor speeds."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import pi
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stickslip.analyses.speed.models import at_reference_speed, waves_at, with_waves
+from stickslip.analyses.speed.models import at_reference_speed, waves_at
 from stickslip.analyses.speed.speed_sweep import SpeedSweepSettings, SpeedSweepWork, samples_for
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.readers.read import read_content
+from stickslip.model.readers.sector import LOWEST, SHARED
 from stickslip.model.structure.cyclic import CyclicStructure
+from stickslip.model.structure.modes import natural_modes
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Works, summary_of
 from stickslip.study.fields import STIFFNESS, Table
@@ -70,9 +71,6 @@ def problem_over_speed(asked: Asked, table: OverSpeedTable) -> tuple[Problem, fl
         remedy = "Write the speed in rev/min at which [structure] and the static forces hold."
         raise InputError(f"[{table.key}]: reference_speed must be given, but is missing. {remedy}")
     at_rest = stiffness_at_rest(asked, table, problem, reference)
-    own = _on_line(asked.disks, table.speed, reference)
-    if own is not None:
-        problem = with_waves(problem, own)
     try:
         return at_reference_speed(problem, 2.0 * pi * reference / 60.0, at_rest), reference
     except InputError as error:
@@ -83,7 +81,7 @@ def stiffness_at_rest(asked: Asked, table: OverSpeedTable, problem: Problem, ref
     """K at rest in SI, (n, n); None where it is the same at all speeds."""
     given, structure, key = table.stiffness_at_rest, problem.structure, f"[{table.key}]: stiffness_at_rest"
     if asked.disks:
-        return _on_line(asked.disks, table.speed, 0.0)
+        return _disk_at_rest(asked.disks)
     if isinstance(structure, CyclicStructure) and any(isinstance(force, CentrifugalLoad) for force in problem.forces):
         remedy = "Write at_speeds in [structure.sector], with the model of the sector at rest or at another speed."
         raise fault("[rotation]", "must go with K at two speeds for a sector over the speed", "one speed alone", remedy)
@@ -107,13 +105,38 @@ def stiffness_at_rest(asked: Asked, table: OverSpeedTable, problem: Problem, ref
     return np.asarray(K * asked.units.factor(STIFFNESS))
 
 
-def _on_line(disks: Mapping[float, CyclicStructure], ends: Sequence[float], speed: float) -> NDArray[Any] | None:
-    """K of every nodal diameter at a speed on the straight line in Ω² through those at both ends of the table; None where the
-    disk is stated at one speed."""
-    if len(disks) < 2:
+def _disk_at_rest(disks: Mapping[float, CyclicStructure]) -> Array | None:
+    """K(Ω) = K_r + (Ω² − Ω_r²) K₁ of every nodal diameter at rest, K_r that at the reference speed, K₁ by least squares."""
+    own, *others = disks
+    K = {speed: np.asarray(disk.stiffnesses) for speed, disk in disks.items()}
+    if not others:
         return None
-    low, high = (waves_at(disks, end) for end in ends)
-    return np.asarray(low + (speed**2 - ends[0] ** 2) / (ends[1] ** 2 - ends[0] ** 2) * (high - low))
+    steps = np.array([speed**2 - own**2 for speed in others])
+    changes = np.array([K[speed] - K[own] for speed in others])
+    rate = np.tensordot(steps, changes, axes=1) / (steps @ steps)
+    return np.asarray(K[own] - own**2 * rate)
+
+
+def straight_notes(asked: Asked) -> Iterator[str]:
+    """What K of a sector that goes straight with Ω² adds to frequencies amid a sweep: K of the models turns with the blades."""
+    table: Any = asked.tables.get(TABLE, asked.tables.get("run_up"))
+    at_rest = None if table is None else _disk_at_rest(asked.disks)
+    if at_rest is None:
+        return
+    own, disk = next(iter(asked.disks.items()))
+    speed = float(np.clip(np.mean(np.square(table.speed)) ** 0.5, min(asked.disks), max(asked.disks)))
+    assert disk.masses is not None
+    assert disk.stiffnesses is not None
+    straight = at_rest[0] + (speed / own) ** 2 * (disk.stiffnesses[0] - at_rest[0])
+    high, right = (natural_modes(disk.masses[0], K).frequencies for K in (straight, waves_at(asked.disks, speed)[0]))
+    lowest = np.flatnonzero(right > 0.0)[:LOWEST]
+    raised = float(np.max(high[lowest] / right[lowest] - 1.0))
+    if raised > SHARED:
+        remedy = "Give models nearer to the speeds of the sweep, or ask for a Campbell diagram, whose K turns"
+        yield (
+            f"Warning: K goes straight with the square of the speed, and blades turn under the load: at {speed:.5g} rev/min "
+            f"the {LOWEST} lowest frequencies at nodal diameter 0 are up to {100.0 * raised:.2g} % too high. {remedy}."
+        )
 
 
 def _read(path: Path, key: str) -> Array:
