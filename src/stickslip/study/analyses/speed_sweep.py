@@ -1,6 +1,6 @@
 """Speed sweep in a study: the table [speed_sweep], engine orders over a range of rotor speeds."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
 from pathlib import Path
@@ -117,26 +117,29 @@ def _disk_at_rest(disks: Mapping[float, CyclicStructure]) -> Array | None:
     return np.asarray(K[own] - own**2 * rate)
 
 
-def straight_notes(asked: Asked) -> Iterator[str]:
-    """What K of a sector that goes straight with Ω² adds to frequencies amid a sweep: K of the models turns with the blades."""
+def straight_notes(asked: Asked) -> list[str]:
+    """What K of a sector that goes straight with Ω² adds to frequencies within a sweep: K of the models turns with the blades."""
     table: Any = asked.tables.get(TABLE, asked.tables.get("run_up"))
     at_rest = None if table is None else _disk_at_rest(asked.disks)
     if at_rest is None:
-        return
+        return []
     own, disk = next(iter(asked.disks.items()))
-    speed = float(np.clip(np.mean(np.square(table.speed)) ** 0.5, min(asked.disks), max(asked.disks)))
     assert disk.masses is not None
     assert disk.stiffnesses is not None
-    straight = at_rest[0] + (speed / own) ** 2 * (disk.stiffnesses[0] - at_rest[0])
-    high, right = (natural_modes(disk.masses[0], K).frequencies for K in (straight, waves_at(asked.disks, speed)[0]))
-    lowest = np.flatnonzero(right > 0.0)[:LOWEST]
-    raised = float(np.max(high[lowest] / right[lowest] - 1.0))
-    if raised > SHARED:
-        remedy = "Give models nearer to the speeds of the sweep, or ask for a Campbell diagram, whose K turns"
-        yield (
-            f"Warning: K goes straight with the square of the speed, and blades turn under the load: at {speed:.5g} rev/min "
-            f"the {LOWEST} lowest frequencies at nodal diameter 0 are up to {100.0 * raised:.2g} % too high. {remedy}."
-        )
+    raised = {}
+    for speed in np.clip(np.linspace(*table.speed, 3), min(asked.disks), max(asked.disks)).tolist():
+        straight = at_rest[0] + (speed / own) ** 2 * (disk.stiffnesses[0] - at_rest[0])
+        high, right = (natural_modes(disk.masses[0], K).frequencies for K in (straight, waves_at(asked.disks, speed)[0]))
+        lowest = np.flatnonzero(right > 0.0)[:LOWEST]
+        raised[speed] = float(np.max(high[lowest] / right[lowest] - 1.0))
+    most = max(raised, key=raised.__getitem__)
+    if raised[most] <= SHARED:
+        return []
+    return [
+        f"Warning: K goes straight with the square of the speed, and blades turn under the load: at {most:.5g} rev/min the "
+        f"{LOWEST} lowest frequencies at nodal diameter 0 are up to {100.0 * raised[most]:.2g} % too high. Give models nearer to "
+        "the speeds of the sweep, or ask for a Campbell diagram, whose K turns"
+    ]
 
 
 def _read(path: Path, key: str) -> Array:
