@@ -126,7 +126,7 @@ def test_k_of_disks_that_were_read_at_two_speeds_turns_between_them():
         axis = np.array([np.cos(angle), np.sin(angle)])
         K = 1e6 * np.outer(axis, axis) + np.eye(2)
         disk = cyclic(4, ("1.x", "1.y"), [M] * 3, [K, K + 0.5 * np.eye(2), K + np.eye(2)])
-        return ss.TunedDisk(replace(disk, turns=turns), (), (ss.Force("1.x"),), ("1.x",), engine_order=1)
+        return ss.TunedDisk(replace(disk, turns=turns), (), (ss.Force("1.x", 1.0),), ("1.x",), engine_order=1)
 
     for turns in (False, True):
         models = {0.0: problem(0.0, turns), 6000.0: problem(0.02, turns)}
