@@ -127,7 +127,7 @@ def straight_notes(asked: Asked) -> list[str]:
     assert disk.masses is not None
     assert disk.stiffnesses is not None
     raised = {}
-    for speed in np.clip(np.linspace(*table.speed, 3), min(asked.disks), max(asked.disks)).tolist():
+    for speed in np.clip(np.linspace(table.speed[0], table.speed[1], 3), min(asked.disks), max(asked.disks)).tolist():
         straight = at_rest[0] + (speed / own) ** 2 * (disk.stiffnesses[0] - at_rest[0])
         high, right = (natural_modes(disk.masses[0], K).frequencies for K in (straight, waves_at(asked.disks, speed)[0]))
         lowest = np.flatnonzero(right > 0.0)[:LOWEST]
