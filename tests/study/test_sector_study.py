@@ -260,6 +260,12 @@ def test_a_speed_sweep_goes_between_models_at_two_speeds(folder):
     at_rest, fast = (plan.works[""].parts[0].problem.at_speed(speed).structure for speed in (0.0, 200.0 * np.pi))
     for n in range(7):
         np.testing.assert_allclose(fast.at(n).K, 1.02 * at_rest.at(n).K, rtol=1e-9, atol=1e-9 * np.abs(fast.at(n).K).max())
+    diagram = re.sub("force_levels = .*", "", f"{text}{sweep}".replace("speed_sweep", "campbell"))
+    models = job(diagram, folder, "wheel").plan.works[""].models.models
+    assert sorted(models) == [0.0, 6000.0]
+    for speed, model in models.items():
+        assert model.structure.turns
+        np.testing.assert_allclose(model.structure.at(3).K, (at_rest if speed == 0.0 else fast).at(3).K, rtol=1e-9, atol=1.0)
     with pytest.raises(InputError, match="takes its engine orders from"):
         job(f"{text}{sweep}[excitation]\nengine_order = 3\n", folder, "wheel")
 
@@ -365,9 +371,10 @@ def test_models_at_two_speeds_stand_beside_the_rotation_each_with_its_own_soften
     assert 0.0 < np.abs(half.static_load).max() == pytest.approx(0.25 * np.abs(turning.static_load).max(), rel=1e-9)
 
 
-@pytest.mark.parametrize(("angle", "warns"), [(0.0, False), (0.003, False), (0.03, True)])
-def test_models_whose_soft_motions_differ_are_warned_of(folder, angle, warns, tmp_path, monkeypatch):
-    """K turned by an angle about the axis has the same frequencies and other soft motions: the mean of both has neither."""
+@pytest.mark.parametrize(("angle", "modes", "warns"), [(0.0, 12, ""), (0.03, 12, "K goes"), (0.3, 1, "In the shapes")])
+def test_models_whose_soft_motions_differ_are_warned_of(folder, angle, modes, warns, tmp_path, monkeypatch):
+    """K turned by an angle about the axis has the same frequencies and other soft motions: both have theirs in shapes of both,
+    unless these are few, and K on the straight line between them, as in a sweep, has neither."""
     monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path))
     with np.load(folder / "wheel_sector.npz") as arrays:
         given = {**arrays}
@@ -377,8 +384,10 @@ def test_models_whose_soft_motions_differ_are_warned_of(folder, angle, warns, tm
             both = [row, rows[f"{x[:-2]}.y"]]
             turn[np.ix_(both, both)] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     np.savez(folder / "turned.npz", **given | {"K": turn @ given["K"] @ turn.T})
-    said = " ".join(job(at_two_speeds(folder, "turned.npz"), folder, "wheel").notes)
-    assert ("Warning: In the reduction basis that all speeds share" in said) == warns
+    text = at_two_speeds(folder, "turned.npz").replace("modes = 12 ", f"modes = {modes} ")
+    said = " ".join(job(text, folder, "wheel").notes)
+    assert ("Warning: K goes straight" in said) == (angle > 0.0)
+    assert ("Warning: In the reduction basis" in said) == (warns == "In the shapes")
     assert "In the reduction basis that all speeds share, the 3 lowest frequencies at nodal diameter 0" in said
 
 

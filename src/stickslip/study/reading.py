@@ -26,6 +26,7 @@ from stickslip.model.structure.sparse import SparseStructure
 from stickslip.results.schema import sentence_in
 from stickslip.solve.balance.fourier import harmonics_for, highest
 from stickslip.study import build
+from stickslip.study.analyses.speed_sweep import straight_notes
 from stickslip.study.analysis import KINDS, Asked, Kind, Plan, StudyTable, all_keys, keys_of, owners
 from stickslip.study.build import Names, dofs_in
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
@@ -200,7 +201,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet, whole_di
     asked = Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig), disks, document)
     plan = found.attempt("", kind.plan, asked)
     found.stop()
-    notes += resting_fatigue(asked)
+    notes += [*resting_fatigue(asked), *straight_notes(asked)]
     if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or (sweep.problem.heading if sweep else "") or name

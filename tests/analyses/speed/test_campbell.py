@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.analyses.speed.models import problem_at, waves_at
+from stickslip.model.structure.cyclic import cyclic
+from stickslip.model.structure.turning import Turning
 
 K0, K1, KT = 1e4, 2.0, 3e3  # N/m, N s²/m, N/m
 
@@ -113,3 +116,29 @@ def test_wrong_input_is_refused(models, given, words):
     arguments = {"speed": (0.0, 1500.0), "engine_orders": [2]} | given
     with pytest.raises(ss.InputError, match=words):
         ss.campbell(models, **arguments)
+
+
+def test_k_of_disks_that_were_read_at_two_speeds_turns_between_them():
+    """Two masses a sector, soft along one axis and stiff along another, which turns by 0.02; without turn K goes straight."""
+    M = np.diag([1.0, 2.0])
+
+    def problem(angle, turns):
+        axis = np.array([np.cos(angle), np.sin(angle)])
+        K = 1e6 * np.outer(axis, axis) + np.eye(2)
+        disk = cyclic(4, ("1.x", "1.y"), [M] * 3, [K, K + 0.5 * np.eye(2), K + np.eye(2)])
+        return ss.TunedDisk(replace(disk, turns=turns), (), (ss.Force("1.x", 1.0),), ("1.x",), engine_order=1)
+
+    for turns in (False, True):
+        models = {0.0: problem(0.0, turns), 6000.0: problem(0.02, turns)}
+        found = problem_at(models)(6000.0 / np.sqrt(2.0)).structure
+        np.testing.assert_allclose(found.K, found.at(0).K.real)
+        for n in range(3):
+            one, other = (model.structure.at(n).K for model in models.values())
+            between = Turning.between(M, one, other).at(0.5) if turns else 0.5 * (one + other)
+            np.testing.assert_allclose(found.at(n).K, between, rtol=1e-12, atol=1e-6)
+            np.testing.assert_allclose(
+                waves_at({v: each.disk for v, each in models.items()}, 6000.0 / np.sqrt(2.0))[n], between, atol=1e-6
+            )
+        lowest = np.linalg.eigvalsh(found.at(0).K)[0]
+        assert lowest == pytest.approx(1.0, abs=0.05) if turns else lowest > 90.0
+    assert ss.with_bodies(models[0.0].disk, {"b": ss.RigidBody(1.0, np.eye(3), (0.0, 0.0, 0.0)).structure()}).turns

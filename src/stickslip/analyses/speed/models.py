@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from stickslip.model.problem import Problem
 from stickslip.model.problem.speed import SpeedDependence
 from stickslip.model.structure.cyclic import CyclicStructure
 from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.turning import Turning
 from stickslip.support.checks import InputError, fault, finite, of_kind
 
 ROUNDING = 1e-12
@@ -29,8 +30,9 @@ Models = Mapping[float, Problem] | Callable[[float], Problem]
 class ProblemAt:
     """The problem of a speed in rev/min.
 
-    Of problems at two speeds K(Ω) = K₀ + Ω² K₁, at any speed; of more, that between neighbours, refused beyond them. Static loads
-    go with Ω² likewise, and Coriolis forces with Ω. Mass, damping, contacts and harmonic forces must be the same at all speeds.
+    Of problems at two speeds K(Ω) = K₀ + Ω² K₁, at any speed; of more, that between neighbours, refused beyond them. K of disks
+    that were read at several speeds turns between them (`Turning`). Static loads go with Ω², and Coriolis forces with Ω.
+    Mass, damping, contacts and harmonic forces must be the same at all speeds.
     """
 
     models: Models
@@ -84,14 +86,40 @@ def _sorted(models: Mapping[float, Problem]) -> Mapping[float, Problem]:
 def _at(models: Mapping[float, Problem], speed: float) -> Problem:
     """The problem of a speed in rev/min between those of its neighbours; of two models, also beyond them."""
     speeds, problems = list(models), list(models.values())
-    if len(speeds) > 2 and not speeds[0] <= speed <= speeds[-1]:
-        raise fault("speed", f"must lie between {speeds[0]:g} and {speeds[-1]:g} rev/min, where there are models", speed)
-    k = int(np.clip(np.searchsorted(speeds, speed) - 1, 0, len(speeds) - 2))
-    share = (speed**2 - speeds[k] ** 2) / (speeds[k + 1] ** 2 - speeds[k] ** 2)
+    k, share = _place(speeds, speed)
     found, fastest = _between(problems[k], problems[k + 1], share), problems[-1].structure.coriolis
     if fastest is None:
         return found
     return found.with_structure(replace(found.structure, coriolis=speed / speeds[-1] * fastest))
+
+
+def _place(speeds: Sequence[float], speed: float) -> tuple[int, float]:
+    """The number of the model below a speed, and the share of the way in Ω² to the next one."""
+    if len(speeds) > 2 and not speeds[0] <= speed <= speeds[-1]:
+        raise fault("speed", f"must lie between {speeds[0]:g} and {speeds[-1]:g} rev/min, where there are models", speed)
+    k = int(np.clip(np.searchsorted(speeds, speed) - 1, 0, len(speeds) - 2))
+    return k, (speed**2 - speeds[k] ** 2) / (speeds[k + 1] ** 2 - speeds[k] ** 2)
+
+
+def waves_at(disks: Mapping[float, CyclicStructure], speed: float) -> NDArray[Any]:
+    """K of the nodal diameters at a speed, of disks at two speeds or more."""
+    speeds = sorted(disks)
+    k, share = _place(speeds, speed)
+    return _waves_between(disks[speeds[k]], disks[speeds[k + 1]], share)
+
+
+def _waves_between(one: CyclicStructure, other: CyclicStructure, share: float) -> NDArray[Any]:
+    """K of the nodal diameters at a share of the way in Ω²."""
+    if one.turns and other.turns:
+        return np.array([turning.at(share) for turning in _turnings(one, other)])
+    return np.asarray(_stiffness(one) + share * (_stiffness(other) - _stiffness(one)))
+
+
+@lru_cache(maxsize=2)
+def _turnings(one: CyclicStructure, other: CyclicStructure) -> list[Turning]:
+    """How K turns at each nodal diameter: kept, since a curve asks for many speeds between the same two."""
+    assert one.masses is not None
+    return [Turning.between(*each) for each in zip(one.masses, _stiffness(one), _stiffness(other), strict=True)]
 
 
 def _refuse_other(one: Problem, other: Problem, speed: float, slower: float) -> None:
@@ -126,13 +154,17 @@ def _alike(one: Any, other: Any) -> bool:
 def _between(one: Problem, other: Problem, share: float) -> Problem:
     """The problem at a share of the way in Ω²."""
     a, b = one.structure, other.structure
-    structure = replace(a, K=a.K + share * (b.K - a.K), coriolis=None)
-    if isinstance(a, CyclicStructure) and isinstance(b, CyclicStructure):
-        assert a.stiffnesses is not None
-        assert b.stiffnesses is not None
-        structure = replace(structure, stiffnesses=a.stiffnesses + share * (b.stiffnesses - a.stiffnesses))  # type: ignore[call-arg]
     loads = [replace(f, static=f.static + share * (g.static - f.static)) for f, g in zip(one.forces, other.forces, strict=True)]
-    return replace(one, structure=structure, forces=tuple(loads))
+    between = replace(one, structure=replace(a, K=a.K + share * (b.K - a.K), coriolis=None), forces=tuple(loads))
+    if isinstance(a, CyclicStructure) and isinstance(b, CyclicStructure):
+        return with_waves(between, _waves_between(a, b, share))
+    return between
+
+
+def with_waves(problem: Problem, waves: NDArray[Any]) -> Problem:
+    """The problem of a disk with another K of its nodal diameters."""
+    assert isinstance(problem.structure, CyclicStructure)
+    return problem.with_structure(replace(problem.structure, K=waves[0].real, stiffnesses=waves.astype(complex)))
 
 
 def synchronous(models: Mapping[float, Problem]) -> Problem:
@@ -166,11 +198,10 @@ def at_reference_speed(problem: Problem, speed: float, stiffness_at_rest: NDArra
     else:
         added = (_stiffness(problem.structure) - stiffness_at_rest) / speed**2
         structure = problem.structure
-        problem = problem.with_structure(
-            replace(structure, K=stiffness_at_rest[0].real, stiffnesses=stiffness_at_rest.astype(complex))
-            if isinstance(structure, CyclicStructure)
-            else replace(structure, K=stiffness_at_rest)
-        )
+        if isinstance(structure, CyclicStructure):
+            problem = with_waves(problem, stiffness_at_rest)
+        else:
+            problem = problem.with_structure(replace(structure, K=stiffness_at_rest))
     return _with_speed(problem.with_forces([replace(force, static=0.0) for force in problem.forces]), added, rates)
 
 

@@ -24,7 +24,15 @@ from stickslip.model.readers.sector_faces import interpolation_error, paired
 from stickslip.model.structure.centrifugal import Z_AXIS, AxisLike, CentrifugalLoads, RotationAxis
 from stickslip.model.structure.complete_modes import ModeCount
 from stickslip.model.structure.cyclic import MOST_SECTORS, CyclicStructure, HeldDiameters, cyclic
-from stickslip.model.structure.cyclic_reduction import Sector, hermitian, mode_names, partners, reduced_waves
+from stickslip.model.structure.cyclic_reduction import (
+    Sector,
+    hermitian,
+    mode_names,
+    partners,
+    reduced_waves,
+    shared_modes,
+    shared_waves,
+)
 from stickslip.model.structure.matrices import Damping
 from stickslip.model.structure.modes import natural_modes
 from stickslip.model.structure.solid import Solid
@@ -133,11 +141,13 @@ def read_sector_at_speeds(
     progress: Progress = quiet,
 ) -> dict[float, CyclicStructure]:
     """Read the models of one sector at several rotor speeds, {speed in rev/min: path}, and return {speed: disk}, all of them
-    in the same coordinates: K(Ω) of `ss.campbell` and `ss.speed_sweep` lies between them.
+    in the same coordinates. In a Campbell diagram K(Ω) lies between them, and turns with the blades. That of `ss.speed_sweep`
+    goes straight with Ω², so that its two models should be near to the speeds of the sweep.
 
     The mass matrix must be the same at all speeds, and every K must contain what its program adds at that speed: stress
-    stiffening and, as in CalculiX, spin softening. All are reduced with the shapes of the mean of the slowest and the fastest K.
-    Other arguments: as for `read_sector`.
+    stiffening and, as in CalculiX, spin softening. All are reduced with the shapes of the slowest and the fastest K together:
+    modes is the number of fixed-interface modes of each, and of the static shapes in which they differ, so that there are up to
+    three times as many modal coordinates. Other arguments: as for `read_sector`.
     """
     speeds = sorted(not_negative("paths, a speed", speed) for speed in paths)
     if len(speeds) < 2:
@@ -218,8 +228,8 @@ def disks_of(
     if speed:
         stress_places.refuse_own_axes(model)
     diameters = diameters or HeldDiameters.of(faces.sectors)
-    arrays = _reduced(models, read, stiffnesses, faces, kept, number, stress, speed, diameters, progress)
-    dofs = (*kept, *mode_names(number))
+    arrays = _reduced(models, read, stiffnesses, faces, kept, number, stress, speeds, diameters, progress)
+    dofs = (*kept, *mode_names(number if len(models) == 1 else shared_modes(kept, number)))
     whole = {name: row for place in places for name, row in place.dofs.items()}
     nodes, sets = kept_nodes(model, whole), kept_sets(model, tuple(places))
     mean = arrays["rotation"] if arrays["rotation"].size else None
@@ -233,6 +243,7 @@ def disks_of(
             mesh_points=model.located[1] if surface is None else surface.points,
             mesh_triangles=np.zeros((0, 3), dtype=np.int64) if surface is None else surface.triangles,
             damping=damping,
+            turns=len(models) > 1,
             stresses=recoveries,
             centrifugal=CentrifugalLoads(arrays["loads"], len(dofs)) if arrays["loads"].size else None,
         )
@@ -263,19 +274,20 @@ def _reduced(
     kept: Mapping[str, int],
     modes: int,
     stress: stress_places.StressRows | None,
-    speed: float,
+    speeds: Sequence[float],
     diameters: HeldDiameters,
     progress: Progress,
 ) -> dict[str, NDArray[Any]]:
-    """The reduction on the shapes of the mean K: M of the nodal diameters (held, m, m), K of each model (models, held, m, m),
-    stress (held, rows, m) and that due to rotation (rows,), error of the interpolation.
+    """The reduction on the shapes of the slowest and the fastest model: M of the nodal diameters (held, m, m), K of each model
+    (models, held, m, m), stress (held, rows, m) and that due to rotation (rows,), error of the interpolation.
 
-    Frequencies at both ends then err by the square of what the speed changes of the shapes. Every nodal diameter has a file of
-    its own in the cache, so that another engine order finds those that it shares.
+    Every nodal diameter has a file of its own in the cache, so that another engine order finds those that it shares.
     """
+    speed = speeds[0] if speeds and stress is not None else 0.0
+    ends = [0] if len(models) == 1 else [int(np.argmin(speeds)), int(np.argmax(speeds))]
     face_nodes = [(node, models[0].nodes[node]) for face in (faces.low, faces.high) for node in models[0].sets[face]]
     reduction = [model.fingerprint for model in models], faces, face_nodes, list(kept.values()), modes
-    key = repr((stickslip.__version__, *reduction, stress and stress.bytes, speed))
+    key = repr((stickslip.__version__, *reduction, ends, stress and stress.bytes, speed))
     files = {part: cache_folder() / f"{sha256(f'{key} {part}'.encode()).hexdigest()[:32]}.npz" for part in ("", *diameters.held)}
     sector = read.sector
     free = np.flatnonzero(read.rows >= 0)
@@ -286,9 +298,12 @@ def _reduced(
     wanted = [n for n in diameters.held if n not in waves]
     if not wanted:
         progress(1.0, f"reduction found in {files[0]}")
-    mean = stiffnesses[0] if len(stiffnesses) == 1 else sparse.csc_array(0.5 * (stiffnesses[0] + stiffnesses[-1]))
-    meshed = replace(sector, solid=replace(sector.solid, K=mean))
-    for n, wave in zip(wanted, reduced_waves(meshed, kept, modes, wanted, progress, acting), strict=True):
+    both = [replace(sector, solid=replace(sector.solid, K=stiffnesses[k])) for k in ends]
+    if len(both) == 1:
+        reduced = reduced_waves(sector, kept, modes, wanted, progress, acting)
+    else:
+        reduced = shared_waves(both, kept, modes, wanted, progress, acting)
+    for n, wave in zip(wanted, reduced, strict=True):
         T = wave.transformation
         lacking = np.zeros((0, 9)) if rows is None else rows @ wave.beyond
         # All sectors have the same load: it is one of nodal diameter 0.
@@ -319,8 +334,6 @@ def _reduced(
 def _raised(sector: Sector, stiffnesses: Sequence[Sparse], kept: Mapping[str, int], modes: int, n: int, wave: Any) -> Array:
     """By how much the lowest natural frequencies of each model are higher in the shapes that all speeds share than in its own,
     relatively, at a nodal diameter; empty for one model.
-
-    Where the load bends a thin blade as far as its thickness, each K has other soft motions, which no K between has.
     """
     raised = []
     for k, K in enumerate(stiffnesses if len(stiffnesses) > 1 else ()):
@@ -338,11 +351,7 @@ def _shared_notes(raised: Array, models: Sequence[Model], n: int) -> Iterator[st
     most = int(np.argmax(raised))
     where = f"the {LOWEST} lowest frequencies at nodal diameter {n} are up to {100.0 * max(raised[most], 0.0):.2g} % higher"
     said = f"In the reduction basis that all speeds share, {where} than in that of {models[most].file} alone"
-    if raised[most] <= SHARED:
-        yield said
-        return
-    remedy = "Frequencies at all speeds are about that much too high: compute each speed from its own model"
-    yield f"Warning: {said}: the steady deformation changes the soft motions. {remedy}."
+    yield said if raised[most] <= SHARED else f"Warning: {said}: take more modes"
 
 
 def _count_notes(counts: Mapping[int, ModeCount], modes: int) -> Iterator[str]:

@@ -64,7 +64,7 @@ def eigenpairs_above(
     draw = np.random.default_rng((1, known.shape[1]) if known.shape[1] else 1)
     image = inverse(M @ draw.standard_normal((M.shape[0], block)))
     blocks, products = np.empty((M.shape[0], 0), dtype=image.dtype, order="F"), np.empty((0, 0), dtype=image.dtype)
-    vectors, _ = _orthonormal(image, M, blocks, _longest(image, M @ image))
+    vectors, _ = orthonormal(image, M, blocks, longest(image, M @ image))
     done = 0
     while True:
         begun, done = done, done + vectors.shape[1]
@@ -78,7 +78,7 @@ def eigenpairs_above(
         weighted = M @ image
         column = basis.conj().T @ weighted
         products = np.block([[products, column[:begun]], [column[:begun].conj().T, column[begun:]]])
-        vectors, rest = _orthonormal(image - basis @ column, M, basis, _longest(image, weighted))
+        vectors, rest = orthonormal(image - basis @ column, M, basis, longest(image, weighted))
         projected = 0.5 * (products + products.conj().T)
         exhausted = vectors.shape[1] == 0 or done >= M.shape[0] - known.shape[1]
         if not exhausted and done < number:
@@ -108,12 +108,12 @@ def _converged(thetas: Array, turned: NDArray[Any], rest: NDArray[Any]) -> NDArr
     return np.asarray(residuals <= RESIDUAL * np.abs(thetas))
 
 
-def _longest(vectors: NDArray[Any], weighted: NDArray[Any]) -> float:
+def longest(vectors: NDArray[Any], weighted: NDArray[Any]) -> float:
     """The largest of √(vᴴMv), weighted being M v."""
     return float(np.sqrt(np.max(np.sum(vectors.conj() * weighted, axis=0).real, initial=0.0)))
 
 
-def _orthonormal(vectors: NDArray[Any], M: Sparse, basis: NDArray[Any], length: float) -> tuple[NDArray[Any], NDArray[Any]]:
+def orthonormal(vectors: NDArray[Any], M: Sparse, basis: NDArray[Any], length: float) -> tuple[NDArray[Any], NDArray[Any]]:
     """Q (n, k) with QᴴMQ = 1 and VᴴMQ = 0, and R (k, b): what is left of vectors (n, b) off the basis V is Q R.
 
     Directions that are rounding beside the length that the vectors once had are left out: the space is then exhausted there.

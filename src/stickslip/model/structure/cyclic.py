@@ -93,7 +93,7 @@ class CyclicStructure(Structure):
     masses, stiffnesses, dampings: (N//2 + 1, m, m) complex, one Hermitian matrix for each of the nodal `diameters`, which are all
     of 0..N//2 unless a reduction was asked for some. Made by `cyclic` or `sector_chain`. Directions may name degrees of freedom
     of the following sector with the prefix "next/". axis: about which the following sector comes counter-clockwise; z through
-    the origin unless given.
+    the origin unless given. turns: whether K at several speeds are those of shapes that the load turns (`turning`).
     """
 
     diameters: HeldDiameters = ONE_SECTOR
@@ -101,6 +101,7 @@ class CyclicStructure(Structure):
     stiffnesses: Waves | None = None
     dampings: Waves | None = None
     axis: RotationAxis = Z_AXIS
+    turns: bool = False
 
     @property
     def sectors(self) -> int:
@@ -202,7 +203,7 @@ def with_bodies(disk: CyclicStructure, bodies: Mapping[str, Structure]) -> Cycli
     whole = cyclic(disk.sectors, (*disk.dofs, *added.dofs), masses, stiffnesses, None, None, disk.axis, disk.diameters.held)
     nodes = {**disk.nodes, **added.nodes}
     whole = replace(whole, sets=disk.sets, mesh_points=disk.mesh_points, mesh_triangles=disk.mesh_triangles)
-    whole = replace(whole, stresses=disk.stresses)
+    whole = replace(whole, stresses=disk.stresses, turns=disk.turns)
     return replace(whole, nodes=nodes, outlines=added.outlines)
 
 

@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 
 from stickslip.model.structure.centrifugal import Z_AXIS, RotationAxis
-from stickslip.model.structure.complete_modes import ModeCount, held_modes
+from stickslip.model.structure.complete_modes import ModeCount, held_modes, longest, orthonormal
 from stickslip.model.structure.cyclic import CyclicStructure, cyclic
 from stickslip.model.structure.factor import Pencil, Singular, solver
 from stickslip.model.structure.matrices import Structure
+from stickslip.model.structure.modes import ROUNDING
 from stickslip.model.structure.solid import Solid
 from stickslip.model.structure.sparse import symmetric_sparse
 from stickslip.support.checks import Array, Index, InputError, fault, first_of
@@ -332,6 +333,48 @@ def reduced_waves(
         yield _reduced_wave(sector, np.array(list(kept.values()), dtype=int), modes, n, acting)
 
 
+def shared_modes(kept: Mapping[str, int], modes: int) -> int:
+    """The number of modal coordinates of `shared_waves`."""
+    return 2 * modes + min(modes, len(kept))
+
+
+def shared_waves(
+    ends: Sequence[Sector],
+    kept: Mapping[str, int],
+    modes: int,
+    nodal_diameters: Sequence[int],
+    progress: Progress = lambda share, text: None,
+    loads: Array | None = None,
+) -> Iterator[ReducedWave]:
+    """The reduction of each nodal diameter, with the first of two K, in the shapes that the sector has with either.
+
+    Kept rows move as with the first K. Modal coordinates are the fixed-interface modes of both, and what static shapes with the
+    second K have beyond: of that the motions which, left out, raise its stiffness by the largest share. Where both K have
+    the same shapes, further modes of the first fill the number.
+    """
+    size, number = len(kept), shared_modes(kept, modes)
+    M, K, other_K = ends[0].solid.M, *(end.solid.K for end in ends)
+    both = zip(*(reduced_waves(end, kept, modes, nodal_diameters, progress, loads) for end in ends), strict=True)
+    for n, waves in zip(nodal_diameters, both, strict=True):
+        (static, inside), (other, beside) = (np.split(wave.transformation, [size], axis=1) for wave in waves)
+        changed = other - static
+        values, order = linalg.eigh(waves[1].K[:size, :size])
+        order /= np.sqrt(np.maximum(values, ROUNDING * values.max(initial=0.0)))  # free disks have motions without stiffness
+        raised = order.conj().T @ hermitian(changed.conj().T @ (other_K @ changed)) @ order
+        order = order @ linalg.eigh(raised)[1][:, ::-1][:, :modes]
+        for more, was in ((beside, beside), (changed @ order, other @ order)):
+            inside = np.hstack([inside, orthonormal(more, M, inside, longest(was, M @ was))[0]])
+        if inside.shape[1] < number:
+            more = next(reduced_waves(ends[0], kept, number, [n])).transformation[:, size + modes :]
+            inside = np.hstack([inside, orthonormal(more, M, inside, 1.0)[0]])[:, :number]
+        T = np.hstack([static, inside])
+        mass, stiffness = (hermitian(T.conj().T @ (A @ T)) for A in (M, K))
+        lacking = waves[0].beyond
+        solved = np.linalg.solve(stiffness[size:, size:], inside.conj().T @ (K @ lacking))
+        counted = next((w.counted for w in waves if not w.counted.there == w.counted.found == modes), waves[0].counted)
+        yield ReducedWave(mass, stiffness, T, waves[0].squares, counted, lacking - inside @ solved)
+
+
 def _reduced_wave(sector: Sector, kept: Index, modes: int, nodal_diameter: int, acting: Array) -> ReducedWave:
     """Craig–Bampton of one nodal diameter on its independent degrees of freedom, then the motion of the whole sector."""
     T = sector.constraint(nodal_diameter)
@@ -351,16 +394,18 @@ def _reduced_wave(sector: Sector, kept: Index, modes: int, nodal_diameter: int, 
         )
     basis = np.zeros((independent.size, kept.size + modes), dtype=K.dtype)
     basis[boundary, np.arange(kept.size)] = 1.0
-    basis[interior, : kept.size] = -body.solve(K[interior][:, boundary].toarray())
+    inside = (T.conj().T @ acting)[interior]
+    static = body.solve(
+        np.hstack([-K[interior][:, boundary].toarray(), inside])
+    )  # before the modes, whose count shifts the factor
+    basis[interior, : kept.size] = static[:, : kept.size]
     found = held_modes(body, modes)
     if found.squares.size < modes:
         raise fault("modes", f"must be at most {found.squares.size}, the modes that the sector has with mass", modes)
     shapes, squares = found.shapes[:, :modes], found.squares[:modes]
     basis[interior, kept.size :] = shapes
-    inside = (T.conj().T @ acting)[interior]
     beyond = np.zeros((independent.size, acting.shape[1]), dtype=K.dtype)
-    if inside.size:  # PARDISO takes no empty right-hand side
-        beyond[interior] = body.solve(inside) - shapes @ ((shapes.conj().T @ inside) / squares[:, None])
+    beyond[interior] = static[:, kept.size :] - shapes @ ((shapes.conj().T @ inside) / squares[:, None])
     mass_of_basis, stiffness = (hermitian(basis.conj().T @ (A @ basis)) for A in (M, K))
     return ReducedWave(mass_of_basis, stiffness, T @ basis, squares, found.count, T @ beyond)
 

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from stickslip.analyses.speed.campbell import CampbellWork
-from stickslip.analyses.speed.models import Models
+from stickslip.analyses.speed.models import Models, with_waves
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.nonlinear_modes import FORMS
 from stickslip.study.analyses.speed_sweep import band_of, problem_over_speed, reference_of, stiffness_at_rest
@@ -86,6 +86,10 @@ def _models(asked: Asked, table: Any) -> tuple[Models, str]:
     slow = fast = problem
     if reference is None or loaded or stiffness_at_rest(asked, table, problem, reference) is not None:
         along, reference = problem_over_speed(replace(asked, sweep=replace(sweep, problem=problem)), table)
+        if len(asked.disks) > 1:
+            at = {speed: along.at_speed(2.0 * pi * speed / 60.0) for speed in asked.disks}
+            own = {speed: with_waves(problem, np.asarray(asked.disks[speed].stiffnesses)) for speed, problem in at.items()}
+            return own, f"at {reference:g} rev/min"
         slow, fast = along.at_speed(0.0), along.at_speed(2.0 * pi * reference / 60.0)
     if coriolis is not None:
         fast = fast.with_structure(replace(fast.structure, coriolis=coriolis))

@@ -4,16 +4,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from stickslip.analyses.speed.models import at_reference_speed
+from stickslip.analyses.speed.models import at_reference_speed, waves_at
 from stickslip.analyses.speed.speed_sweep import SpeedSweepSettings, SpeedSweepWork, samples_for
 from stickslip.model.disks.tuned import TunedDisk
 from stickslip.model.problem import Problem
 from stickslip.model.problem.centrifugal_load import CentrifugalLoad
 from stickslip.model.readers.read import read_content
+from stickslip.model.readers.sector import LOWEST, SHARED
 from stickslip.model.structure.cyclic import CyclicStructure
+from stickslip.model.structure.modes import natural_modes
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Works, summary_of
 from stickslip.study.fields import STIFFNESS, Table
@@ -112,6 +115,31 @@ def _disk_at_rest(disks: Mapping[float, CyclicStructure]) -> Array | None:
     changes = np.array([K[speed] - K[own] for speed in others])
     rate = np.tensordot(steps, changes, axes=1) / (steps @ steps)
     return np.asarray(K[own] - own**2 * rate)
+
+
+def straight_notes(asked: Asked) -> list[str]:
+    """What K of a sector that goes straight with Ω² adds to frequencies within a sweep: K of the models turns with the blades."""
+    table: Any = asked.tables.get(TABLE, asked.tables.get("run_up"))
+    at_rest = None if table is None else _disk_at_rest(asked.disks)
+    if at_rest is None:
+        return []
+    own, disk = next(iter(asked.disks.items()))
+    assert disk.masses is not None
+    assert disk.stiffnesses is not None
+    raised = {}
+    for speed in np.clip(np.linspace(table.speed[0], table.speed[1], 3), min(asked.disks), max(asked.disks)).tolist():
+        straight = at_rest[0] + (speed / own) ** 2 * (disk.stiffnesses[0] - at_rest[0])
+        high, right = (natural_modes(disk.masses[0], K).frequencies for K in (straight, waves_at(asked.disks, speed)[0]))
+        lowest = np.flatnonzero(right > 0.0)[:LOWEST]
+        raised[speed] = float(np.max(high[lowest] / right[lowest] - 1.0))
+    most = max(raised, key=raised.__getitem__)
+    if raised[most] <= SHARED:
+        return []
+    return [
+        f"Warning: K goes straight with the square of the speed, and blades turn under the load: at {most:.5g} rev/min the "
+        f"{LOWEST} lowest frequencies at nodal diameter 0 are up to {100.0 * raised[most]:.2g} % too high. Give models nearer to "
+        "the speeds of the sweep, or ask for a Campbell diagram, whose K turns"
+    ]
 
 
 def _read(path: Path, key: str) -> Array:
