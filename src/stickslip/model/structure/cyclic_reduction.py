@@ -395,9 +395,8 @@ def _reduced_wave(sector: Sector, kept: Index, modes: int, nodal_diameter: int, 
     basis = np.zeros((independent.size, kept.size + modes), dtype=K.dtype)
     basis[boundary, np.arange(kept.size)] = 1.0
     inside = (T.conj().T @ acting)[interior]
-    static = body.solve(
-        np.hstack([-K[interior][:, boundary].toarray(), inside])
-    )  # before the modes, whose count shifts the factor
+    # Before the modes, whose count leaves the factor of a shifted K.
+    static = body.solve(np.hstack([-K[interior][:, boundary].toarray(), inside]))
     basis[interior, : kept.size] = static[:, : kept.size]
     found = held_modes(body, modes)
     if found.squares.size < modes:
