@@ -280,6 +280,18 @@ def test_a_curve_that_is_off_beside_its_peak_says_where():
     assert f"More harmonics would change the curve of 2.x at {where} by roughly {100.0 * moved[worst]:.0f} %" in message
 
 
+def test_a_curve_that_leads_to_another_peak_says_so_beside_the_change_of_its_own():
+    """A stop 1e4 times as stiff as the blade: integrated in time the motion at 219 Hz is 528 µm high, not 650; at the peak the
+    estimate is 3 %, beside it the whole motion."""
+    M, K, C = np.diag([2.0, 0.06]), np.array([[1166713.0, -29713.0], [-29713.0, 29713.0]]), np.array([[2.3, -2.0], [-2.0, 2.0]])
+    stop = ss.Contact("stop", ss.Gap(kn=1.2e10, gap=150e-6), normal={"blade.x": 1.0})
+    blade = ss.Structure(M, K, ("blade.x", "absorber.x"), C=C)
+    problem = ss.Problem(blade, (stop,), (ss.Force("blade.x", 1.0),), ("blade.x",))
+    message = str(ss.forced_response(problem, ss.hertz(90.0, 220.0), 4.6, harmonics=5).dataset.case_message.values[1])
+    assert "More than 5 harmonics would change blade.x at its highest peak by about" in message
+    assert "More harmonics would change the curve of blade.x at" in message
+
+
 def test_a_singular_matrix_leaves_the_errors_unknown(monkeypatch):
     """Not zero, as if nothing changed."""
     problem, band, level, _ = CASES["one mass"]

@@ -758,8 +758,8 @@ class ForcedResponseWork(OneBalance):
         warnings = (
             stability_warning(self.balance, curve, stability) or self.negative_damping,
             other,
-            (truncation_warning(self.harmonics, names, errors["truncation_error"], self.choice) if curve.points else "")
-            or away_warning(self.balance, curve, measure, along),
+            truncation_warning(self.harmonics, names, errors["truncation_error"], self.choice) if curve.points else "",
+            away_warning(self.balance, curve, measure, along, errors["truncation_error"]),
             work_warning(self.harmonics, names, errors["work_error"]),
             by_finer,
             by_history,

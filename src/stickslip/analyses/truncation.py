@@ -333,10 +333,11 @@ def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: A
     return f"{more} would change {outputs[worst]} at its highest peak {_much(errors[worst])}: {remedy}."
 
 
-def away_warning(balance: HarmonicBalance, curve: Curve, measure: Measure, errors: Array) -> str:
+def away_warning(balance: HarmonicBalance, curve: Curve, measure: Measure, errors: Array, at_peaks: Array) -> str:
     """What to say where more harmonics move a curve, away from its highest peaks, by what matters there; empty where they do not.
 
-    errors: those of all points of the curve, (points, outputs).
+    errors: those of all points of the curve, (points, outputs); at_peaks: those of the highest peaks, (outputs,). Beside a
+    warning of these only a change that is larger and rough is said: the curve leads to another peak then.
     """
     places = np.setdiff1d(np.arange(len(curve.points)), curve.places_outside)
     if not places.size:
@@ -346,16 +347,21 @@ def away_warning(balance: HarmonicBalance, curve: Curve, measure: Measure, error
     moved = np.nan_to_num(errors[places] * sizes / np.maximum(sizes.max(axis=0), np.finfo(float).tiny))
     point, output = np.unravel_index(int(np.argmax(moved)), moved.shape)
     much = float(moved[point, output])
-    if much <= ALLOWED:
+    highest = float(np.nan_to_num(at_peaks).max(initial=0.0))
+    if much <= (ALLOWED if highest <= ALLOWED else max(highest, ROUGH)):
         return ""
     of_it = f"{_much(much)} of its largest value" if much < 1.0 else _much(much)
     where = f"{balance.hertz(inside[point].point.omega):.5g} Hz"
     return f"More harmonics would change the curve of {balance.problem.output_names[output]} at {where} {of_it}."
 
 
+ROUGH = 0.1
+"""Change from which an estimate is rough, since one step of Newton's method or few steps lead to it."""
+
+
 def _much(error: float) -> str:
-    """An estimated change in words: large ones are rough, since one step of Newton's method or few steps lead to them."""
-    if error < 0.1:
+    """An estimated change in words."""
+    if error < ROUGH:
         return f"by about {100.0 * error:.1f} %"
     return f"by roughly {100.0 * error:.0f} %" if error < 1.0 else "by more than can be estimated"
 

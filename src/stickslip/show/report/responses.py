@@ -249,17 +249,17 @@ def truncation_sentences(dataset: xr.Dataset) -> list[str]:
 
 
 def message_sentences(dataset: xr.Dataset) -> list[str]:
-    """What else the message of a completed curve warns of: the first force level with it, an unstable one before others, and how
-    many there are.
+    """What else the message of a completed curve warns of: the first force level with it, of an unstable motion or one far from a
+    true one before others, and how many there are.
     """
     found, harmonics, choice = [], of_attribute(dataset.attrs["harmonics"]), str(dataset.attrs.get("harmonics_chosen", ""))
     names = tuple(str(name) for name in dataset["output"].values)
     for case in np.flatnonzero(dataset["case_outcome"].values == Outcome.CONVERGED):
         _, _, more = str(dataset["case_message"].values[case]).partition(". ")
         errors = dataset["truncation_error"].values[case] if "truncation_error" in dataset else np.zeros(1)
-        rest = more.replace(truncation_warning(harmonics, names, errors, choice), "").strip()
+        rest = " ".join(more.replace(truncation_warning(harmonics, names, errors, choice), "").split())
         found += [f"warning, force {float(dataset['force_level'][case]):g}: {rest}"] if rest else []
-    found.sort(key=lambda words: "Unstable motion" not in words)
+    found.sort(key=lambda words: ("Unstable motion" not in words, "true motion differs" not in words))
     return [*found[:1], *([f"  and of {counted(len(found) - 1, 'more curve')}; the report has them"] if len(found) > 1 else [])]
 
 
